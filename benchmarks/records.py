@@ -12,8 +12,8 @@ from typing import Any
 
 import psutil
 
-from treedgs_geo.benchmarking.chart import machine
 from treedgs_geo.core.files import write_json
+from treedgs_lab.benchmarking.chart import machine
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"

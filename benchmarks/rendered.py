@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.plots import read_plots
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.reconstruction.model import load_views
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
+from treedgs_lab.benchmarking.plot import TruePlot
 
 #: A stem counts as visible with so many clear photos of its breast height.
 CLEAR_VIEWS = 3

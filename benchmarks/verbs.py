@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from treedgs_geo.benchmarking.whole_chain import chain_inputs
+from treedgs_lab.benchmarking.whole_chain import chain_inputs
 
 #: Of all rendered and simulated plots: NAD83(2011) / UTM 15N.
 CRS = "EPSG:6344"
@@ -20,7 +20,7 @@ def words(verb: str, *options: Any) -> list[str]:
 
 
 def photo_inputs(plot: Path) -> list[Any]:
-    """``--photos`` … of a plot's folder (:func:`treedgs_geo.benchmarking.whole_chain.chain_inputs`)."""
+    """``--photos`` … of a plot's folder (:func:`treedgs_lab.benchmarking.whole_chain.chain_inputs`)."""
     return chain_inputs(plot, CRS)
 
 

@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.simulation import scene, stem_mesh, terrain
-from treedgs_geo.simulation.barks import Barks
-from treedgs_geo.simulation.flight import rotation_from_angles
-from treedgs_geo.simulation.foliage import Faces
-from treedgs_geo.simulation.light import Light
-from treedgs_geo.simulation.textures import GroundTexture
-from treedgs_geo.simulation.world import World, build_world
+from treedgs_lab.simulate import scene, stem_mesh, terrain
+from treedgs_lab.simulate.barks import Barks
+from treedgs_lab.simulate.flight import rotation_from_angles
+from treedgs_lab.simulate.foliage import Faces
+from treedgs_lab.simulate.light import Light
+from treedgs_lab.simulate.textures import GroundTexture
+from treedgs_lab.simulate.world import World, build_world
 
 CAMERA = Camera(320, 400, 1900.0, 1900.0, 163.0, 196.0, k1=-0.02, k2=0.01)
 

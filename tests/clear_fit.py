@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from treedgs_geo.from_photos.photo_fit import PhotoFit
-from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 
 CLEAR = {
     "dbh_cm": 30,

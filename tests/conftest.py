@@ -31,11 +31,11 @@ def simulated_plot(pytestconfig: pytest.Config) -> Path:
 
     Rendered once and kept in pytest's cache until the simulator changes.
     """
-    from treedgs_geo.simulation.settings import SimulateSettings
-    from treedgs_geo.simulation.simulate import simulate_plot
+    from treedgs_lab.simulate.settings import SimulateSettings
+    from treedgs_lab.simulate.simulate import simulate_plot
 
     source = hashlib.sha256()
-    for part in sorted((ROOT / "treedgs_geo" / "simulation").glob("*.py")):
+    for part in sorted((ROOT / "treedgs_lab" / "simulate").glob("*.py")):
         source.update(part.read_bytes())
     cache = Path(pytestconfig.cache.mkdir("plots"))
     folder = cache / f"test-{source.hexdigest()[:12]}"

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
-from treedgs_geo.gaussians.kernels import ALPHA_MAX
-from treedgs_geo.gaussians.project import CropCamera
+from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
+from treedgs_geo.stems.splats.kernels import ALPHA_MAX
+from treedgs_geo.stems.splats.project import CropCamera
 
 
 def camera_gaussians(parameters: np.ndarray, camera: CropCamera) -> tuple[np.ndarray, np.ndarray]:

@@ -17,16 +17,16 @@ _KEPT = "treedgs/failures"
 #: Fixtures that simulate, render or run a chain: what uses them is slow, whichever test comes first and pays.
 SLOW_FIXTURES = {
     "tests/chain": {"finished"},
-    "tests/from_photos/test_carving.py": {"scene"},
-    "tests/from_photos/test_choice.py": {"fits"},
-    "tests/from_photos/test_odd_stems.py": {"fits"},
-    "tests/from_photos/test_stems_from_photos.py": {"fits", "views"},
+    "tests/stems/photos/test_carving.py": {"scene"},
+    "tests/stems/photos/test_choice.py": {"fits"},
+    "tests/stems/photos/test_odd_stems.py": {"fits"},
+    "tests/stems/photos/test_stems_from_photos.py": {"fits", "views"},
     "tests/inventory/test_stand_files.py": {"written"},
     "tests/reconstruction/test_canopy.py": {"seen", "views"},
-    "tests/simulation/test_camera.py": {"flown", "scene"},
-    "tests/simulation/test_control.py": {"marked"},
-    "tests/simulation/test_grid.py": {"surveyed"},
-    "tests/simulation/test_simulate_plot.py": {"bare", "leafy"},
+    "tests/lab/simulate/test_camera.py": {"flown", "scene"},
+    "tests/lab/simulate/test_control.py": {"marked"},
+    "tests/lab/simulate/test_grid.py": {"surveyed"},
+    "tests/lab/simulate/test_simulate_plot.py": {"bare", "leafy"},
 }
 
 

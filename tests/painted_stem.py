@@ -9,10 +9,10 @@ import numpy as np
 import pyproj
 
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.gaussians.crops import GroundPlane, sample_texture
-from treedgs_geo.gaussians.project import CropCamera
-from treedgs_geo.gaussians.raster import Rasteriser
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.stems.splats.crops import GroundPlane, sample_texture
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser
 
 FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
 STEM, RADIUS, GROUND = np.array([1.0, -0.5]), 0.15, 2.0

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.simulation.flight import rotation_from_angles
+from treedgs_lab.simulate.flight import rotation_from_angles
 
 CAMERA = Camera(560, 440, 3800.0, 3800.0, 280.0, 220.0)
 

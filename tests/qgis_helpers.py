@@ -54,7 +54,7 @@ def stems_cloud(path: Path, radii_m: tuple[float, ...] = (0.12, 0.17, 0.22)) -> 
 def review_trees_layer(path: Path) -> Path:
     """Six trees in a row, two of each flag, with hostile plot ids."""
     from treedgs_geo.inventory.tree_layer import write_trees
-    from treedgs_geo.trees.tree import Tree
+    from treedgs_geo.stems.quality.tree import Tree
 
     flags = ["ok", "check", "reject", "check", "ok", "reject"]
     made = []

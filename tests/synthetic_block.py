@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from treedgs_geo.reconstruction.adjustment import Known
+from treedgs_geo.reconstruction.camera_model import Sensor
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
-from treedgs_geo.reconstruction.sensor import Sensor
 from treedgs_geo.reconstruction.tracks import Block
 
 CAMERA = Camera(1280, 960, 1900.0, 1900.0, 645.0, 476.0, -0.02, 0.01)

@@ -17,7 +17,7 @@ import pandas as pd
 from qgis_run import run_algorithm
 
 from treedgs_geo.cli import main as treedgs
-from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 
 ROOT = Path(__file__).resolve().parents[1]

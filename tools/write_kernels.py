@@ -50,7 +50,7 @@ def calls(kernel: Any) -> list[str]:
 
 def kept(kernel: Any) -> tuple[list[Any], float]:
     """Its types in the cache and kilobytes of their code."""
-    from treedgs_geo.core.ahead import described
+    from treedgs_geo.core.precompile import described
 
     files, code = kernel._cache._cache_file, kernel.targetctx.codegen()
     # Functions that one factory makes share a file; the rest of the key tells them apart.

@@ -17,8 +17,8 @@ _HEAD = """# Quality limits
 
 *Reference: from where on a tree is flagged or refused, and what set each limit.*
 
-Every limit that flags a tree (`check`) or refuses it (`reject`, no DBH), as `treedgs_geo/trees/limits.py` holds them.
-A value on a limit passes. What the reasons mean and what to do about them:
+Every limit that flags a tree (`check`) or refuses it (`reject`, no DBH), as `treedgs_geo/stems/quality/limits.py`
+holds them. A value on a limit passes. What the reasons mean and what to do about them:
 [tree layer](../technician/tree-layer.md#reasons).
 Settings are named `like_this`; `least_points` is {points},
 and `least_at_bh` a quarter of it.
@@ -38,9 +38,9 @@ _TITLES = {
 
 def limits_text() -> str:
     """``docs/analyst/quality-limits.md``: one table a route, in the order in which reasons are listed."""
-    from treedgs_geo.from_points.segmentation.sensors import SENSORS
-    from treedgs_geo.trees.findings import TOGETHER
-    from treedgs_geo.trees.limits import LIMITS
+    from treedgs_geo.stems.cloud.propose.sensors import SENSORS
+    from treedgs_geo.stems.quality.findings import TOGETHER
+    from treedgs_geo.stems.quality.limits import LIMITS
 
     points = ", ".join(f"{sensor.least_points} for `{name}`" for name, sensor in SENSORS.items())
     parts = [_HEAD.format(points=points)]
@@ -64,8 +64,8 @@ def _rows(head: str, rows: list[str]) -> str:
 
 def layer_text(page: str) -> str:
     """``docs/technician/tree-layer.md`` with its tables of methods and reasons written anew between their marks."""
-    from treedgs_geo.trees.methods import METHODS
-    from treedgs_geo.trees.reasons import REASONS
+    from treedgs_geo.stems.quality.methods import METHODS
+    from treedgs_geo.stems.quality.reasons import REASONS
 
     tables = {
         "methods": _rows("| method | what it is |", [f"| `{name}` | {text} |" for name, text in METHODS.items()]),

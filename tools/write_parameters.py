@@ -19,13 +19,13 @@ REQUIREMENTS = ROOT / "treedgs_qgis" / "requirements.txt"
 def parameters_text() -> str:
     """The JSON text: protocol, commands as ``treedgs describe`` gives them, the modules each one needs, and the words
     and limits of a person's decisions."""
-    from treedgs_geo.commands import MODULES, get_command
-    from treedgs_geo.commands.doctor import NEEDS
     from treedgs_geo.core.command import describe
     from treedgs_geo.core.progress import PROTOCOL
     from treedgs_geo.inventory import reviewed
     from treedgs_geo.inventory.review.apply import BESIDE_M, FAR_M
-    from treedgs_geo.trees.reasons import REASONS
+    from treedgs_geo.stems.quality.reasons import REASONS
+    from treedgs_geo.verbs import MODULES, get_command
+    from treedgs_geo.verbs.doctor import NEEDS
 
     commands = []
     for name, module in MODULES.items():

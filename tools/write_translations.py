@@ -1,10 +1,10 @@
 """Collect the texts of the plugin into ``treedgs_qgis/i18n/*.ts`` and compile them: ``make translations``.
 
 Run with the system's Python (PyQGIS). Texts come from ``tr("…")`` in the sources, from the tables of titles and stages,
-from ``parameters.json``, from the reasons of ``treedgs_geo/trees/reasons.py``, and from the layers' styles (their map
-tips carry the words of every language: ``make styles`` after ``make translations``). Translations that are there stay;
-texts that are gone are dropped. ``lrelease`` (Debian: qttools5-dev-tools) compiles the ``.qm`` that are kept beside
-them; QGIS 4 reads the same file.
+from ``parameters.json``, from the reasons of ``treedgs_geo/stems/quality/reasons.py``, and from the layers' styles
+(their map tips carry the words of every language: ``make styles`` after ``make translations``). Translations that are
+there stay; texts that are gone are dropped. ``lrelease`` (Debian: qttools5-dev-tools) compiles the ``.qm`` that are
+kept beside them; QGIS 4 reads the same file.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _declared() -> list[str]:
 
 def _reasons() -> list[str]:
     """What each reason means, and what to do."""
-    file = ROOT / "treedgs_geo" / "trees" / "reasons.py"
+    file = ROOT / "treedgs_geo" / "stems" / "quality" / "reasons.py"
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "") == "REASONS" and node.value is not None:
             return [text for pair in ast.literal_eval(node.value).values() for text in pair]

@@ -1,1 +1,1 @@
-"""Training of the network that tells stems in photos (``treedgs_geo/from_photos/stem_net.py``)."""
+"""Training of the network that tells stems in photos (``treedgs_geo/stems/photos/network/inference.py``)."""

@@ -20,10 +20,10 @@ import numpy as np
 import torch
 
 from examples.sun_matcher import STRIDE, Descriptor, flattened
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.reconstruction.cameras import View
-from treedgs_geo.simulation.labels import read_labels
 from treedgs_geo.terrain.dtm import Dtm
+from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.simulate.labels import read_labels
 
 #: Side of a patch, places compared in it, patches of a step; share of pairs under one sun; most turn, degrees.
 PATCH_PX, PLACES, BATCH, SAME_SUN, TURN_DEG = 256, 160, 6, 0.25, 30.0

@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch import nn
 
-from treedgs_geo.from_photos.stem_net import CLASSES
+from treedgs_geo.stems.photos.network.inference import CLASSES
 
 #: Letters of a piece of the packed weights: longer ones look like secrets to the plugin repository's scan.
 PIECE = 8
@@ -74,7 +74,7 @@ def export(network: StemNet, path: Path, card: dict[str, Any]) -> None:
 
 
 def pack(file: Path, path: Path, card: dict[str, Any]) -> None:
-    """An ONNX file as what :mod:`treedgs_geo.from_photos.stem_net` reads."""
+    """An ONNX file as what :mod:`treedgs_geo.stems.photos.network.inference` reads."""
     text = base64.b64encode(file.read_bytes()).decode("ascii")
     packed = [text[at : at + PIECE] for at in range(0, len(text), PIECE)]
     head = json.dumps({"card": card, "classes": CLASSES}, indent=1).removesuffix("\n}")

@@ -18,11 +18,11 @@ import numpy as np
 
 from benchmarks.rendered import plot_inputs
 from benchmarks.verbs import run_verb
-from treedgs_geo.from_photos.plumb import plumb_grid
-from treedgs_geo.from_photos.stack import GroundGrid, PhotoStack, load_stack
-from treedgs_geo.from_photos.stem_net import plumb_colours
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.simulation.labels import FOLIAGE, IVY, STEM, WOOD, read_labels
+from treedgs_geo.stems.photos.images.crops import GroundGrid, PhotoStack, load_stack
+from treedgs_geo.stems.photos.images.vertical_rectification import plumb_grid
+from treedgs_geo.stems.photos.network.inference import plumb_colours
+from treedgs_lab.simulate.labels import FOLIAGE, IVY, STEM, WOOD, read_labels
 
 #: Photos of a stand, and the radius of the ground that its maps show, metres.
 PHOTOS, RADIUS_M = 13, 6.0

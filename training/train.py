@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 import torch
 
-from treedgs_geo.from_photos.stem_net import STEM, normalised
+from treedgs_geo.stems.photos.network.inference import STEM, normalised
 
 from .network import StemNet, export, start_from
 

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from .inventory.tree_reading import read_trees
     from .pointcloud.cloud import PointCloud
     from .pointcloud.files import read_cloud, write_cloud
-    from .shapes.circles import fit_circle
+    from .stems.geometry.circles import fit_circle
+    from .stems.quality.reasons import explain
+    from .stems.quality.tree import Tree
     from .terrain.dtm import Dtm, read_dtm
-    from .trees.reasons import explain
-    from .trees.tree import Tree
 
 __version__ = "0.2.0"
 

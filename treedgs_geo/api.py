@@ -12,9 +12,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .chain.settings import PhotosToDbhSettings, PointcloudToDbhSettings
 from .core.progress import Reporter
 from .core.settings import build
+from .run.settings import PhotosToDbhSettings, PointcloudToDbhSettings
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -41,12 +41,13 @@ def measure_photos(
         geotags: folder or file with MRK and RTKLIB ``.pos`` files, or a CSV; ``None`` = the photos' EXIF/XMP.
         output: tree layer to write (.gpkg, .shp, .geojson, .csv); ``None`` = ``trees.gpkg`` in the workspace.
         reporter: where progress, warnings and results go; ``None`` = nowhere.
-        settings: further fields of :class:`~treedgs_geo.chain.settings.PhotosToDbhSettings` by name (``plots``,
+        settings: further fields of :class:`~treedgs_geo.run.settings.PhotosToDbhSettings` by name (``plots``,
             ``gcp``, ``dtm``, ``preset``, ``fit``, ``bh_m``, ``seed``).
 
     Returns:
-        One row a stem found, in ``crs``: the columns of the tree layer (:class:`~treedgs_geo.trees.tree.Tree`), DBH and
-        its errors in cm, lengths in m. Stems without a DBH have their reason in ``qc_reason``.
+        One row a stem found, in ``crs``: the columns of the tree layer
+        (:class:`~treedgs_geo.stems.quality.tree.Tree`), DBH and its errors in cm, lengths in m. Stems without a DBH
+        have their reason in ``qc_reason``.
 
     Raises:
         TreeDGSError: one sentence with the file, what was found, what was expected and what to do.
@@ -61,8 +62,8 @@ def measure_photos(
         >>> sorted(set(trees["qc_flag"]) - {"ok", "check", "reject"})
         []
     """
-    from .chain.photos import run_chain
     from .inventory.tree_reading import read_trees
+    from .run.photos import run_chain
 
     output = Path(workspace) / "trees.gpkg" if output is None else Path(output)
     given = {"photos": photos, "workspace": workspace, "crs": crs, "geotags": geotags, "output": output, **settings}
@@ -85,7 +86,7 @@ def measure_cloud(
         dtm: terrain raster; ``None`` = the ground is found in the cloud.
         crs: CRS of a file that holds none, or ``"local"``.
         reporter: where progress, warnings and results go; ``None`` = nowhere.
-        settings: further fields of :class:`~treedgs_geo.chain.settings.PointcloudToDbhSettings` by name (``plots``,
+        settings: further fields of :class:`~treedgs_geo.run.settings.PointcloudToDbhSettings` by name (``plots``,
             ``bh_m``, ``min_dbh_cm``, ``max_dbh_cm``, ``method``, ``source`` ...).
 
     Returns:
@@ -110,12 +111,12 @@ def measure_cloud(
         >>> trees.sort_values("x")["dbh_cm"].round(0).tolist()
         [30.0, 20.0]
     """
-    from .chain.cloud import find_and_measure
-    from .chain.cloud_input import checked, load_cloud, load_ground
-    from .chain.cloud_plots import cut_to_plots
     from .inventory.tree_layer import tree_table
     from .pointcloud.cloud import PointCloud
     from .pointcloud.file_crs import LOCAL_CRS
+    from .run.cloud import find_and_measure
+    from .run.cloud_input import checked, load_cloud, load_ground
+    from .run.cloud_plots import cut_to_plots
 
     reporter = reporter or Reporter()
     path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)

@@ -1,4 +1,4 @@
-"""The ``treedgs`` command: every verb of :mod:`treedgs_geo.commands`, with the options its settings declare."""
+"""The ``treedgs`` command: every verb of :mod:`treedgs_geo.verbs`, with the options its settings declare."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .core.extras import lacks
 from .core.files import no_empty_folders
 from .core.machine import ensure_code_cache
 from .core.progress import PROTOCOL, Reporter, make_reporter
+from .core.resource_errors import shortage_of
 from .core.settings import Param, build, params_of
-from .core.shortage import shortage_of
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point; returns the exit code (0 done, 2 input, 3 missing component, 4 memory, 5 a part is missing,
     130 cancelled, 1 defect)."""
-    from .commands import MODULES, all_commands, get_command
+    from .verbs import MODULES, all_commands, get_command
 
     # Numba warns every user of a threading library that it does not use.
     warnings.filterwarnings("ignore", message="The TBB threading layer")
@@ -119,8 +119,8 @@ def _report_result(result: dict[str, Any], reporter: Reporter, show: bool) -> No
 
 def _run_job(arguments: list[str]) -> int:
     """``--job job.json``: what the QGIS plugin calls. JSON lines on stdout, ``result.json`` beside the job."""
-    from .commands import MODULES, get_command
     from .core.files import read_json, write_json
+    from .verbs import MODULES, get_command
 
     reporter = make_reporter("json")
     # Native libraries print to stdout too: keep the protocol's stream to ourselves, send the rest to stderr.

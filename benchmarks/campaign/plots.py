@@ -15,8 +15,8 @@ from pathlib import Path
 
 from benchmarks.verbs import CRS
 from treedgs_geo.core.progress import make_reporter
-from treedgs_geo.simulation.settings import SimulateSettings
-from treedgs_geo.simulation.simulate import simulate_plot
+from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_lab.simulate.simulate import simulate_plot
 
 #: Of a plot whose cloud is used: as few and small as the simulator allows.
 FEW_PHOTOS: dict = {"photos": 10, "image_width": 320, "image_height": 240, "gsd_cm": 2.5, "samples": 1}

@@ -125,7 +125,7 @@ def _three_trees(workspace: Path) -> Path:
         import pyproj
 
         from treedgs_geo.inventory.tree_layer import write_trees
-        from treedgs_geo.trees.tree import Tree
+        from treedgs_geo.stems.quality.tree import Tree
 
         trees = [
             Tree(

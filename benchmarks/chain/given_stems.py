@@ -28,14 +28,14 @@ import numpy as np
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import photo_inputs, words
-from treedgs_geo.chain.routes import CHAIN_PRESETS
 from treedgs_geo.core.files import read_json
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_photos.again import fits_again
-from treedgs_geo.from_photos.given import GivenStems
-from treedgs_geo.from_photos.kept import KeptFits, read_fits
 from treedgs_geo.inventory.review.apply import read_whole
 from treedgs_geo.inventory.tree_layer import write_table
+from treedgs_geo.run.routes import CHAIN_PRESETS
+from treedgs_geo.stems.photos.fit_records import KeptFits, read_fits
+from treedgs_geo.stems.photos.resumed_search import fits_again
+from treedgs_geo.stems.photos.targeted_fit import GivenStems
 
 SEED, OFF_M, REACH_M, REMOVED, EMPTY = 19, 0.2, 0.5, 5, 20
 #: Places with nothing are this far from every stem, m.

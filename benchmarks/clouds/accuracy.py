@@ -21,11 +21,11 @@ import numpy as np
 from benchmarks.clouds.runners import MATCH_M, REAL, circles_of
 from benchmarks.records import write_record
 from treedgs_geo.core.workspace import peak_memory_mb
-from treedgs_geo.from_points.measuring.cloud import MeasureOptions, measure_stems
-from treedgs_geo.from_points.segmentation.segment import find_stems, label_points
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.stems.cloud.estimate.cloud import MeasureOptions, measure_stems
+from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
+from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
-from treedgs_geo.trees.tree import Tree
 
 METHODS = {
     "default": MeasureOptions(),

@@ -3,7 +3,7 @@
     python -m benchmarks.clouds.bowed_stems --scratch DIR --output docs/results/bowed_stems.json
 
 Plots of three seeds, rendered with few tiny photos (they are not used); in-plot stems with a DBH count. Seed 1 is the
-suite's; the limits of ``from_points/measuring/bow.py`` were set with all three in sight, so this is no blind test.
+suite's; the limits of ``stems/cloud/estimate/sweep.py`` were set with all three in sight, so this is no blind test.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from pathlib import Path
 from benchmarks.campaign.plots import FEW_PHOTOS
 from benchmarks.clouds.interval_coverage import figures, measure
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.factor_type import BASE
-from treedgs_geo.benchmarking.factors import factor
 from treedgs_geo.core.progress import make_reporter
-from treedgs_geo.simulation.settings import SimulateSettings
-from treedgs_geo.simulation.simulate import simulate_plot
+from treedgs_lab.benchmarking.factor_type import BASE
+from treedgs_lab.benchmarking.factors import factor
+from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_lab.simulate.simulate import simulate_plot
 
 SEEDS = (1, 51, 52)
 

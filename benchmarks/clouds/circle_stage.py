@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 from benchmarks.records import write_record
-from treedgs_geo.shapes.circles import SolidCircle, fit_solid_circles
+from treedgs_geo.stems.geometry.circles import SolidCircle, fit_solid_circles
 
 
 def slices(rng: np.random.Generator, count: int, most: int) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.records import write_record
-from treedgs_geo.from_points.measuring.cloud import measure_cloud
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.terrain.ground import dtm_from_cloud
 
 MATCH_M = 0.3

@@ -3,7 +3,7 @@
     python -m benchmarks.clouds.ivied_stems --scratch DIR --output docs/results/ivied_stems.json
 
 Simulated plots, three stems of each under ivy, rendered with few tiny photos (they are not used). The limits of
-:func:`treedgs_geo.from_points.measuring.cloud.beside_the_others` were set on plots of seeds 501 to 503; these report.
+:func:`treedgs_geo.stems.cloud.estimate.cloud.beside_the_others` were set on plots of seeds 501 to 503; these report.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from benchmarks.campaign.plots import DENSITIES, FEW_PHOTOS
 from benchmarks.clouds.interval_coverage import figures, measure
 from benchmarks.records import write_record
 from treedgs_geo.core.progress import make_reporter
-from treedgs_geo.simulation.settings import SimulateSettings
-from treedgs_geo.simulation.simulate import simulate_plot
+from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_lab.simulate.simulate import simulate_plot
 
 SEEDS = (511, 512, 513, 514)
 _STAND: dict = {"ivy_stems": 3, "bark_variety": True, "moss_pct": 15.0, "shrubs_per_m2": 0.3, "gsd_cm": 3.5}

@@ -20,7 +20,7 @@ from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
 
 #: Where the measuring is, and was in version 0.1.
-ROOMS = ("treedgs_geo.from_points.measuring.cloud", "treedgs_geo.measure.cloud")
+ROOMS = ("treedgs_geo.stems.cloud.estimate.cloud", "treedgs_geo.measure.cloud")
 
 
 def room():

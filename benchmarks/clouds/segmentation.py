@@ -19,9 +19,9 @@ import numpy as np
 
 from benchmarks.records import write_record
 from benchmarks.rendered import truth_rows
-from treedgs_geo.from_points.segmentation.external import segment_external
-from treedgs_geo.from_points.segmentation.segment import find_stems, label_points
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.stems.cloud.propose.external_programs import segment_external
+from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
 from treedgs_geo.terrain.ground import dtm_from_cloud
 
 LOW_M, HIGH_M, BARK_M, SAME_IOU = 0.3, 5.0, 0.03, 0.5

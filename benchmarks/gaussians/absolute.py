@@ -19,14 +19,14 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.jobs import _scene
 from treedgs_geo.core.progress import make_reporter
-from treedgs_geo.gaussians.field import GaussianField
-from treedgs_geo.gaussians.on_torch.scene_fit import fit_scene
-from treedgs_geo.gaussians.options import SceneOptions
-from treedgs_geo.gaussians.raster import Rasteriser
-from treedgs_geo.gaussians.scene_start import Box, dense_prior
-from treedgs_geo.gaussians.whole_photos import WholePhotos
+from treedgs_geo.stems.splats.field import GaussianField
+from treedgs_geo.stems.splats.on_torch.scene_fit import fit_scene
+from treedgs_geo.stems.splats.options import SceneOptions
+from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.scene_start import Box, dense_prior
+from treedgs_geo.stems.splats.whole_photos import WholePhotos
+from treedgs_lab.benchmarking.jobs import _scene
 
 
 def psnr_db(field: GaussianField, photos: WholePhotos, box: Box) -> float:

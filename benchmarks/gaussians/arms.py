@@ -20,25 +20,25 @@ import numpy as np
 
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS
-from treedgs_geo.benchmarking.enlarge import reduced
-from treedgs_geo.benchmarking.jobs import _scene, run_sfm
-from treedgs_geo.benchmarking.plot import TruePlot, score_trees
-from treedgs_geo.chain.published_plot import MAX_GAUSSIANS, TRIED_EVERY, Published, published_trees
-from treedgs_geo.chain.routes import CHAIN_PRESETS, photo_route
-from treedgs_geo.chain.run import Site
 from treedgs_geo.core.progress import Reporter, make_reporter
-from treedgs_geo.evaluation.accuracy import score
-from treedgs_geo.from_points.measuring.cloud import measure_stems
-from treedgs_geo.from_points.measuring.options import MeasureOptions
-from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions, SceneOptions
-from treedgs_geo.gaussians.ply import write_field
-from treedgs_geo.gaussians.sample import sample_surface
-from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.gaussians.trees import trees_of_primitives
+from treedgs_geo.inventory.accuracy.scores import score
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.reconstruction.model import load_points
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.run.context import Site
+from treedgs_geo.run.published_plot import MAX_GAUSSIANS, TRIED_EVERY, Published, published_trees
+from treedgs_geo.run.routes import CHAIN_PRESETS, photo_route
+from treedgs_geo.stems.cloud.estimate.cloud import measure_stems
+from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_geo.stems.splats.options import PAPER_SAMPLING, GaussianOptions, SampleOptions, SceneOptions
+from treedgs_geo.stems.splats.ply import write_field
+from treedgs_geo.stems.splats.sample import sample_surface
+from treedgs_geo.stems.splats.train import fit_with_report
+from treedgs_geo.stems.splats.trees import trees_of_primitives
+from treedgs_lab.benchmarking.enlarge import reduced
+from treedgs_lab.benchmarking.jobs import _scene, run_sfm
+from treedgs_lab.benchmarking.plot import TruePlot, score_trees
 
 ARMS = ("photo fit", "stem primitive", "paper-crops", "paper")
 

@@ -4,8 +4,8 @@
     python -m benchmarks.gaussians.band --plot DIR [--workspace WS]   (another plot; poses and sparse points of WS)
 
 Arms of the band: ``primitive`` is ``fit-gaussians``, ``search`` the same without its last loop (the stem is fitted
-against the ground texture alone), ``free`` is ``--stems free``. The full scene (``gaussians/scene.py``) models all that
-the photos show, as published, until the held-out photos settle. Each read-out is made of both: the stem primitive
+against the ground texture alone), ``free`` is ``--stems free``. The full scene (``stems/splats/scene.py``) models all
+that the photos show, as published, until the held-out photos settle. Each read-out is made of both: the stem primitive
 (``search``; in the full scene with the other Gaussians before and behind the stem, those in its cylinder left out),
 and points spread evenly, the cone at whose bark opacity ends (``free``). Photos held out of a band are held out of the
 scene. ``--steps 30000`` gives the full scene the published length instead. ``--fewer`` fits scenes with other numbers
@@ -27,25 +27,25 @@ from benchmarks.gaussians.route import read_out
 from benchmarks.gaussians.scene import Fit, Photos, band_db, near_stems, points_on_rays, primitive_in_scene, start
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS, noisy_places, scene_of, truth_rows
-from treedgs_geo.benchmarking.factor_type import BASE
 from treedgs_geo.core.files import read_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import peak_memory_mb
-from treedgs_geo.evaluation.accuracy import score
-from treedgs_geo.gaussians.bands import Band, cut_bands
-from treedgs_geo.gaussians.free.held_out import hold_out
-from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
-from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
-from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.gaussians.volume import sample_volume
+from treedgs_geo.inventory.accuracy.scores import score
+from treedgs_geo.stems.splats.bands import Band, cut_bands
+from treedgs_geo.stems.splats.opacity_samples import sample_volume
+from treedgs_geo.stems.splats.options import GaussianOptions, SampleOptions
+from treedgs_geo.stems.splats.primitive.fit import PrimitiveFit
+from treedgs_geo.stems.splats.splat_fit.held_out import hold_out
+from treedgs_geo.stems.splats.train import fit_with_report
+from treedgs_lab.benchmarking.factor_type import BASE
 
 ARMS: dict[str, dict] = {"primitive": {}, "search": {"stem_epochs": 0}, "free": {"stems": "free"}}
 
 
 def simulated(folder: Path, seed: int) -> Path:
     """The small plot of the stability suite, without LiDAR."""
-    from treedgs_geo.simulation.settings import SimulateSettings
-    from treedgs_geo.simulation.simulate import simulate_plot
+    from treedgs_lab.simulate.settings import SimulateSettings
+    from treedgs_lab.simulate.simulate import simulate_plot
 
     if not (folder / "truth" / "trees.csv").exists():
         simulate_plot(SimulateSettings(output=folder, seed=seed, name="small", lidar_density_m2=0.0, **BASE))

@@ -19,12 +19,12 @@ import numpy as np
 from benchmarks.gaussians.route import read_out
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS, noisy_places, scene_of, truth_rows
-from treedgs_geo.evaluation.accuracy import score
-from treedgs_geo.gaussians.field import COLOUR
-from treedgs_geo.gaussians.free import band_fit
-from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
-from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.gaussians.volume import sample_volume
+from treedgs_geo.inventory.accuracy.scores import score
+from treedgs_geo.stems.splats.field import COLOUR
+from treedgs_geo.stems.splats.opacity_samples import sample_volume
+from treedgs_geo.stems.splats.options import GaussianOptions, SampleOptions
+from treedgs_geo.stems.splats.splat_fit import band_fit
+from treedgs_geo.stems.splats.train import fit_with_report
 
 CHOICES: dict[str, dict] = {
     "fixed": {},

@@ -21,7 +21,17 @@ from benchmarks.gaussians.route import RUNS
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS, noisy_places, scene_of, truth_rows
 from treedgs_geo.core.progress import Reporter, make_reporter
-from treedgs_geo.evaluation.methods import (
+from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.stems.cloud.estimate.published import PublishedOptions
+from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
+from treedgs_geo.stems.geometry.circles import SolidCircle
+from treedgs_geo.stems.splats.options import GaussianOptions, SampleOptions
+from treedgs_geo.stems.splats.sample import sample_surface
+from treedgs_geo.stems.splats.train import fit_with_report
+from treedgs_geo.terrain.dtm import Dtm
+from treedgs_geo.terrain.ground import dtm_from_cloud
+from treedgs_lab.published.methods import (
     POWERS,
     Reference,
     StemPoints,
@@ -31,16 +41,6 @@ from treedgs_geo.evaluation.methods import (
     power_row,
     stem_points,
 )
-from treedgs_geo.from_points.measuring.published import PublishedOptions
-from treedgs_geo.from_points.segmentation.segment import find_stems, label_points
-from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
-from treedgs_geo.gaussians.sample import sample_surface
-from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.pointcloud.files import read_cloud
-from treedgs_geo.shapes.circles import SolidCircle
-from treedgs_geo.terrain.dtm import Dtm
-from treedgs_geo.terrain.ground import dtm_from_cloud
 
 #: What the paper chose for each source on its own stems.
 PUBLISHED = {"splats": 0.6, "lidar": 0.85}

@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, scene_of, truth_rows
 from treedgs_geo.core.workspace import peak_memory_mb
-from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.train import fit_with_report
+from treedgs_geo.stems.splats.options import GaussianOptions
+from treedgs_geo.stems.splats.train import fit_with_report
 
 
 def fit(plot: Path, workspace: Path | None, count: int, answers: multiprocessing.Queue) -> None:

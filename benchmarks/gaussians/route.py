@@ -26,19 +26,19 @@ from benchmarks.rendered import CLEAR_VIEWS, area_of, local_places, noisy_places
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.progress import Reporter, make_reporter
 from treedgs_geo.core.workspace import peak_memory_mb
-from treedgs_geo.evaluation.accuracy import pair_by_position, score
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_points.measuring.cloud import measure_stems
-from treedgs_geo.from_points.measuring.options import MeasureOptions
-from treedgs_geo.gaussians.field import GaussianField
-from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
-from treedgs_geo.gaussians.sample import SurfacePoints, sample_surface
-from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.gaussians.trees import trees_of_primitives
-from treedgs_geo.gaussians.volume import sample_volume
+from treedgs_geo.inventory.accuracy.scores import pair_by_position, score
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.stems.cloud.estimate.cloud import measure_stems
+from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.splats.field import GaussianField
+from treedgs_geo.stems.splats.opacity_samples import sample_volume
+from treedgs_geo.stems.splats.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
+from treedgs_geo.stems.splats.sample import SurfacePoints, sample_surface
+from treedgs_geo.stems.splats.train import fit_with_report
+from treedgs_geo.stems.splats.trees import trees_of_primitives
 from treedgs_geo.terrain.dtm import Dtm
 
 RUNS: dict[str, dict] = {

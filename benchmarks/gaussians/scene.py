@@ -1,4 +1,4 @@
-"""A whole scene of Gaussians, as published: crowns, ground and stems, over whole photos (for ``gaussians/band.py``).
+"""A whole scene of Gaussians, as published: crowns, ground and stems, over whole photos (for ``stems/splats/band.py``).
 
 0.8 L1 + 0.2 D-SSIM, Adam, a fixed number of Gaussians with dead ones moved onto live ones (3DGS-MCMC); half resolution,
 then full, each until photos that take no part are predicted no better, then a few passes with falling steps; or a
@@ -16,19 +16,19 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from treedgs_geo.gaussians.bands import Band, Volume
-from treedgs_geo.gaussians.crops import Crop
-from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
-from treedgs_geo.gaussians.free.controllers import FixedSchedule
-from treedgs_geo.gaussians.free.held_out import hold_out
-from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
-from treedgs_geo.gaussians.loss import d_ssim, l1
-from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.primitive.fit import PrimitiveFit, fit_primitive
-from treedgs_geo.gaussians.primitive.sights import JointSettings, Layers
-from treedgs_geo.gaussians.raster import Rasteriser
-from treedgs_geo.gaussians.whole_photos import WholePhotos
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.stems.splats.bands import Band, Volume
+from treedgs_geo.stems.splats.crops import Crop
+from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
+from treedgs_geo.stems.splats.loss import d_ssim, l1
+from treedgs_geo.stems.splats.options import GaussianOptions
+from treedgs_geo.stems.splats.primitive.fit import PrimitiveFit, fit_primitive
+from treedgs_geo.stems.splats.primitive.views import JointSettings, Layers
+from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.splat_fit.controllers import FixedSchedule
+from treedgs_geo.stems.splats.splat_fit.held_out import hold_out
+from treedgs_geo.stems.splats.splat_fit.optimise import Adam, constrain, learning_rates, relocate
+from treedgs_geo.stems.splats.whole_photos import WholePhotos
 
 #: Heights above ground that crowns reach to, metres.
 CROWN_TOP_M = 25.0

@@ -18,11 +18,11 @@ import numba
 import numpy as np
 
 from benchmarks.records import write_record
-from treedgs_geo.gaussians.field import GaussianField
-from treedgs_geo.gaussians.project import CropCamera
-from treedgs_geo.gaussians.raster import Rasteriser
-from treedgs_geo.gaussians.sample import draw_candidates, view_opacity
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.stems.splats.field import GaussianField
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.sample import draw_candidates, view_opacity
 
 
 def stem_cloud(count: int, seed: int = 0) -> np.ndarray:

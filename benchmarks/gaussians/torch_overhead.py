@@ -18,9 +18,9 @@ import torch
 
 from benchmarks.gaussians.throughput import stem_cloud
 from benchmarks.records import write_record
-from treedgs_geo.gaussians.on_torch.rasterize import rasterize, tensors_of
-from treedgs_geo.gaussians.project import CropCamera
-from treedgs_geo.gaussians.raster import Rasteriser
+from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser
 
 
 def alternated(works: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:

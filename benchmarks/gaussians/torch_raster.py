@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
-from treedgs_geo.gaussians.on_torch.project import turned
-from treedgs_geo.gaussians.project import CropCamera
-from treedgs_geo.gaussians.raster import Rasteriser
+from treedgs_geo.stems.splats.on_torch.project import turned
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser
 
 TILE_PX = 16
 

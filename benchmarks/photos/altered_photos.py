@@ -8,7 +8,7 @@ motion) or of coded values (noise reduction, resizing); ``larger``: by this fact
 of coded values (standard deviation); ``curve``: an S of this steepness over the coded values (a vivid profile, an
 editor); ``flat``: the opposite, a power; ``sharpen``: share of the detail below 1.5 px; ``fringe``: red and blue this
 many pixels apart from green at the corners. ``in_90_without``: intervals without what softness adds to the errors
-(``from_photos/softness.py``), by the plot's median pixel.
+(``stems/photos/images/sharpness.py``), by the plot's median pixel.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from benchmarks.photos.stems_from_photos import score
 from benchmarks.records import write_record
 from benchmarks.rendered import plot_inputs
 from treedgs_geo.core.progress import make_reporter
-from treedgs_geo.from_photos.find import search_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.downsampling import GAMMA
 from treedgs_geo.reconstruction.images import load_image
-from treedgs_geo.reconstruction.shrinking import GAMMA
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import search_photos
 
 KINDS = ("coded:0.6", "coded:1.0", "coded:1.5", "light:1.0", "light:1.5", "larger:1.5")
 #: JPEG quality that altered photos are written with, where that is not what is altered.

@@ -30,41 +30,41 @@ from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import run_verb
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_photos import find, hidden
-from treedgs_geo.from_photos.chance import ABOVE, BREAST
-from treedgs_geo.from_photos.fine import TaperPrior
-from treedgs_geo.from_photos.fit import Fitter
-from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.photo_fit import PhotoFit
-from treedgs_geo.from_photos.see_through import ground_correlation, share_through
-from treedgs_geo.from_photos.settle import known_rows
-from treedgs_geo.from_photos.stand_taper import stand_taper
-from treedgs_geo.from_photos.stem_net import network_maps
-from treedgs_geo.from_photos.tiles import split
+from treedgs_geo.stems.photos import route, upper_stem
+from treedgs_geo.stems.photos.deduplicate import known_rows
+from treedgs_geo.stems.photos.evidence.opacity_test import ground_correlation, share_through
+from treedgs_geo.stems.photos.evidence.taper_prior import stand_taper
+from treedgs_geo.stems.photos.fit.edge_adjustment import TaperPrior
+from treedgs_geo.stems.photos.fit.null_model import ABOVE, BREAST
+from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
+from treedgs_geo.stems.photos.network.inference import network_maps
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.stem_fit import Fitter
+from treedgs_geo.stems.photos.tiles import split
 
 #: A stem carried down, by its own taper and held to that of the plot's stems.
 Carried = list[tuple[PhotoFit, PhotoFit]]
 
 
-def searched(plot: Path, options: PhotoStemOptions) -> tuple[find.Searched, Carried, Fitter]:
+def searched(plot: Path, options: PhotoStemOptions) -> tuple[route.Searched, Carried, Fitter]:
     """The search of a plot of one piece of ground, what it carried down, and the fitter that it used."""
     views, _, ground, area = plot_inputs(plot)
     ((tile, _),) = split(area, options.margin_m)
     carried: Carried = []
-    held_to = hidden.held_to
+    held_to = upper_stem.held_to
 
     def noted(taper: TaperPrior, own: PhotoFit, *where: Any) -> PhotoFit:
         carried.append((own, held_to(taper, own, *where)))
         return carried[-1][1]
 
-    with mock.patch.object(hidden, "held_to", noted):
-        found = find.search_photos(views, ground, area, options)
-    grid, stack = find.photos_of(views, ground, tile, options, Reporter())
+    with mock.patch.object(upper_stem, "held_to", noted):
+        found = route.search_photos(views, ground, area, options)
+    grid, stack = route.photos_of(views, ground, tile, options, Reporter())
     look = found.looks[0]
     if look is None:
         raise SystemExit(f"{plot}: too few photos see the plot")
     options = replace(options, stem_network=look.network)
-    plumbs = find.grids_of(stack, grid, tile, options)
+    plumbs = route.grids_of(stack, grid, tile, options)
     shown = network_maps(stack, plumbs) if look.network == "full" else None
     return found, carried, look.fitter(stack, grid, tile, options, shown)
 
@@ -87,8 +87,8 @@ def seen_above(
         return min(carried, key=lambda pair: float(np.hypot(*(pair[1].axis.p - fit.axis.p))))
     others = [each for each in fits if each is not fit]
     known, above = known_rows(others), replace(fitter, bands=ABOVE)
-    own = hidden.measured_above(fit, above, known)
-    return None if own is None else (own, hidden.held_to(stand_taper(others), own, above, known))
+    own = upper_stem.measured_above(fit, above, known)
+    return None if own is None else (own, upper_stem.held_to(stand_taper(others), own, above, known))
 
 
 def stem_row(tree: dict[str, str], fit: PhotoFit, seen: tuple[PhotoFit, PhotoFit] | None) -> dict[str, Any] | None:

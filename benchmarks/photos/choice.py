@@ -1,4 +1,5 @@
-"""How the explanations of a place are weighed (``from_photos/choice.py``) and how large the error is said to be.
+"""How the explanations of a place are weighed (``stems/photos/fit/selection.py``) and how large the error is said to
+be.
 
     python -m benchmarks.photos.choice PLOT [PLOT ...] --output docs/results/photo_choice.json
 
@@ -23,12 +24,12 @@ from scipy.special import stdtrit
 from benchmarks.photos.stems_from_photos import score
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.from_photos import fit as photo_fit
-from treedgs_geo.from_photos.choice import witnesses
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.judged import CLEAR_Z, px_cm
-from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.photo_fit import seen_probability
+from treedgs_geo.stems.photos import stem_fit as photo_fit
+from treedgs_geo.stems.photos.fit.photo_fit import seen_probability
+from treedgs_geo.stems.photos.fit.selection import witnesses
+from treedgs_geo.stems.photos.measurement import CLEAR_Z, px_cm
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
 
 WITNESSES = ("contrast", "evidence_300", "taper", "ragged_0.1px", "edges_30")
 SETS = {"chosen": (0, 1, 2, 3), "with edge score": (0, 1, 2, 3, 4), "edge score and silhouette": (0, 4)}
@@ -90,7 +91,7 @@ def gather(plot: Path, network: bool) -> tuple[list[dict], dict]:
 
 
 def scatter(fine, weight: np.ndarray) -> float:
-    """The first part of :func:`treedgs_geo.from_photos.errors.standard_error_cm`, unscaled."""
+    """The first part of :func:`treedgs_geo.stems.photos.evidence.error_budget.standard_error_cm`, unscaled."""
     good = (weight > 0) & np.isfinite(fine.view_r)
     if good.sum() < 2:
         return np.nan

@@ -23,10 +23,10 @@ import numpy as np
 from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.evaluation.charts import BLUE, GREY, VERMILION, close, new_axes, render
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.inventory.accuracy.charts import BLUE, GREY, VERMILION, close, new_axes, render
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
 
 SEED = 1
 #: Every n-th photo in the order of the flight.

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from benchmarks.photos.photos_to_dbh import SEED, run
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.enlarge import enlarge
 from treedgs_geo.core.files import read_json
+from treedgs_lab.benchmarking.enlarge import enlarge
 
 
 def enlarged(plot: Path, folder: Path, width: int) -> float:

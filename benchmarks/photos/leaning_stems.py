@@ -23,21 +23,21 @@ import numpy as np
 from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_photos.chance import BREAST
-from treedgs_geo.from_photos.edge_points import EDGE_SD_PX, gathered
-from treedgs_geo.from_photos.errors import LEAN_ERROR, standard_error_cm
-from treedgs_geo.from_photos.find import photos_of, stems_from_photos
-from treedgs_geo.from_photos.fine import NO_STEMS, Sighting, _damping, _solve, refine
-from treedgs_geo.from_photos.fit import WINDOWS_PX
-from treedgs_geo.from_photos.foot import breast_height
-from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.stack import GroundGrid, PhotoStack
-from treedgs_geo.from_photos.strips import StemAxis, StripLayout, cut_strips
-from treedgs_geo.simulation.scene import PlantedStem, axis_at, grow_stem, total_height
-from treedgs_geo.simulation.terrain import Ground
-from treedgs_geo.trees.priors import BREAST_HEIGHT_M, SECTION_SD, START_TAPER
+from treedgs_geo.stems.photos.evidence.error_budget import LEAN_ERROR, standard_error_cm
+from treedgs_geo.stems.photos.fit.breast_height import breast_height
+from treedgs_geo.stems.photos.fit.edge_adjustment import NO_STEMS, Sighting, _damping, _solve, refine
+from treedgs_geo.stems.photos.fit.edge_points import EDGE_SD_PX, gathered
+from treedgs_geo.stems.photos.fit.null_model import BREAST
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis, StripLayout, cut_strips
+from treedgs_geo.stems.photos.images.crops import GroundGrid, PhotoStack
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import photos_of, stems_from_photos
+from treedgs_geo.stems.photos.stem_fit import WINDOWS_PX
+from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M, SECTION_SD, START_TAPER
+from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.simulate.scene import PlantedStem, axis_at, grow_stem, total_height
+from treedgs_lab.simulate.terrain import Ground
 
 LEANS_DEG = (0.0, 10.0, 18.0, 25.0)
 #: Stems drawn for each lean, and photos of one.

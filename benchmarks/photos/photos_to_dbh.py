@@ -18,7 +18,7 @@ from pathlib import Path
 
 from benchmarks.records import write_record
 from benchmarks.verbs import photo_inputs, words
-from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 
 #: Of every random choice: the verb's own.

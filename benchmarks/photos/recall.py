@@ -22,9 +22,9 @@ from benchmarks.photos.stems_from_photos import MATCH_M, everything_there, pair_
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS, local_places, plot_inputs, truth_rows
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_photos import find
-from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.tiles import split
+from treedgs_geo.stems.photos import route
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.tiles import split
 
 #: A seed this close to a stem leads to it.
 SEED_M = 0.35
@@ -34,9 +34,9 @@ def seeds_of(views: list, ground: Any, area: Any, options: PhotoStemOptions) -> 
     """(S, 2) places that the search for edges proposes, as :func:`.find.search_photos` begins; CPU seconds."""
     began, places = time.process_time(), []
     for tile, box in split(area, options.margin_m):
-        grid, stack = find.photos_of(views, ground, tile, options, Reporter())
-        detector = find._detector(stack, grid, area, tile, box, options)
-        seeds, beside, _ = find._edge_seeds(detector, area, options, np.random.default_rng(options.seed))
+        grid, stack = route.photos_of(views, ground, tile, options, Reporter())
+        detector = route._detector(stack, grid, area, tile, box, options)
+        seeds, beside, _ = route._edge_seeds(detector, area, options, np.random.default_rng(options.seed))
         places += [(seed.x, seed.y) for seed in [*seeds, *beside]]
     return np.array(places).reshape(-1, 2), time.process_time() - began
 
@@ -46,7 +46,7 @@ def figures(plot: Path, workspace: Path | None, options: PhotoStemOptions) -> di
     views, frame, ground, area = plot_inputs(plot, workspace)
     seeds, search_s = seeds_of(views, ground, area, options)
     began = time.process_time()
-    fits = find.stems_from_photos(views, ground, area, options)
+    fits = route.stems_from_photos(views, ground, area, options)
     whole_s = time.process_time() - began
     truth = truth_rows(plot, in_plot=False)
     places = local_places(truth, frame)

@@ -4,7 +4,7 @@
 
 Cameras are the renderer's, the ground is the plot's DTM. Truth is read for scoring alone. "alone": no companion
 is likely and no other measured stem within 0.6 m: only those are measured twice in ``photos-to-dbh``
-(``chain/second_measurement.py``). A primitive is right within 1.5 cm or 6 % of the truth.
+(``run/second_measurement.py``). A primitive is right within 1.5 cm or 6 % of the truth.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ import numpy as np
 
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.chain.second_measurement import stems_to_measure_again, with_second_measurements
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.trees import trees_of_photo_fits
-from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.trees.limits import LIMITS
+from treedgs_geo.run.second_measurement import stems_to_measure_again, with_second_measurements
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.trees import trees_of_photo_fits
+from treedgs_geo.stems.quality.limits import LIMITS
+from treedgs_geo.stems.splats.options import GaussianOptions
+from treedgs_geo.stems.splats.train import fit_with_report
 
 
 def rows_of(plot: Path) -> tuple[list[dict], dict]:

@@ -24,7 +24,7 @@ from typing import Any
 from benchmarks.records import ROOT, write_record
 from benchmarks.verbs import environment, photo_inputs, words
 from treedgs_geo.core.files import read_json
-from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 
 assert sys.platform != "win32", "this benchmark needs Linux"

@@ -19,9 +19,9 @@ import cv2
 import numpy as np
 
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.reconstruction.images import load_image
+from treedgs_lab.benchmarking.plot import TruePlot
 
 #: Only stems that are seen so free, from the side, and so wide.
 LEAST_SEEN, LEAST_FORESHORTENING, LEAST_WIDTH_PX = 0.9, 0.4, 8.0

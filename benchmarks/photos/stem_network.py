@@ -20,8 +20,8 @@ from benchmarks.photos.stems_from_photos import score
 from benchmarks.records import write_record
 from benchmarks.rendered import plot_inputs
 from benchmarks.verbs import run_verb
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
 
 _STANDS = (
     "--stems-per-ha 1200 --dbh-mean-cm 20 --dbh-sd-cm 8 --shrubs-per-m2 0.5 --leaf-area-m2 12 --ivy-stems 1 "

@@ -23,8 +23,8 @@ from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import run_verb
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.progress import make_reporter
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
 
 MATCH_M = 0.5
 COLUMNS = (

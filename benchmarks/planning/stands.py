@@ -15,10 +15,10 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.planning.canopy import Canopy, canopy_of_cloud
 from treedgs_geo.planning.stand import StandNumbers, Trees
 from treedgs_geo.planning.views import CLEAR_SHARE, LEAST_SINE
-from treedgs_geo.simulation import flight, simulate, truth
-from treedgs_geo.simulation.camera import STILL
-from treedgs_geo.simulation.settings import SimulateSettings, resolve
 from treedgs_geo.terrain.dtm import read_dtm
+from treedgs_lab.simulate import flight, simulate, truth
+from treedgs_lab.simulate.camera import STILL
+from treedgs_lab.simulate.settings import SimulateSettings, resolve
 
 #: Stands that the view model was fitted to, and others that it was not: options of simulate-plot.
 FITTED = tuple(

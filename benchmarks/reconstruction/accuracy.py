@@ -25,12 +25,12 @@ from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import CRS, photo_inputs, run_verb
-from treedgs_geo.benchmarking.blocks import camera_errors
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.files import read_json
-from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.reconstruction.model import load_views
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_lab.benchmarking.blocks import camera_errors
+from treedgs_lab.benchmarking.plot import TruePlot
 
 SEED = 1
 

@@ -18,13 +18,13 @@ from pathlib import Path
 from benchmarks.reconstruction.accuracy import of_stems
 from benchmarks.records import write_record
 from benchmarks.verbs import CRS, run_verb
-from treedgs_geo.benchmarking.blocks import wrong_scale
-from treedgs_geo.benchmarking.plot import TruePlot
-from treedgs_geo.benchmarking.whole_chain import ChainCrash, block_figures, placed_trees, run_photo_chain
 from treedgs_geo.core import workspace as names
 from treedgs_geo.core.files import read_json
-from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.reconstruction.model import REPORT
+from treedgs_lab.benchmarking.blocks import wrong_scale
+from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.benchmarking.whole_chain import ChainCrash, block_figures, placed_trees, run_photo_chain
 
 _FLYING = "--flight-speed-m-s 4 --gimbal-rate-deg-s 0.4"
 _WIND = "--wind-smooth true --wind-sway-cm 10 --wind-flutter-cm 1.5"

@@ -17,16 +17,16 @@ from typing import Any
 
 from benchmarks.reconstruction.accuracy import score
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.photos import read_photo
 from treedgs_geo.geotags.reading import read_stations
 from treedgs_geo.reconstruction.calibration import calibration_record
-from treedgs_geo.reconstruction.climbing import Work, at_level, kept_poses
-from treedgs_geo.reconstruction.levels import levels_of
+from treedgs_geo.reconstruction.matching_levels import levels_of
+from treedgs_geo.reconstruction.matching_strategy import Work, at_level, kept_poses
 from treedgs_geo.reconstruction.model import save_model
 from treedgs_geo.reconstruction.options import ReconstructOptions
-from treedgs_geo.reconstruction.survey import survey_of
+from treedgs_geo.reconstruction.prior_knowledge import survey_of
+from treedgs_lab.benchmarking.plot import TruePlot
 
 _REPORTED = (
     "photos", "registered", "points", "track_length", "reprojection_rms_px", "poses_px_median", "poses_px_worst",

@@ -22,7 +22,7 @@ from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS
 from benchmarks.verbs import photo_inputs, words
 from treedgs_geo.core.files import read_json
-from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 
 

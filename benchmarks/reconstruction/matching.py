@@ -24,11 +24,11 @@ import numpy as np
 import pycolmap
 
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.machine import cores
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction.features import run_task
 from treedgs_geo.reconstruction.matching import match_pairs
+from treedgs_lab.benchmarking.plot import TruePlot
 
 SEED = 1
 PROCESSES = (1, 2, 8)

@@ -20,18 +20,18 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.reading import read_stations
 from treedgs_geo.reconstruction.cameras import View
-from treedgs_geo.reconstruction.climbing import extract_features
 from treedgs_geo.reconstruction.features import FeatureStore
 from treedgs_geo.reconstruction.images import load_image
 from treedgs_geo.reconstruction.matchers import import_matches, load_matcher, plugin_of
 from treedgs_geo.reconstruction.matching import match_pairs
+from treedgs_geo.reconstruction.matching_strategy import extract_features
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pairs import select_pairs
-from treedgs_geo.reconstruction.survey import survey_of
+from treedgs_geo.reconstruction.prior_knowledge import survey_of
+from treedgs_lab.benchmarking.plot import TruePlot
 
 NEAR_PX, RIGHT_SHARE, SEED = 4.0, 0.9, 1
 

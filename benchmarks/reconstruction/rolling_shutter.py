@@ -18,9 +18,9 @@ from typing import Any
 from benchmarks.reconstruction.accuracy import SEED, of_stems, reconstructed
 from benchmarks.records import write_record
 from benchmarks.verbs import photo_inputs
-from treedgs_geo.benchmarking.blocks import camera_errors, scale_error
-from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.files import read_json, write_json
+from treedgs_lab.benchmarking.blocks import camera_errors, scale_error
+from treedgs_lab.benchmarking.plot import TruePlot
 
 #: Standard deviation of a readout time that is to stay as it is, seconds.
 _HELD_S = 1e-7

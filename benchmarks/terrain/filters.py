@@ -28,9 +28,9 @@ from benchmarks.clouds.accuracy import truth_of
 from benchmarks.records import write_record
 from benchmarks.terrain.accuracy import cover_kinds, score
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.from_points.measuring.cloud import measure_cloud
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.terrain import cloth, ground
 from treedgs_geo.terrain.cloud_ground import CloudGround
 from treedgs_geo.terrain.dtm import read_dtm

@@ -16,12 +16,12 @@ import numpy as np
 
 from benchmarks.records import write_record
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.from_points.measuring.cloud import measure_cloud
-from treedgs_geo.from_points.measuring.foot import FOOT_M, USUAL_FOOT_M, with_ground
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
+from treedgs_geo.stems.cloud.estimate.foot import FOOT_M, USUAL_FOOT_M, with_ground
+from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.terrain.cloud_ground import CloudGround, own_ground
-from treedgs_geo.trees.tree import Tree
 
 CLOUDS = (
     "lidar_treels/pine_plot.laz",

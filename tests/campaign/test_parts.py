@@ -17,11 +17,11 @@ from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
 from treedgs_geo.campaign.engine_process import explain
 from treedgs_geo.campaign.inputs import content_key, input_files
 from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
-from treedgs_geo.core import lease as leases
+from treedgs_geo.core import folder_lock as leases
 from treedgs_geo.core.costs import CostModel, fit, makespan
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.lease import Busy, Lease, Lost
-from treedgs_geo.core.shortage import is_full
+from treedgs_geo.core.folder_lock import Busy, Lease, Lost
+from treedgs_geo.core.resource_errors import is_full
 
 
 def test_only_one_of_many_takes_a_lease(tmp_path):
@@ -42,7 +42,7 @@ def test_only_one_of_many_takes_a_lease(tmp_path):
 
 
 def test_a_dead_process_of_this_host_holds_nothing(tmp_path):
-    script = f"from treedgs_geo.core.lease import Lease; Lease.take({str(tmp_path)!r}); import os; os._exit(1)"
+    script = f"from treedgs_geo.core.folder_lock import Lease; Lease.take({str(tmp_path)!r}); import os; os._exit(1)"
     subprocess.run([sys.executable, "-c", script], check=False)
     assert leases.holder_of(tmp_path) is None
     lease = Lease.take(tmp_path)

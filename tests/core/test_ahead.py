@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from treedgs_geo.core import ahead, machine
+from treedgs_geo.core import machine, precompile
 from treedgs_geo.core.children import python_command
 from treedgs_geo.core.progress import Reporter
 
@@ -40,9 +40,9 @@ def cache(tmp_path, monkeypatch) -> Path:
 
 def few(monkeypatch, **more) -> None:
     """The parent knows of a few small modules only; what they hold is read by the children themselves."""
-    whole = ahead.listed()
+    whole = precompile.listed()
     chosen = {name: whole[name] for name in SMALL} | more
-    monkeypatch.setattr(ahead, "listed", lambda: chosen)
+    monkeypatch.setattr(precompile, "listed", lambda: chosen)
 
 
 def write_kernels():
@@ -58,7 +58,7 @@ def test_the_list_fits_the_code():
     """Each entry names a compiled function of today, types that can be read, and every module that it calls."""
     from numba.core.dispatcher import Dispatcher
 
-    calls, modules = write_kernels().calls, ahead.listed()
+    calls, modules = write_kernels().calls, precompile.listed()
     assert len(modules) > 20
     for name, entry in modules.items():
         module = importlib.import_module(name)
@@ -67,8 +67,8 @@ def test_the_list_fits_the_code():
             assert isinstance(kernel, Dispatcher), f"{name}.{function}: run tools/write_kernels.py"
             assert signatures
             for signature in signatures:
-                kinds = tuple(map(ahead.type_of, signature))
-                assert [ahead.described(kind) for kind in kinds] == signature
+                kinds = tuple(map(precompile.type_of, signature))
+                assert [precompile.described(kind) for kind in kinds] == signature
                 assert len(kinds) == kernel.py_func.__code__.co_argcount, f"{name}.{function}: run write_kernels.py"
             others = {other for other in calls(kernel) if other != name and other in modules}
             assert others <= set(entry["after"])
@@ -77,7 +77,7 @@ def test_the_list_fits_the_code():
 
 def test_adding_to_the_list_leaves_the_weight_of_what_no_job_ran(monkeypatch):
     tool, name = write_kernels(), SMALL[0]
-    module, before = importlib.import_module(name), ahead.listed()[name]
+    module, before = importlib.import_module(name), precompile.listed()[name]
     types = {function: list(signatures) for function, signatures in before["kernels"].items()}
     ran: dict[str, float] = {}
     monkeypatch.setattr(tool, "kept", lambda kernel: _in_cache(kernel, types, ran))
@@ -101,7 +101,7 @@ def _in_cache(kernel, types: dict, ran: dict[str, float]) -> tuple[list, float]:
 def test_types_are_written_and_read():
     from numba.core import types
 
-    from treedgs_geo.from_photos.stack import PhotoArrays
+    from treedgs_geo.stems.photos.images.crops import PhotoArrays
 
     array = types.Array(types.float32, 2, "C")
     for kind in (
@@ -115,31 +115,31 @@ def test_types_are_written_and_read():
         types.Omitted(2.5),
         types.literal(30),
     ):
-        assert ahead.type_of(json.loads(json.dumps(ahead.described(kind)))) == kind
+        assert precompile.type_of(json.loads(json.dumps(precompile.described(kind)))) == kind
     with pytest.raises(ValueError, match="no description of the type"):
-        ahead.described(types.DictType(types.int64, types.int64))
+        precompile.described(types.DictType(types.int64, types.int64))
 
 
 def test_what_is_compiled_is_found_by_the_next_process(cache, monkeypatch):
     few(monkeypatch)
     bar = Bar()
-    first = ahead.compile_ahead(bar, processes=2)
+    first = precompile.compile_ahead(bar, processes=2)
     assert first.compiled == len(list(cache.rglob("*.nbc"))) > 2 and not first.kept and not first.failed
     assert bar.fractions == sorted(bar.fractions) and bar.fractions[-1] == 1
-    again = ahead.compile_ahead(processes=1)
+    again = precompile.compile_ahead(processes=1)
     assert again.compiled == 0 and again.kept == first.compiled
 
 
 def test_what_cannot_be_compiled_is_named_and_the_rest_is_done(cache, monkeypatch):
     few(monkeypatch, nowhere={"weight": 1, "after": [SMALL[0]], "kernels": {"f": [["int64"]]}})
-    found = ahead.compile_ahead(processes=1)
+    found = precompile.compile_ahead(processes=1)
     assert found.compiled > 2 and len(found.failed) == 1 and found.failed[0].startswith("nowhere")
 
 
 def test_processes_that_die_end_it(cache, monkeypatch):
     few(monkeypatch)
-    monkeypatch.setattr(ahead, "python_command", lambda _: [sys.executable, "-c", "raise SystemExit(9)"])
-    found = ahead.compile_ahead(processes=2)
+    monkeypatch.setattr(precompile, "python_command", lambda _: [sys.executable, "-c", "raise SystemExit(9)"])
+    found = precompile.compile_ahead(processes=2)
     assert found.compiled == 0 and any("ended early" in reason for reason in found.failed)
 
 
@@ -168,7 +168,7 @@ def test_what_can_be_written(tmp_path):
 
 
 def test_a_process_ends_with_whoever_started_it(cache):
-    command = python_command("treedgs_geo.core.ahead")
+    command = python_command("treedgs_geo.core.precompile")
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
         child.stdin.close()
         assert child.wait(60) == 0

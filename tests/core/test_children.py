@@ -62,8 +62,8 @@ def plain() -> dict[str, str]:
         "treedgs_geo",
         "treedgs_geo.campaign.supervise",
         "treedgs_geo.campaign.plot",
-        "treedgs_geo.reconstruction.worker",
-        "treedgs_geo.benchmarking.jobs",
+        "treedgs_geo.reconstruction.colmap_process",
+        "treedgs_lab.benchmarking.jobs",
     ],
 )
 def test_children_import_nothing_from_their_folder(hostile, module):

@@ -12,9 +12,9 @@ import time
 import pytest
 
 from treedgs_geo.cli import main
-from treedgs_geo.commands import MODULES, all_commands
 from treedgs_geo.core.progress import PROTOCOL, JsonReporter, PlainReporter
 from treedgs_geo.core.settings import params_of
+from treedgs_geo.verbs import MODULES, all_commands
 
 
 def test_overview_names_every_command(capsys):
@@ -153,10 +153,10 @@ def test_a_refused_verb_leaves_no_empty_folder(tmp_path, monkeypatch):
     from pathlib import Path
 
     from treedgs_geo.cli import run_command
-    from treedgs_geo.commands import get_command
     from treedgs_geo.core.errors import InputError
     from treedgs_geo.core.files import ensure_writable
     from treedgs_geo.core.progress import Reporter
+    from treedgs_geo.verbs import get_command
 
     def refuse(settings, reporter):
         ensure_writable(settings.output / "summary.json")

@@ -26,8 +26,8 @@ from treedgs_geo.core.workspace import Workspace, read_record
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
+from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.terrain.dtm import Dtm, write_dtm
-from treedgs_geo.trees.tree import Tree
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -19,7 +19,7 @@ from treedgs_geo.core import geopackage
 from treedgs_geo.core.errors import OutputError
 from treedgs_geo.inventory.tree_layer import check_output, write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 CRS = pyproj.CRS("EPSG:6344")
 SLICE = {

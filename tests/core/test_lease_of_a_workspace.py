@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from treedgs_geo.cli import main
-from treedgs_geo.core import lease as leases
+from treedgs_geo.core import folder_lock as leases
 from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.workspace import STALE_S, Workspace, in_use
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError
+from treedgs_geo.core.map_scale import check_lon_lat, check_place, ground_scale, local_scale, zone_that_fits
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.core.scale import check_lon_lat, check_place, ground_scale, local_scale, zone_that_fits
 from treedgs_geo.terrain.dtm import Dtm
 
 ARKANSAS = (-91.8, 33.6)

@@ -16,7 +16,7 @@ from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError, MemoryShortage, OutputError
 from treedgs_geo.core.files import atomic_path, reserve
 from treedgs_geo.core.machine import free_memory, require_memory
-from treedgs_geo.core.shortage import shortage_of
+from treedgs_geo.core.resource_errors import shortage_of
 
 
 @contextmanager

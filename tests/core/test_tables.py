@@ -17,14 +17,14 @@ import treedgs_geo
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import read_plots
 from treedgs_geo.core.tables import SafeWriter, csv_text, plain_cell, refuse_other_formats, safe_cell, safe_frame
-from treedgs_geo.evaluation.sections import write_table
+from treedgs_geo.inventory.accuracy.sections import write_table
 from treedgs_geo.inventory.field_trees import read_table
 from treedgs_geo.inventory.match import read_measured
 from treedgs_geo.inventory.stand.sample import read_sample
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_geo.simulation.files import write_csv
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_lab.simulate.files import write_csv
 
 UTM = pyproj.CRS.from_epsg(6344)
 ATTACK = "=cmd|' /C calc'!A0"

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from shared_data import needs_shared
 
-from treedgs_geo.commands.geotag import GeotagSettings, run
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
 from treedgs_geo.geotags.tagged import _QUIETLY, check_target
+from treedgs_geo.verbs.geotag import GeotagSettings, run
 
 
 def test_copies_carry_the_corrected_position(tmp_path: Path) -> None:

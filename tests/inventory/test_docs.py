@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from treedgs_geo.trees.tree import TREE_FIELDS
+from treedgs_geo.stems.quality.tree import TREE_FIELDS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "technician" / "tree-layer.md").read_text(encoding="utf-8")
 

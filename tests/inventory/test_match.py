@@ -14,12 +14,12 @@ import pytest
 from shapely.geometry import LineString
 from shared_data import needs_shared
 
-from treedgs_geo.commands.match_plots import MatchPlotsSettings, run
 from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.pairs_layer import FIELD, MEASURED, PAIR_COLUMNS, PAIRS, PLOTS, SUGGESTED
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_geo.verbs.match_plots import MatchPlotsSettings, run
 
 CENTRE = np.array([611337.0, 3718451.0])
 OFFSET = np.array([2.1, -1.3])

@@ -17,7 +17,7 @@ from treedgs_geo.inventory.evidence.files import sheets_folder, trees_with_sheet
 from treedgs_geo.inventory.evidence.parts import headline
 from treedgs_geo.inventory.report import write_report
 from treedgs_geo.inventory.tree_layer import tree_table
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 HOSTILE = "<script>document.title='broken'</script>\"'&amp;\n$name </td>"
 RUN = "0123456789abcdef"

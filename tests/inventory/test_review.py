@@ -19,7 +19,7 @@ from treedgs_geo.inventory.review.decisions import Decision, read_decisions
 from treedgs_geo.inventory.reviewed import DECISIONS
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 DECIDED = ["rev_flag", "rev_dbh_cm", "rev_note", "rev_by", "rev_at"]
 MEASURED = [name for name in tg.tree_table([], CRS) if name not in (*DECIDED, "geometry")]

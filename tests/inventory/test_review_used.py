@@ -12,10 +12,10 @@ from inventory.stand_helpers import EAST, NORTH, Ears, figures, make_survey, rep
 from inventory.test_match import match, survey  # noqa: F401  (a fixture)
 
 import treedgs_geo as tg
-from treedgs_geo.commands.evaluate import EvaluateSettings, run
 from treedgs_geo.inventory.pairs_layer import MEASURED, PAIRS
 from treedgs_geo.inventory.review.decisions import Decision
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.verbs.evaluate import EvaluateSettings, run
 
 
 def near(folder, column, value, n=1):

@@ -11,7 +11,7 @@ import pytest
 from treedgs_geo.inventory.match import read_measured
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_geo.trees.tree import TREE_FIELDS, Tree
+from treedgs_geo.stems.quality.tree import TREE_FIELDS, Tree
 
 CRS = pyproj.CRS("EPSG:6344")
 

@@ -12,11 +12,11 @@ import pytest
 from inventory.stand_helpers import Ears, edit_in_qgis, figures, report
 from shared_data import needs_shared
 
-from treedgs_geo.commands import evaluate, match_plots
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.pairs_layer import FIELD, PAIR_COLUMNS, PAIRS, PLOTS
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_geo.verbs import evaluate, match_plots
 
 #: What a person does: opens the layer with its style, starts editing, changes attributes and a line's end, saves.
 QGIS_EDIT = """

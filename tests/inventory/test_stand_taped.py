@@ -8,13 +8,13 @@ import pandas as pd
 import pytest
 
 from tests.inventory.stand_helpers import Ears, make_survey
-from treedgs_geo.commands.stand_table import StandTableSettings, run
-from treedgs_geo.commands.tape_sample import TapeSampleSettings
-from treedgs_geo.commands.tape_sample import run as sample
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.stand.run import read_stand
 from treedgs_geo.inventory.stand.tables import species_class_table
 from treedgs_geo.inventory.stand.values import BA
+from treedgs_geo.verbs.stand_table import StandTableSettings, run
+from treedgs_geo.verbs.tape_sample import TapeSampleSettings
+from treedgs_geo.verbs.tape_sample import run as sample
 
 
 @pytest.fixture(scope="module")

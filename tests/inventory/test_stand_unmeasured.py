@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 from inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, report
 
-from treedgs_geo.commands import match_plots
 from treedgs_geo.inventory.stand.unmeasured import NOTHING_KNOWN
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_geo.verbs import match_plots
 
 AREA_HA = np.pi * 0.1**2
 

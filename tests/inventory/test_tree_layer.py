@@ -14,7 +14,7 @@ from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.report import write_report
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import SHORT_NAMES, read_trees
-from treedgs_geo.trees.tree import TREE_FIELDS, Tree
+from treedgs_geo.stems.quality.tree import TREE_FIELDS, Tree
 
 CRS = pyproj.CRS("EPSG:6344")
 

@@ -14,7 +14,7 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import LAYER, read_trees
 from treedgs_geo.pointcloud.file_crs import LOCAL_CRS
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 #: What a person does: opens the layer with its style, starts editing, fills in the form's fields, saves.
 QGIS_WRITE = """

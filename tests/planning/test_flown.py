@@ -12,9 +12,9 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.planning.flown import planned_and_got
 from treedgs_geo.planning.plan import plan_flight
 from treedgs_geo.planning.settings import PlanFlightSettings
-from treedgs_geo.simulation.settings import SimulateSettings, resolve
-from treedgs_geo.simulation.simulate import simulate_plot
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_lab.simulate.settings import SimulateSettings, resolve
+from treedgs_lab.simulate.simulate import simulate_plot
 
 
 @pytest.fixture(scope="module")

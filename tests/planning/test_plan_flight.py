@@ -23,7 +23,7 @@ from treedgs_geo.planning.plan import plan_flight
 from treedgs_geo.planning.settings import PlanFlightSettings
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 EAST, NORTH = 611337.0, 3718451.0
 STAND = {"stems_per_ha": 700, "dbh_mean_cm": 27.0, "dbh_sd_cm": 6.5, "tree_height_m": 20.0, "crown_base_m": 10.0}

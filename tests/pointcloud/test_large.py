@@ -10,20 +10,20 @@ from shared_data import needs_shared
 from synthetic_cloud import plot_cloud
 
 import treedgs_geo.pointcloud.tiles as tiles
-from treedgs_geo.commands.segment_stems import SegmentStemsSettings
-from treedgs_geo.commands.segment_stems import run as segment
-from treedgs_geo.commands.terrain import TerrainSettings
-from treedgs_geo.commands.terrain import run as terrain
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_points.segmentation.labelling import Labeller
-from treedgs_geo.from_points.segmentation.segment import find_stems, label_points
-from treedgs_geo.from_points.segmentation.tiled import find_stems_tiled
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
+from treedgs_geo.stems.cloud.propose.labelling import Labeller
+from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
+from treedgs_geo.stems.cloud.propose.tiled import find_stems_tiled
 from treedgs_geo.terrain.dtm import read_dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_geo.terrain.streamed import dtm_from_tiles
+from treedgs_geo.verbs.segment_stems import SegmentStemsSettings
+from treedgs_geo.verbs.segment_stems import run as segment
+from treedgs_geo.verbs.terrain import TerrainSettings
+from treedgs_geo.verbs.terrain import run as terrain
 
 UTM = pyproj.CRS.from_epsg(32615)
 

@@ -19,7 +19,7 @@ from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.pointcloud.files import describe_cloud, read_cloud
 from treedgs_geo.pointcloud.sanity import examine
 from treedgs_geo.pointcloud.survey import SAMPLE_POINTS, Survey
-from treedgs_geo.trees.reasons import REASONS
+from treedgs_geo.stems.quality.reasons import REASONS
 
 
 def survey_of(xyz, pieces=1):

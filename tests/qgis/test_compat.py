@@ -137,7 +137,7 @@ def test_map_tips_and_legends_speak_the_users_language(qgis, tmp_path):
     import pyproj
 
     from treedgs_geo.inventory.tree_layer import write_trees
-    from treedgs_geo.trees.tree import Tree
+    from treedgs_geo.stems.quality.tree import Tree
 
     tree = Tree(tree_id=1, x=500000.0, y=3450000.0, z_ground=20.0, qc_flag="reject", qc_reason="few_views,lean")
     write_trees(tmp_path / "trees.gpkg", [tree], pyproj.CRS("EPSG:32617"))

@@ -11,11 +11,11 @@ import pytest
 from qgis_driver import ROOT
 
 from treedgs_geo.cli import main
-from treedgs_geo.commands import MODULES
-from treedgs_geo.commands.doctor import COMMAND, NEEDS, OPTIONAL, PACKAGES, DoctorSettings, check_libraries, machine
 from treedgs_geo.core.errors import MissingComponentError
 from treedgs_geo.core.extras import EXTRAS
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.verbs import MODULES
+from treedgs_geo.verbs.doctor import COMMAND, NEEDS, OPTIONAL, PACKAGES, DoctorSettings, check_libraries, machine
 
 
 def imported() -> set[str]:
@@ -99,7 +99,7 @@ def test_a_missing_library_and_a_broken_one_are_named(monkeypatch):
 
     monkeypatch.setattr(importlib, "import_module", broken)
     few = {"pycolmap": "pycolmap", "open3d": "open3d", "numpy": "numpy"}
-    monkeypatch.setattr("treedgs_geo.commands.doctor.PACKAGES", few)
+    monkeypatch.setattr("treedgs_geo.verbs.doctor.PACKAGES", few)
     versions, problems = check_libraries(few, Reporter())
     assert set(versions) == {"numpy"}
     assert problems["pycolmap"] == "not installed" and "libGL.so.1" in problems["open3d"]

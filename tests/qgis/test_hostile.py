@@ -46,7 +46,7 @@ def test_shapefile_and_csv_keep_every_field(qgis, tmp_path):
     import pandas
 
     from treedgs_geo.inventory.tree_reading import SHORT_NAMES
-    from treedgs_geo.trees.tree import TREE_FIELDS
+    from treedgs_geo.stems.quality.tree import TREE_FIELDS
 
     stems_cloud(tmp_path / "cloud.laz", (0.15,))
     for name in ("trees.shp", "trees.csv"):

@@ -8,7 +8,7 @@ import geopandas
 import pytest
 from shapely.geometry import Point, box
 
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 PREPARE = """
 import json, os

@@ -11,7 +11,7 @@ import pytest
 from treedgs_geo.inventory.evidence.canvas import Canvas
 from treedgs_geo.inventory.evidence.files import sheets_folder, write_sheet
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 RUN = "0123456789abcdef"
 TIP = """

@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 from qgis_driver import ROOT, load
 
-from treedgs_geo.commands import MODULES
-from treedgs_geo.trees.tree import TREE_FIELDS
+from treedgs_geo.stems.quality.tree import TREE_FIELDS
+from treedgs_geo.verbs import MODULES
 
 DECLARED = {
     entry["id"]: entry for entry in json.loads((ROOT / "treedgs_qgis" / "parameters.json").read_text())["commands"]
@@ -202,7 +202,7 @@ def test_styles_cover_the_tree_layer():
 
 
 def test_styles_know_every_reason():
-    from treedgs_geo.trees.reasons import REASONS
+    from treedgs_geo.stems.quality.reasons import REASONS
 
     style = (ROOT / "treedgs_geo" / "core" / "styles" / "trees.qml").read_text(encoding="utf-8")
     assert all(f"'{reason}'" in style for reason in REASONS), "run make styles"

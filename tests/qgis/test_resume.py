@@ -46,7 +46,7 @@ def until_stage(running, record: Path, name: str) -> None:
 
 def test_a_chain_resumes_after_ctrl_c_and_after_a_kill(qgis, chain, simulated_plot):
     """The real engine with its own child processes: stopped in the reconstruction, killed while measuring, ended."""
-    from treedgs_geo.evaluation.accuracy import score_against_truth
+    from treedgs_geo.inventory.accuracy.scores import score_against_truth
     from treedgs_geo.inventory.tree_reading import read_trees
 
     folder, arguments = chain

@@ -15,8 +15,8 @@ from treedgs_geo.inventory.carried import merge_note, merged_into
 from treedgs_geo.inventory.review.apply import BESIDE_M, FAR_M
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_geo.trees.reasons import REASONS
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.reasons import REASONS
+from treedgs_geo.stems.quality.tree import Tree
 
 LAYER = """
 import json

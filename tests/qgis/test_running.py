@@ -187,7 +187,7 @@ def test_styled_trees_open_styled(qgis, tmp_path):
     import pyproj
 
     from treedgs_geo.inventory.tree_layer import write_trees
-    from treedgs_geo.trees.tree import Tree
+    from treedgs_geo.stems.quality.tree import Tree
 
     layer, picture = tmp_path / "árboles con espacio.gpkg", tmp_path / "map.png"
     write_trees(

@@ -21,14 +21,14 @@ from treedgs_geo.reconstruction.adjustment import (
     adjust_roughly,
 )
 from treedgs_geo.reconstruction.bundle import LAST, State, _cauchy, _soft_l1, camera_of, shared_of
+from treedgs_geo.reconstruction.camera_model import Sensor
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
+from treedgs_geo.reconstruction.covariance import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored
+from treedgs_geo.reconstruction.outlier_photos import leave_out, strays
 from treedgs_geo.reconstruction.poses import rotation_angle_deg, rotation_from_gimbal
-from treedgs_geo.reconstruction.posterior import GEOTAG_DRIFT_S, posterior_of
-from treedgs_geo.reconstruction.sensor import Sensor
-from treedgs_geo.reconstruction.shutter import settle_lens, settle_shutter
-from treedgs_geo.reconstruction.strays import leave_out, strays
+from treedgs_geo.reconstruction.rolling_shutter import settle_lens, settle_shutter
 from treedgs_geo.reconstruction.tracks import Block
 
 SHUTTER = frozenset({"readout"})

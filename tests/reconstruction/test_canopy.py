@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from treedgs_geo.reconstruction.alike import pictures_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.canopy import canopy_of, finer_tip
-from treedgs_geo.trees.tips import tips_of
+from treedgs_geo.reconstruction.multi_view_correlation import pictures_of
+from treedgs_geo.stems.quality.tips import tips_of
 
 #: A crown (a level square, texture on top): half width, middle, height above the ground, metres; a smaller one.
 CROWNS = ((1.5, (2.0, 1.0), 12.0), (0.5, (-4.0, -2.0), 7.0))

@@ -19,13 +19,13 @@ from treedgs_geo.geotags.readout import Readout
 from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
+from treedgs_geo.reconstruction.camera_model import Sensor
 from treedgs_geo.reconstruction.checks import check_block
-from treedgs_geo.reconstruction.joining import Joined
+from treedgs_geo.reconstruction.incremental_block import Joined
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pipeline import reconstruct_photos
-from treedgs_geo.reconstruction.sensor import Sensor
-from treedgs_geo.reconstruction.shutter import free_shutter
+from treedgs_geo.reconstruction.rolling_shutter import free_shutter
 from treedgs_geo.reconstruction.tracks import Block
 
 READOUT = Readout(0.0, 0.0, "test")

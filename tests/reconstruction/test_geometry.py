@@ -11,11 +11,11 @@ from synthetic_block import block_of, ring
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.dense import densify_band, vote
-from treedgs_geo.reconstruction.guided import _in_field, find_points, turn_to_points
 from treedgs_geo.reconstruction.images import pinhole_crop, undistort_view
 from treedgs_geo.reconstruction.model import load_points, load_views, point_colours, save_model
 from treedgs_geo.reconstruction.pairs import select_pairs
 from treedgs_geo.reconstruction.poses import fit_similarity_robust, rotation_angle_deg, rotation_from_gimbal
+from treedgs_geo.reconstruction.predicted_points import _in_field, find_points, turn_to_points
 from treedgs_geo.reconstruction.tracks import build_tracks, triangulate
 
 

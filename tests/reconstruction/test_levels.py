@@ -11,15 +11,15 @@ from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction import climbing, strays
+from treedgs_geo.reconstruction import matching_strategy, outlier_photos
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
+from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
 from treedgs_geo.reconstruction.features import FeatureStore
-from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
-from treedgs_geo.reconstruction.joining import Joined
-from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
+from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
+from treedgs_geo.reconstruction.incremental_block import Joined
+from treedgs_geo.reconstruction.matching_levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
-from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
 from treedgs_geo.reconstruction.sift import PhotoFeatures
 
 GOOD = {
@@ -236,15 +236,17 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
             raise ReconstructionError("nothing there.")
         return SimpleNamespace(level=level.name), report
 
-    monkeypatch.setattr(climbing, "at_level", at_level)
-    monkeypatch.setattr(climbing, "kept_poses", lambda former, survey: former)
-    level, joined, report, because = climbing.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
+    monkeypatch.setattr(matching_strategy, "at_level", at_level)
+    monkeypatch.setattr(matching_strategy, "kept_poses", lambda former, survey: former)
+    level, joined, report, because = matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
     assert (level.name, joined.level, len(tried)) == (chosen, chosen, asked)
     assert reasons in because and bool(because) == bool(reasons)
     assert said == [f"of {chosen}"]
-    monkeypatch.setattr(climbing, "at_level", lambda *_: (_ for _ in ()).throw(ReconstructionError("no photo.")))
+    monkeypatch.setattr(
+        matching_strategy, "at_level", lambda *_: (_ for _ in ()).throw(ReconstructionError("no photo."))
+    )
     with pytest.raises(ReconstructionError, match="no photo"):
-        climbing.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
+        matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
 
 
 def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
@@ -288,20 +290,20 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)
     assert pixels[3] > 1.5 * others.max()
-    monkeypatch.setattr(climbing, "KEPT_SURE_PX", 0.5 * (pixels[3] + others.max()))
-    placement = climbing.kept_poses(joined, survey)
+    monkeypatch.setattr(matching_strategy, "KEPT_SURE_PX", 0.5 * (pixels[3] + others.max()))
+    placement = matching_strategy.kept_poses(joined, survey)
     assert placement is not None and placement.mapped.tolist() == [k != 3 for k in range(10)]
     np.testing.assert_array_equal(placement.translations[placement.mapped], block.translations[placement.mapped])
     # The weak one stands at its geotag, not where the block had it.
     centre = -placement.rotations[3].T @ placement.translations[3]
     np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
-    every = climbing.kept_poses(joined, survey, all_poses=True)
+    every = matching_strategy.kept_poses(joined, survey, all_poses=True)
     assert every is not None and every.mapped.all()
     np.testing.assert_array_equal(every.translations, block.translations)
-    monkeypatch.setattr(climbing, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
-    assert climbing.kept_poses(joined, survey) is None
-    assert climbing.kept_poses(joined, survey, all_poses=True) is None
-    assert climbing.kept_poses(None, survey) is None
+    monkeypatch.setattr(matching_strategy, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
+    assert matching_strategy.kept_poses(joined, survey) is None
+    assert matching_strategy.kept_poses(joined, survey, all_poses=True) is None
+    assert matching_strategy.kept_poses(None, survey) is None
 
 
 def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -313,14 +315,14 @@ def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.Monkey
     known = known_of(block.centres, 0.02)
     pixels = posterior_of(adjust(block, known, LENS, final=True)).poses_px
     names, told = [f"{k}.jpg" for k in range(10)], Collector()
-    monkeypatch.setattr(strays, "UNSURE_PX", 1.1 * pixels[3])
-    assert not strays.leave_out_unsure(block, pixels, names, told) and block.is_posed.all()
-    monkeypatch.setattr(strays, "UNSURE_PX", 0.9 * pixels[3])
-    monkeypatch.setattr(strays, "UNSURE_TIMES", 0.9 * pixels[3] / np.median(pixels))
-    assert strays.leave_out_unsure(block, pixels, names, told)
+    monkeypatch.setattr(outlier_photos, "UNSURE_PX", 1.1 * pixels[3])
+    assert not outlier_photos.leave_out_unsure(block, pixels, names, told) and block.is_posed.all()
+    monkeypatch.setattr(outlier_photos, "UNSURE_PX", 0.9 * pixels[3])
+    monkeypatch.setattr(outlier_photos, "UNSURE_TIMES", 0.9 * pixels[3] / np.median(pixels))
+    assert outlier_photos.leave_out_unsure(block, pixels, names, told)
     assert block.is_posed.tolist() == [k != 3 for k in range(10)]
     assert "3.jpg" in told.said[0] and 3 not in block.image
-    assert not strays.leave_out_unsure(block, np.full(10, np.nan), names, told)
+    assert not outlier_photos.leave_out_unsure(block, np.full(10, np.nan), names, told)
 
 
 class Collector(Reporter):

@@ -6,7 +6,7 @@ import pytest
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction.guided import Features, kinds, one_to_one, search, squares
+from treedgs_geo.reconstruction.predicted_points import Features, kinds, one_to_one, search, squares
 from treedgs_geo.reconstruction.sift import PARTS, SMALL_PHOTO_PX, PhotoFeatures, extract, features_of
 
 

@@ -110,7 +110,7 @@ SLICES = {
 
 def reasons() -> dict[str, tuple[str, str]]:
     """The one list of reasons, from the library's file (which needs nothing but Python)."""
-    file = ROOT / "treedgs_geo" / "trees" / "reasons.py"
+    file = ROOT / "treedgs_geo" / "stems" / "quality" / "reasons.py"
     spec = importlib.util.spec_from_file_location("treedgs_reasons", file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

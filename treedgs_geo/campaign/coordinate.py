@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.costs import time_text
 from ..core.errors import TreeDGSError
-from ..core.lease import Busy, Lease
+from ..core.folder_lock import Busy, Lease
 from ..core.progress import Reporter
 from .clusters import Crew
 from .places import RECORD, TREES

@@ -16,8 +16,8 @@ from typing import Any
 
 from ..core.children import python_command, was_killed
 from ..core.files import FULL_BYTES, free_bytes, remove_leftovers, write_json
-from ..core.lease import HANDED
-from ..core.shortage import is_full
+from ..core.folder_lock import HANDED
+from ..core.resource_errors import is_full
 
 #: What libraries read to know how many threads they may start.
 THREADS = (

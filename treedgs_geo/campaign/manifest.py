@@ -117,7 +117,7 @@ class Checker:
     """Checks rows one after the other; keeps ids and marks only, so that memory stays small."""
 
     def __init__(self, manifest: Path, crs: str | None) -> None:
-        from ..commands import get_command
+        from ..verbs import get_command
 
         self.manifest, self.crs = Path(manifest), crs
         self.base = self.manifest.resolve().parent

@@ -29,9 +29,9 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
     Returns:
         counts, mean DBH, CRS, bounds, reasons of refusal, accuracy where field trees are given.
     """
-    from ..commands import get_command
     from ..inventory.tree_reading import read_trees
-    from ..trees.reasons import split_reasons
+    from ..stems.quality.reasons import split_reasons
+    from ..verbs import get_command
 
     row, folder = job["row"], Path(job["folder"])
     values = dict(row["values"], output=str(folder / TREES))
@@ -92,8 +92,8 @@ def _point(text: str) -> str:
 
 def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, reporter: Reporter) -> dict[str, Any]:
     """Errors against the field trees; a plot that cannot be paired says why and loses nothing else."""
-    from ..commands import get_command
-    from ..evaluation.tables import evidence_from_pairs, metrics_of
+    from ..inventory.accuracy.tables import evidence_from_pairs, metrics_of
+    from ..verbs import get_command
 
     if not n_trees:
         return {"note": "no tree was measured"}
@@ -137,7 +137,7 @@ def main() -> int:
     except TreeDGSError as problem:
         reporter.error(str(problem))
         return problem.exit_code
-    from ..commands.doctor import DoctorSettings
+    from ..verbs.doctor import DoctorSettings
 
     verb = Command(
         name="plot",

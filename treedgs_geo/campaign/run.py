@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.costs import CostModel, makespan, time_text
 from ..core.errors import Incomplete, InputError, OutputError, TreeDGSError
-from ..core.lease import Busy, Lease
+from ..core.folder_lock import Busy, Lease
 from ..core.machine import cores
 from ..core.progress import Reporter
-from ..core.shortage import is_full
+from ..core.resource_errors import is_full
 from .clusters import QUEUES, Shape, memory_for_plots, open_crew, shape_of
 from .coordinate import Coordinator, Tally
 from .layer import check_output, twins, write_layer
@@ -24,7 +24,7 @@ from .state import Campaign, Plan, make_plan
 from .task import run_plot
 
 if TYPE_CHECKING:
-    from ..campaign.settings import CampaignSettings
+    from .settings import CampaignSettings
 
 
 def run_campaign(

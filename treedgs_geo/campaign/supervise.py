@@ -20,9 +20,9 @@ from typing import Any
 from .. import __version__
 from ..core.errors import TreeDGSError
 from ..core.files import read_json
+from ..core.folder_lock import Busy, Lease, Lost, host
 from ..core.geopackage import move_aside
-from ..core.lease import Busy, Lease, Lost, host
-from ..core.shortage import is_full
+from ..core.resource_errors import is_full
 from .engine_process import Ending, EngineProcess
 from .inputs import content_key, input_files
 from .manifest import own_field, own_plots

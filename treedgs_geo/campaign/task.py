@@ -9,7 +9,7 @@ import time
 from typing import Any
 
 from ..core.children import python_command
-from ..core.lease import host
+from ..core.folder_lock import host
 
 #: Dask's name for the memory a worker has for plots, GB (``--resources memory_gb=12``).
 RESOURCE = "memory_gb"

@@ -15,7 +15,7 @@ import pyproj
 
 from .errors import CRSError, InputError
 from .frames import horizontal, same_datum, suggest_utm, transform, vertical_of
-from .scale import ground_scale
+from .map_scale import ground_scale
 
 
 def project_crs(text: str) -> pyproj.CRS:
@@ -77,7 +77,7 @@ class LocalFrame:
         """Frame with its origin near the mean of ``points`` (N, 3), rounded to whole metres, and the scale there.
 
         Raises:
-            CRSError: the map stretches too much to be measured in, see :func:`.scale.ground_scale`.
+            CRSError: the map stretches too much to be measured in, see :func:`.map_scale.ground_scale`.
         """
         centre = np.nanmean(np.asarray(points, float).reshape(-1, 3), axis=0)
         return cls(crs, np.asarray(np.round(centre), float), ground_scale(crs, *centre))

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError, OutputError
-from .lease import host, pid_space, started
-from .shortage import full_disk, reporting_full_disk
+from .folder_lock import host, pid_space, started
+from .resource_errors import full_disk, reporting_full_disk
 
 #: Longest file name in bytes: file systems take 255, and SQLite and shapefiles add to it.
 LONGEST_NAME = 240

@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, unescape
 from .errors import OutputError
 from .files import ensure_writable, keep_beside, put_in_place, temporary_beside
 from .geopackage_merge import ForeignLayer, check_layers, merge
-from .shortage import is_full, reporting_full_disk
+from .resource_errors import is_full, reporting_full_disk
 
 #: Seconds to wait for another program that reads or edits a GeoPackage.
 WAIT_S = 12.0

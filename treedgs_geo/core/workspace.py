@@ -14,7 +14,7 @@ from typing import Any
 from .. import __version__
 from .errors import InputError, OutputError, TreeDGSError
 from .files import content_hash, ensure_writable, read_json, remove_leftovers, write_json
-from .lease import Busy, Lease, Lost, holder_of, host
+from .folder_lock import Busy, Lease, Lost, holder_of, host
 
 #: File names inside a workspace (``docs/developer/workspace.md``).
 GEOTAGS = "geotags.gpkg"

@@ -11,8 +11,8 @@ import pyproj
 from ..core.crs import horizontal
 from ..core.errors import CRSError, GeotagError
 from ..core.frames import transform
+from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
-from ..core.scale import zone_that_fits
 from .gpstime import describe_utc
 from .photos import shorten
 from .stations import Stations

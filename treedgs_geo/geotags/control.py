@@ -15,8 +15,8 @@ from PIL import Image
 from ..core.crs import lonlat_to_project
 from ..core.errors import InputError
 from ..core.frames import same_datum, transform
+from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
-from ..core.scale import zone_that_fits
 from .control_files import ControlRow, read_control_rows
 from .photos import shorten
 from .stations import Stations

@@ -14,8 +14,8 @@ from ..core.crs import check_projected, horizontal, lonlat_to_project, suggest_u
 from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
 from ..core.frames import vertical_of
+from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
-from ..core.scale import check_lon_lat, check_place
 from .agreement import check_agreement
 from .datum import check_frame, decimal_year, geotags_frame
 from .exposures import antenna_at, assign_marks, marks_of_events, note_spare

@@ -13,7 +13,7 @@ import pyproj
 from ..core.crs import lonlat_to_project
 from ..core.errors import CRSError, GeotagError
 from ..core.frames import transform
-from ..core.scale import check_place
+from ..core.map_scale import check_place
 
 #: Names of columns, lower case: photo, longitude and latitude, height, easting and northing.
 NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")

@@ -55,10 +55,10 @@ def stem_slices(
 ) -> list[dict]:
     """Circles fitted to horizontal slices of each measured stem, for looking at; the DBH does not come from them.
 
-    xyz: (N, 3) project metres. tree_id: (N,) integers. trees: :class:`~treedgs_geo.trees.tree.Tree` records with a
-    DBH and a ground height. Slices from 0.5 to 4.5 m above ground; one without a believable circle is left out.
+    xyz: (N, 3) project metres. tree_id: (N,) integers. trees: :class:`~treedgs_geo.stems.quality.tree.Tree` records
+    with a DBH and a ground height. Slices from 0.5 to 4.5 m above ground; one without a believable circle is left out.
     """
-    from ..shapes.circles import geometric_circle
+    from ..stems.geometry.circles import geometric_circle
 
     order = np.argsort(tree_id, kind="stable")
     ids, starts = np.unique(tree_id[order], return_index=True)

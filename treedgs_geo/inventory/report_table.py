@@ -9,7 +9,7 @@ from typing import Any
 import geopandas as gpd
 import pandas as pd
 
-from ..trees.reasons import explain
+from ..stems.quality.reasons import explain
 from .report_map import FLAGS
 
 #: Heading, and how the script sorts the column: by number or by text.

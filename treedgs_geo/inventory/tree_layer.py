@@ -17,9 +17,9 @@ from ..core.errors import OutputError
 from ..core.files import atomic_path, ensure_writable, temporary_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, style_text, style_text_after
 from ..core.progress import Reporter
-from ..core.shortage import reporting_full_disk
+from ..core.resource_errors import reporting_full_disk
 from ..core.tables import safe_frame
-from ..trees.tree import TREE_FIELDS, Tree
+from ..stems.quality.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
 from .tree_reading import LAYER, SHORT_NAMES
 from .written import read_written
@@ -43,7 +43,7 @@ _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".
 
 def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
     """Trees as a GeoDataFrame: PointZ at breast-height position and ground height, columns
-    :data:`treedgs_geo.trees.tree.TREE_FIELDS`.
+    :data:`treedgs_geo.stems.quality.tree.TREE_FIELDS`.
 
     Missing numbers are NULL in every file; z falls back to 0 only in the geometry (``z_ground`` stays NULL).
 

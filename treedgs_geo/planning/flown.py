@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..simulation.flight_plan import PHOTOS, PLOTS, read_layer
+from treedgs_lab.simulate.flight_plan import PHOTOS, PLOTS, read_layer
 
 if TYPE_CHECKING:
-    from ..trees.tree import Tree
+    from ..stems.quality.tree import Tree
 
 #: The share measured may fall short by this much, and the error exceed by this factor, before it is worth a sentence.
 SHARE_SLACK, ERROR_SLACK = 0.10, 1.3

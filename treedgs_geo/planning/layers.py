@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 from shapely.geometry import LineString, Polygon
 
+from treedgs_lab.simulate.flight_plan import PHOTOS, PLOTS
+
 from ..core.geopackage import atomic_geopackage, save_style
-from ..simulation.flight_plan import PHOTOS, PLOTS
 from .choose import JudgedFlight, Stems
 from .drones import DroneCamera
 from .site import PlanSite

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..simulation.grid import axes
+from treedgs_lab.simulate.grid import axes
+
 from .drones import DroneCamera
 
 #: Tilts of oblique photos from straight down, degrees.

@@ -11,8 +11,8 @@ import pyproj
 from ..core.crs import check_projected, project_crs
 from ..core.errors import CRSError, InputError
 from ..core.frames import heights_named
+from ..core.map_scale import check_place
 from ..core.progress import Reporter
-from ..core.scale import check_place
 from ..inventory.stand.sample import SamplePlot, read_sample
 from ..inventory.stand.treelist import from_layer, settle_status
 from ..terrain.dtm import Dtm, read_dtm

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..simulation.light import sun_direction
+from treedgs_lab.simulate.light import sun_direction
 
 #: Lower suns leave stems in deep shadow and let shadows move fast, degrees above the horizon.
 LOWEST_SUN_DEG = 25.0

@@ -1,7 +1,7 @@
 """Whether a cloud can be a stand of trees in metres, asked before any work: extent, axes, heights, thickness.
 
 Every fault that is found gets its own sentence. Some end the job, because nothing right can come of them; the others
-are warnings, and :mod:`treedgs_geo.trees.odd_heights` marks the trees that they touch.
+are warnings, and :mod:`treedgs_geo.stems.quality.odd_heights` marks the trees that they touch.
 """
 
 from __future__ import annotations

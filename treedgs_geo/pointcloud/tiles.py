@@ -11,8 +11,8 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError, OutputError
+from ..core.map_scale import check_place
 from ..core.progress import Reporter
-from ..core.scale import check_place
 from .cloud import usable
 from .files import describe_cloud, iter_cloud
 from .sanity import examine, report
@@ -169,7 +169,7 @@ def sort_into_tiles(
 
     Raises:
         InputError, CRSError: see :func:`.files.iter_cloud`, :func:`.sanity.examine` and
-            :func:`treedgs_geo.core.scale.check_place`. OutputError: not enough room on the disk.
+            :func:`treedgs_geo.core.map_scale.check_place`. OutputError: not enough room on the disk.
     """
     reporter = reporter or Reporter()
     about = describe_cloud(path)

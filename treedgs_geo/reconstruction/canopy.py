@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from ..core.progress import Reporter
-from .alike import Pictures
+from .multi_view_correlation import Pictures
 
 #: Correlation from which something stands there. In the air the largest within 0.8 m of a tip is 0.05 to 0.18.
 STANDS = 0.2
@@ -43,7 +43,8 @@ class Canopy:
 
 
 def alike_in(pictures: list[Pictures], points: np.ndarray) -> np.ndarray:
-    """(N, 3) local points -> (N,) mean of :meth:`.alike.Pictures.alike` over pictures of several sizes."""
+    """(N, 3) local points -> (N,) mean of :meth:`.multi_view_correlation.Pictures.alike` over pictures of several
+    sizes."""
     return np.mean([each.alike(points) for each in pictures], axis=0)
 
 

@@ -16,8 +16,8 @@ from ..geotags.stations import Stations
 from .bundle_kernels import CX, CY, READOUT
 from .calibration import Calibration, lens_sd_of
 from .control import control_residuals, rms_of
-from .joining import Joined
-from .posterior import posterior_of
+from .covariance import posterior_of
+from .incremental_block import Joined
 from .tracks import Block
 
 #: Refused below this share of registered photos; warned below the second.

@@ -21,14 +21,15 @@ from .sift import PhotoFeatures
 def run_task(
     task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None
 ) -> None:
-    """Run one task of :mod:`.worker` to its end; see :func:`run_tasks`."""
+    """Run one task of :mod:`.colmap_process` to its end; see :func:`run_tasks`."""
     run_tasks(task, [job], cache, reporter, fraction)
 
 
 def run_tasks(
     task: str, jobs: list[dict[str, Any]], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None
 ) -> None:
-    """Run a task of :mod:`.worker` on several jobs at once, each in a child; cancelling this process ends them at once.
+    """Run a task of :mod:`.colmap_process` on several jobs at once, each in a child; cancelling this process ends them
+    at once.
 
     Raises:
         MemoryError: a child was killed by the system. ReconstructionError: one crashed (the log file is named).
@@ -43,7 +44,7 @@ def run_tasks(
             with open(logs[-1], "wb") as log:
                 children.append(
                     subprocess.Popen(
-                        python_command("treedgs_geo.reconstruction.worker", job_file),
+                        python_command("treedgs_geo.reconstruction.colmap_process", job_file),
                         stdin=subprocess.DEVNULL,
                         stdout=log,
                         stderr=log,

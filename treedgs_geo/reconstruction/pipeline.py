@@ -13,12 +13,12 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from .calibration import calibration_record
-from .climbing import Work, climb
-from .levels import levels_of
 from .matchers import Plugin, load_matcher
+from .matching_levels import levels_of
+from .matching_strategy import Work, climb
 from .model import save_model
 from .options import ReconstructOptions
-from .survey import survey_of
+from .prior_knowledge import survey_of
 
 
 def reconstruct_photos(

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from .camera_model import Sensor
 from .cameras import Camera, View
-from .sensor import Sensor
 
 
 class Rays(NamedTuple):

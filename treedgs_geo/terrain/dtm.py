@@ -15,8 +15,8 @@ from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
 from ..core.frames import heights_named, vertical_of
 from ..core.frames import transform as convert
+from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
-from ..core.scale import zone_that_fits
 from ..pointcloud.cloud import horizontal
 from ..pointcloud.file_crs import same_place
 from .unmarked import unmarked_nodata

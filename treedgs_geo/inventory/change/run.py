@@ -14,8 +14,8 @@ from ...core.crs import check_projected, project_crs
 from ...core.errors import CRSError, InputError
 from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
 from ...core.geopackage import ensure_unlocked
+from ...core.map_scale import check_place
 from ...core.progress import Reporter
-from ...core.scale import check_place
 from ...core.tables import safe_frame
 from ..pairing import PairingOptions
 from ..stand.estimate import Design

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...trees.tree import Tree
+from ...stems.quality.tree import Tree
 from .canvas import BLUE, FAINT, INK, LINE, Canvas
 from .parts import MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines, reasons
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ...core.files import atomic_folder
-from ...trees.tree import Tree
+from ...stems.quality.tree import Tree
 from .canvas import Canvas
 
 #: Name of the folder of a run that gave its trees no ``run_id``.

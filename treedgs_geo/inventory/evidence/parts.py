@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...trees.methods import METHODS
-from ...trees.reasons import REASONS
-from ...trees.tree import Tree
+from ...stems.quality.methods import METHODS
+from ...stems.quality.reasons import REASONS
+from ...stems.quality.tree import Tree
 from .canvas import BLUE, FAINT, FLAG_COLOURS, INK, LINE, PAPER, Canvas, font, shortened
 
 WIDTH, MARGIN = 1200, 14

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...from_photos.chance import ABOVE
-from ...from_photos.photo_fit import PhotoFit
-from ...from_photos.shown import USED, StemShown, choose_photos, straightened
-from ...from_photos.stack import PhotoStack
-from ...trees.tree import Tree
+from ...stems.photos.fit.null_model import ABOVE
+from ...stems.photos.fit.photo_fit import PhotoFit
+from ...stems.photos.images.crops import PhotoStack
+from ...stems.photos.stem_images import USED, StemShown, choose_photos, straightened
+from ...stems.quality.tree import Tree
 from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, shortened_front
 from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines, reasons
 

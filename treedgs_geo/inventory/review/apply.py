@@ -17,8 +17,8 @@ import shapely
 
 from ...core.errors import InputError
 from ...core.tables import plain_cell
-from ...trees.priors import BREAST_HEIGHT_M
-from ...trees.tree import TREE_FIELDS
+from ...stems.quality.priors import BREAST_HEIGHT_M
+from ...stems.quality.tree import TREE_FIELDS
 from ..carried import kept_place, merge_note, merged_into
 from ..reviewed import COLUMNS, NO_TREE, decided
 from ..tree_layer import check_output, write_table

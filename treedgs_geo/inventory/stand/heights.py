@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from ...trees.priors import BREAST_HEIGHT_M
+from ...stems.quality.priors import BREAST_HEIGHT_M
 
 #: A curve from fewer heights, or over a narrower range of DBH (largest / smallest), says more about chance than trees.
 MIN_HEIGHTS, MIN_SPREAD = 10, 1.5

@@ -14,7 +14,7 @@ import shapely
 
 from ...core.files import ensure_writable, temporary_beside
 from ...core.geopackage import atomic_geopackage, save_style
-from ...core.shortage import reporting_full_disk
+from ...core.resource_errors import reporting_full_disk
 from .survey import Stand
 
 PLOTS, TREES = "stand_plots", "stand_trees"

@@ -17,9 +17,9 @@ from ... import __version__
 from ...core.crs import check_projected, project_crs, suggest_utm
 from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
+from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
-from ...core.scale import check_place
 from ...core.tables import csv_text
 from ..double_sampling.joining import join
 from ..double_sampling.tapes import read_taped

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ...trees.reasons import split_reasons
+from ...stems.quality.reasons import split_reasons
 from .values import count_of
 
 #: With fewer measured trees than this a plot borrows from all plots, and evidence is not judged.

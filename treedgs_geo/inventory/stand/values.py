@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from ...trees.priors import BREAST_HEIGHT_M
+from ...stems.quality.priors import BREAST_HEIGHT_M
 from .equations import Equation, choose
 from .heights import HeightCurve, fit_curve
 from .species import species_of

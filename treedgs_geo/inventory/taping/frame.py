@@ -12,7 +12,7 @@ import pyproj
 
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
-from ...core.scale import check_place
+from ...core.map_scale import check_place
 from ..field_trees import read_table
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.treelist import from_layer, settle_status

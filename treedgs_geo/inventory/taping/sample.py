@@ -12,7 +12,7 @@ from ...core.errors import InputError
 from ...core.files import ensure_writable
 from ...core.geopackage import ensure_unlocked
 from ...core.progress import Reporter
-from ...trees.priors import BREAST_HEIGHT_M
+from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import read_taped

@@ -1,0 +1,228 @@
+"""The judge: lies are called lies, refusals are no lies, kept cases are kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from treedgs_geo.core.errors import InputError, TreeDGSError
+from treedgs_geo.core.progress import Reporter
+from treedgs_lab.benchmarking import stability
+from treedgs_lab.benchmarking.factor_type import CLOUD, Factor
+from treedgs_lab.benchmarking.factors import factor
+from treedgs_lab.benchmarking.plot import TruePlot, score_trees
+from treedgs_lab.benchmarking.run import StabilityChoice, write_stability
+from treedgs_lab.benchmarking.stability import Case, all_cases, photo_trees, run_cases
+from treedgs_lab.benchmarking.stability_factors import by_factor, holds
+from treedgs_lab.benchmarking.stability_report import by_level, lies, tree_rows, verdict
+from treedgs_lab.benchmarking.whole_chain import ChainCrash, through_chain
+
+
+def row(tree, true, read, flag="ok", half=1.0, **more):
+    return {
+        "tree_id": tree,
+        "kind": "normal",
+        "true_cm": true,
+        "read_cm": read,
+        "se_cm": half / 1.645,
+        "lo_cm": None if read is None else read - half,
+        "hi_cm": None if read is None else read + half,
+        "flag": flag,
+        "reason": "",
+        "clear": 5,
+        **more,
+    }
+
+
+def record(key, level, rows, method="photos", seed=1):
+    return {
+        "version": "x",
+        "code": "c",
+        "factor": key,
+        "level": level,
+        "seed": seed,
+        "stand": seed,
+        "method": method,
+        "seconds": 1.0,
+        "refused": "",
+        "rows": rows,
+    }
+
+
+GOOD = [row("a", 20.0, 20.5), row("b", 30.0, 30.2), row("c", 25.0, None, "reject")]
+BAD = [
+    row("a", 20.0, 25.1),
+    row("b", 30.0, 36.0, "check"),
+    row("c", 25.0, 24.0, half=0.5),
+    row("#9", None, 18.0, kind="nothing", false=True),
+]
+
+
+def test_lies_are_accepted_trees_far_off_or_where_nothing_stands():
+    table = tree_rows([record("lean", 0.0, GOOD), record("lean", 25.0, BAD)])
+    found = lies(table)
+    assert set(found["tree_id"]) == {"a", "#9"} and set(found["level"]) == {25.0}
+    claim = verdict(table)["photos"]
+    # ok: a, b of the base, a and c and the false tree of the level; 2 of 5 lie; of 4 with truth 2 lie inside.
+    assert claim["ok"] == 5 and claim["lies"] == 2 and claim["lie_share"] == 0.4 and not claim["holds"]
+    assert claim["coverage"] == 0.5 and not claim["coverage_holds"]
+    assert claim["stems"] == 6 and claim["measured"] == 5
+
+
+def test_the_untroubled_level_counts_once():
+    table = tree_rows([record("lean", 0.0, GOOD), record("sweep", 0.0, GOOD), record("lean", 0.0, GOOD, seed=2)])
+    assert verdict(table)["photos"]["stems"] == 6  # two seeds, three stems each
+    levels = by_level(table)
+    assert set(levels["factor"]) == {"lean", "sweep"} and levels["refused"].tolist() == [0.333, 0.333]
+
+
+def test_a_method_that_refuses_everything_does_not_lie():
+    gone = [row("a", 20.0, None, "reject"), row("b", 30.0, None, "absent")]
+    claim = verdict(tree_rows([record("lean", 25.0, gone)]))["photos"]
+    assert claim["lies"] == 0 and claim["ok"] == 0 and claim["lie_share"] is None and claim["coverage"] is None
+    assert not claim["holds"]
+
+
+def test_intervals_are_judged_factor_by_factor():
+    half_inside = [row(f"s{k}", 20.0, 20.1 + (k % 2)) for k in range(40)]
+    records = [record("lean", 0.0, BAD), record("lean", 10.0, GOOD), record("sweep", 15.0, half_inside)]
+    found = by_factor(tree_rows(records)).set_index("factor")
+    # The untroubled level is no factor's.
+    assert found.loc["lean", ["ok", "ok_inside", "measured"]].tolist() == [2, 2, 2]
+    assert found.loc["lean", "holds"] == "by chance"
+    assert found.loc["sweep", "ok_inside"] == 20 and found.loc["sweep", "holds"] == "missed"
+    assert holds(36, 40) == "holds" and holds(0, 0) == "" and holds(100, 100) == "missed"
+
+
+def test_files_are_written_and_name_the_lie(tmp_path):
+    records = [record("lean", 0.0, GOOD), record("lean", 25.0, BAD), record("lean", 25.0, GOOD, "lidar")]
+    result = write_stability(tmp_path, records, 5)
+    text = (tmp_path / "stability.md").read_text()
+    assert result["n_lies"] == 2 and "| photos | lean | 25 | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
+    assert "nothing stands there" in text and "only 3 of** 5 cases" in text
+    page = (tmp_path / "stability.html").read_text()
+    assert "<svg" in page and 'src="http' not in page and "<link" not in page
+    assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
+    for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
+        assert (tmp_path / name).stat().st_size > 100
+    assert "| lean | photos | 0 of 2 | 1 to 2 | 0 % | missed | 0 % of 3 |" in text
+    with pytest.raises(TreeDGSError, match="No case"):
+        write_stability(tmp_path, [], 5)
+
+
+def test_cases_are_kept_and_resumed(tmp_path):
+    tiny = Factor(
+        "empty",
+        "small",
+        "x",
+        (0.0, 1.0),
+        "Test.",
+        {
+            0.0: {},
+            1.0: {
+                "photos": 8,
+                "image_width": 320,
+                "image_height": 260,
+                "samples": 1,
+                "lidar_density_m2": 700.0,
+                "stems_per_ha": 800.0,
+                "shrubs_per_m2": 0.0,
+            },
+        },
+        "",
+        (CLOUD,),
+    )
+    cases = [Case(tiny, 1.0, 4, method) for method in ("lidar", "lidar cylinder")]
+    assert list(run_cases(cases, tmp_path, seconds=-1)) == []
+    first = list(run_cases(cases[:1], tmp_path))
+    kept = tmp_path / "cases" / f"{cases[0].name}.json"
+    stamp = kept.stat().st_mtime_ns
+    assert list(run_cases(cases[::-1], tmp_path, seconds=-1)) == first  # out of time: what is kept is said
+    both = list(run_cases(cases, tmp_path))
+    assert kept.stat().st_mtime_ns == stamp and both[0] == first[0] and len(both) == 2
+    assert len(list((tmp_path / "plots").iterdir())) == 1
+    stems = [r for r in both[0]["rows"] if not r.get("false")]
+    assert stems and all(abs(r["read_cm"] - r["true_cm"]) < 5 for r in stems if r["flag"] == "ok")
+    # Broken records are measured again, and other measuring code only where that is asked for.
+    kept.write_text("{")
+    assert list(run_cases(cases[:1], tmp_path))[0]["rows"] == first[0]["rows"]
+    old = json.loads(kept.read_text()) | {"code": "other"}
+    kept.write_text(json.dumps(old))
+    assert list(run_cases(cases[:1], tmp_path))[0]["code"] == "other"
+    assert list(run_cases(cases[:1], tmp_path, fresh=True))[0]["code"] != "other"
+
+
+def test_the_whole_chain_says_how_true_its_block_is(simulated_plot):
+    plot = TruePlot.load(simulated_plot)
+    found = through_chain(plot)
+    rows = score_trees(plot, found.trees)
+    read = [row for row in rows if row["read_cm"] is not None]
+    assert len(read) >= 2 and not any(row.get("false") for row in read)
+    assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
+    assert {row["flag"] for row in score_trees(plot, [])} == {"absent"}
+    block = found.block
+    assert not found.refused and block["registered"] > 0.6 * block["photos"] and block["centre_rms_3d_cm"] < 50
+    assert abs(block["scale_error"]) < 2 * block["scale_sd"] + 0.005
+
+
+def test_a_crash_is_no_refusal_and_is_not_kept(tmp_path, monkeypatch):
+    def crash(*_):
+        raise ChainCrash("out of memory")
+
+    monkeypatch.setattr(stability, "_run", crash)
+    said = []
+    reporter = type("Quiet", (Reporter,), {"warn": lambda self, text: said.append(text)})()
+    assert list(run_cases(all_cases([1], ["readout"]), tmp_path, reporter)) == []
+    assert len(said) == 4 and "out of memory" in said[0] and not list(tmp_path.rglob("*.json"))
+
+
+def test_the_digest_reads_rooms_that_exist():
+    root = Path(stability.__file__).resolve().parents[1]
+    assert all(list((root / room).rglob("*.py")) for room in stability.ROOMS)
+
+
+def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):
+    plot = TruePlot.load(simulated_plot)
+    trees, images = photo_trees(Case(factor("poses"), 0, 1, "splats"), plot, np.random.default_rng(1))
+    rows = score_trees(plot, trees, plot.clear_views(images))
+    read = [row for row in rows if row["read_cm"] is not None]
+    assert {tree.method for tree in trees} == {"gaussians-stem"} and len(read) >= 2
+    assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
+
+
+def test_intervals_know_what_the_chain_would_know(simulated_plot):
+    plot = TruePlot.load(simulated_plot)
+    plain, high, large = (
+        photo_trees(Case(factor(key), level, 1, "photos"), plot, np.random.default_rng(1))[0]
+        for key, level in (("dtm", 0), ("dtm", 1.0), ("scale", 2.0))
+    )
+    errors = [np.median([tree.dbh_se_cm for tree in trees if tree.dbh_cm]) for trees in (plain, high, large)]
+    assert errors[1] > errors[0] + 0.2 and errors[2] > errors[0] + 0.1
+
+
+def test_selection():
+    assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
+    assert {case.method for case in all_cases([1], ["poses"])} == {"photos", "splats"}
+    assert {case.method for case in all_cases([1], ["scale"])} == {"photos"}
+    assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
+    assert {case.method for case in all_cases([1], ["readout", "grid"])} == {"whole chain"}
+    chosen = StabilityChoice([1], ["poses", "lean"], ["photos"])
+    assert {case.method for case in chosen.cases()} == {"photos"} and len(chosen.cases()) == 8
+    for factors, methods, match in ((["grd"], [], "grd"), ([], ["photo"], "photo"), (["arc"], ["photos"], "none of")):
+        with pytest.raises(InputError, match=match):
+            StabilityChoice([1], factors, methods).cases()
+    assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
+    assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
+
+
+def test_each_factor_has_a_stand_of_its_own_and_flights_share_one():
+    lean, sweep = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")
+    assert lean.is_base and lean.plot_settings["seed"] != sweep.plot_settings["seed"]
+    assert Case(factor("lean"), 25.0, 1, "photos").stand == lean.stand != Case(factor("lean"), 0.0, 2, "photos").stand
+    flights = [Case(factor(key), factor(key).levels[0], 1, "whole chain") for key in ("sun", "float")]
+    assert flights[0].plot_settings == flights[1].plot_settings
+    stands = [case.stand for case in all_cases([1], methods=["photos", "lidar"]) if case.is_base]
+    assert len(set(stands)) == len({case.factor.key for case in all_cases([1], methods=["photos", "lidar"])})

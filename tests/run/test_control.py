@@ -1,0 +1,151 @@
+"""``--gcp`` and ``--calibration`` in the verbs: read before anything expensive, handed on, part of what is kept."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small_flight import CRS, Flight, lines, write_photos
+
+from treedgs_geo.cli import main
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.progress import PlainReporter
+from treedgs_geo.core.workspace import Workspace
+from treedgs_geo.geotags.photos import list_photos
+from treedgs_geo.reconstruction.matchers import plugin_of
+from treedgs_geo.reconstruction.model import FRAME, MODEL_FILES, REPORT
+from treedgs_geo.run.context import Run
+from treedgs_geo.run.routes import CHAIN_PRESETS
+from treedgs_geo.run.settings import PhotosToDbhSettings
+from treedgs_geo.run.stages import Steps
+from treedgs_geo.run.stages_before_stems import _control, _geotag, _reconstruct
+from treedgs_geo.verbs.reconstruct import ReconstructSettings, run
+
+REPORTED = {
+    "photos": 12,
+    "registered": 12,
+    "reprojection_rms_px": 0.5,
+    "geotag_rms_e_n_u_m": [0.0, 0.0, 0.0],
+    "focal_px": 1.0,
+    "points": 1,
+    "seconds": 1.0,
+}
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Path:
+    """photos/, gcp_list.txt with one control, one check and one lonely point, camera.json."""
+    write_photos(Flight(lines(12)), tmp_path / "photos")
+    places = {"P1": (425010, 3718000, 60), "P2_check": (425020, 3718008, 60), "P3": (425000, 3718000, 60)}
+    marks = [("P1", 1), ("P1", 2), ("P2_check", 2), ("P2_check", 3), ("P3", 1)]
+    rows = [f"{' '.join(map(str, places[p]))} {20 + n} 30 DJI_{n:04d}.JPG {p}" for p, n in marks]
+    (tmp_path / "gcp_list.txt").write_text("\n".join([CRS, *rows]))
+    lens = {"fx": 270, "fy": 270, "cx": 200, "cy": 150, "k1": 0, "k2": 0, "p1": 0, "p2": 0, "k3": 0}
+    (tmp_path / "camera.json").write_text(json.dumps({"model": "M3E", "width": 400, "height": 300, **lens}))
+    return tmp_path
+
+
+@pytest.fixture
+def handed(monkeypatch) -> list[dict]:
+    """What ``reconstruct_photos`` was called with; it leaves empty files."""
+    calls: list[dict] = []
+
+    def reconstruct(stations, options, sfm, reporter=None, plugin=None, control=None, calibration_file=None) -> dict:
+        calls.append({"control": control, "file": calibration_file, "plugin": plugin})
+        sfm.mkdir(exist_ok=True)
+        for name in (*MODEL_FILES, FRAME, REPORT):
+            (sfm / name).write_text(json.dumps(REPORTED))
+        return REPORTED
+
+    for module in ("chain.prepare", "reconstruction.pipeline"):
+        monkeypatch.setattr(f"treedgs_geo.{module}.reconstruct_photos", reconstruct)
+    monkeypatch.setattr("treedgs_geo.run.stages_before_stems.load_views", lambda *_: (None, []))
+    monkeypatch.setattr(
+        "treedgs_geo.run.stages_before_stems.load_points", lambda _: SimpleNamespace(xyz=np.zeros((0, 3)))
+    )
+    return calls
+
+
+def _chain(flight: Path, **more: Path) -> tuple[list[str], str]:
+    """The first stages of ``photos-to-dbh``: the run's warnings, and what was said."""
+    settings = PhotosToDbhSettings(
+        photos=flight / "photos", crs=CRS, workspace=flight / "work", output=flight / "trees.gpkg", **more
+    )
+    said = io.StringIO()
+    with Workspace.held(settings.workspace) as space:
+        steps = Steps(space, PlainReporter(said))
+        chain = Run(settings, CHAIN_PRESETS[settings.preset], space, steps)
+        stations = _geotag(chain, list_photos(settings.photos))
+        plugin = plugin_of(settings.matcher, settings.matcher_weights)
+        _reconstruct(chain, stations, _control(chain, stations), plugin)
+        return steps.warnings, said.getvalue()
+
+
+def _verb(flight: Path, **more: Path) -> tuple[list[str], str]:
+    said = io.StringIO()
+    run(ReconstructSettings(photos=flight / "photos", crs=CRS, workspace=flight / "work", **more), PlainReporter(said))
+    return [], said.getvalue()
+
+
+@pytest.mark.parametrize("work", [_chain, _verb])
+def test_control_and_calibration_reach_the_reconstruction_and_decide_what_is_kept(flight, handed, work) -> None:
+    gcp, camera = flight / "gcp_list.txt", flight / "camera.json"
+    work(flight)
+    assert handed == [{"control": None, "file": None, "plugin": None}]
+    warnings, said = work(flight, gcp=gcp, calibration=camera)
+    control = handed[-1]["control"]
+    assert control.labels == ["P1", "P2_check"] and control.is_check.tolist() == [False, True]
+    assert handed[-1]["file"] == camera and "left out: P3" in said
+    assert work is _verb or any("P3" in warning for warning in warnings)
+    warnings, said = work(flight, gcp=gcp, calibration=camera)
+    assert len(handed) == 2 and "reconstruct: unchanged since the last run, kept" in said
+    assert work is _verb or any("P3" in warning for warning in warnings), "a resumed run reports it, too"
+    # one pixel of one mark; a line that changes nothing; the camera
+    gcp.write_text(gcp.read_text().replace(" 22 30 ", " 23 30 ", 1))
+    work(flight, gcp=gcp, calibration=camera)
+    assert len(handed) == 3
+    gcp.write_text(gcp.read_text() + "\n# surveyed by hand\n")
+    work(flight, gcp=gcp, calibration=camera)
+    assert len(handed) == 3
+    camera.write_text(camera.read_text().replace("270", "271"))
+    work(flight, gcp=gcp, calibration=camera)
+    assert len(handed) == 4
+
+
+@pytest.mark.parametrize("work", [_chain, _verb])
+def test_a_learned_matcher_reaches_the_reconstruction_and_decides_what_is_kept(flight, handed, work) -> None:
+    code, weights = flight / "mine.py", flight / "mine.bin"
+    code.write_text("def load(weights):\n    return lambda first, second: ([], [], [])\n")
+    weights.write_bytes(b"1")
+    files = {"matcher": code, "matcher_weights": weights}
+    work(flight)
+    work(flight, **files)
+    assert handed[-1]["plugin"].code == code and handed[-1]["plugin"].weights == weights and len(handed) == 2
+    _, said = work(flight, **files)
+    assert len(handed) == 2 and "reconstruct: unchanged since the last run, kept" in said
+    weights.write_bytes(b"2")
+    work(flight, **files)
+    assert len(handed) == 3
+
+
+@pytest.mark.parametrize("work", [_chain, _verb])
+def test_a_bad_file_ends_the_job_before_anything_is_matched(flight, handed, work) -> None:
+    (flight / "gcp_list.txt").write_text(f"{CRS}\n1 2 3 4 5 DJI_0001.JPG\n1 2 3 4 5 DJI_0002.JPG\n")
+    with pytest.raises(InputError, match="km from the nearest photo"):
+        work(flight, gcp=flight / "gcp_list.txt")
+    assert not handed
+
+
+def test_the_dry_run_names_what_is_wrong_with_both(flight, capsys) -> None:
+    (flight / "gcp_list.txt").write_text(f"{CRS}\n1 2 3 4 5 DJI_0001.JPG\n")
+    camera = flight / "camera.json"
+    camera.write_text(camera.read_text().replace("M3E", "P1"))
+    words = ["photos-to-dbh", "--dry-run", "--photos", flight / "photos", "--crs", CRS, "--workspace", flight / "work"]
+    words += ["--output", flight / "out.gpkg", "--gcp", flight / "gcp_list.txt", "--calibration", camera]
+    main([str(word) for word in words])
+    said = "".join(capsys.readouterr())
+    assert "km from the nearest photo" in said and "is of the camera 'P1'" in said

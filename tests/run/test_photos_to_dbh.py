@@ -1,0 +1,136 @@
+"""The main job on a simulated plot: photos in, tree points out; resumed, repeated, and scored against the truth."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+import rasterio
+from chain_runs import chain_arguments
+
+from treedgs_geo.cli import main
+from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
+from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.stems.quality.tops import HEIGHT_REASONS
+
+
+def test_stems_are_found_and_measured(finished, simulated_plot):
+    accuracy, table = score_against_truth(
+        read_trees(finished / "trees.gpkg"), simulated_plot / "truth" / "trees.csv", 3
+    )
+    print(table.to_string())
+    # The plot has a handful of stems: these bounds catch a broken chain, the benchmarks judge the accuracy.
+    assert accuracy.n_false == 0
+    assert accuracy.success_rate >= 0.5
+    assert accuracy.rmse_cm <= 2.0
+
+
+def test_the_layer_lies_where_the_plot_is(finished, simulated_plot):
+    trees = read_trees(finished / "trees.gpkg")
+    plot = pd.read_csv(simulated_plot / "plots.csv").iloc[0]
+    assert trees.crs.to_epsg() == 6344
+    assert np.hypot(trees["x"] - plot["easting"], trees["y"] - plot["northing"]).max() < plot["radius_m"] + 2
+    measured = trees[trees["dbh_cm"].notna()]
+    assert (measured["dbh_lo_cm"] < measured["dbh_cm"]).all() and (measured["dbh_hi_cm"] > measured["dbh_cm"]).all()
+    assert (trees.loc[trees["dbh_cm"].isna(), "qc_reason"] != "").all()
+
+
+def test_the_block_is_measured_in_ground_metres(finished):
+    """The plot lies 1.2 degrees from its zone's meridian: 0.025 % less on the map than on the ground."""
+    assert LocalFrame.load(finished / "work" / "sfm" / "frame.json").scale == pytest.approx(0.99974, abs=2e-5)
+
+
+def test_the_record_says_what_was_done(finished):
+    record = json.loads((finished / "work" / "run.json").read_text())
+    assert {"geotag", "reconstruct", "ground", "measure", "heights", "sheets", "write"} == set(record["stages"])
+    for stage in record["stages"].values():
+        assert stage["status"] == "done" and stage["seconds"] >= 0 and stage["peak_memory_mb"] > 0
+    assert record["crs"] and record["libraries"]["pycolmap"]
+    for name in ("geotags.gpkg", "sfm/images.bin", "sfm/frame.json", "dtm.tif", "trees.gpkg", "report.html"):
+        assert (finished / "work" / name).exists(), name
+
+
+def test_every_stem_has_its_evidence_sheet(finished):
+    """A picture a tree, measured or not, small, named by the layer's columns and linked from the report."""
+    trees = read_trees(finished / "trees.gpkg")
+    page = (finished / "work" / "report.html").read_text(encoding="utf-8")
+    for tree in trees.itertuples():
+        sheet = finished / "work" / "sheets" / tree.run_id / f"{tree.tree_id}.jpg"
+        assert 5_000 < sheet.stat().st_size <= 80_000
+        assert f"data-sheet='sheets/{tree.run_id}/{tree.tree_id}.jpg'" in page
+    assert len(list((finished / "work" / "sheets").rglob("*.jpg"))) == len(trees) > 0
+
+
+def test_trees_have_heights_or_the_reason_why_not(finished, simulated_plot):
+    trees, truth = read_trees(finished / "trees.gpkg"), pd.read_csv(simulated_plot / "truth" / "trees.csv")
+    assert (trees["height_m"].isna() == trees["height_why"].isin(HEIGHT_REASONS)).all()
+    for tree in trees[trees["height_m"].notna()].itertuples():
+        true = truth.loc[np.hypot(truth["E_bh"] - tree.x, truth["N_bh"] - tree.y).idxmin()]
+        assert tree.height_m == pytest.approx(true["height_m"], abs=1.5)
+    with rasterio.open(finished / "work" / "chm.tif") as chm:
+        heights = chm.read(1, masked=True)
+        assert chm.crs.to_epsg() == 6344 and chm.descriptions == ("canopy height above ground",)
+    assert 5 < heights.max() < truth["height_m"].max() + 1.5
+
+
+def test_heights_are_left_out_where_they_are_not_wanted(finished, simulated_plot, tmp_path):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    assert main([*chain_arguments(simulated_plot, tmp_path), "--heights", "none"]) == 0
+    assert read_trees(tmp_path / "trees.gpkg")[["height_m", "height_why"]].isna().all(axis=None)
+
+
+def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
+    before = json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"]
+    assert main(chain_arguments(simulated_plot, finished)) == 0
+    text = capsys.readouterr().err
+    for stage in ("geotag", "reconstruct", "ground", "measure", "heights", "sheets"):
+        assert f"{stage}: unchanged since the last run, kept" in text
+    assert json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"] == before
+
+
+def test_damaged_stages_are_named_and_give_the_same_trees_again(finished, simulated_plot, tmp_path, capsys):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    (tmp_path / "work" / "trees.json").write_text('[{"height": 3}]')
+    ground = tmp_path / "work" / "dtm.tif"
+    ground.write_bytes(ground.read_bytes()[:-100])
+    assert main(chain_arguments(simulated_plot, tmp_path)) == 0
+    text = capsys.readouterr().err
+    for name, stage in (("trees.json", "measure"), ("dtm.tif", "ground")):
+        assert f"{name}: is not as the run left it (damaged or changed); the stage {stage} is done again" in text
+    assert "reconstruct: unchanged" in text
+    one, two = read_trees(finished / "trees.gpkg"), read_trees(tmp_path / "trees.gpkg")
+    pd.testing.assert_frame_equal(
+        pd.DataFrame(one.drop(columns="geometry")), pd.DataFrame(two.drop(columns="geometry"))
+    )
+
+
+def test_a_ground_that_the_photos_contradict_is_reported_and_widens_the_intervals(finished, simulated_plot, tmp_path):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    with rasterio.open(finished / "work" / "dtm.tif") as source:
+        profile, heights = source.profile, source.read(1)
+    with rasterio.open(tmp_path / "high.tif", "w", **profile) as target:
+        target.write(np.where(heights == profile["nodata"], heights, heights + 0.6).astype(heights.dtype), 1)
+    assert main(chain_arguments(simulated_plot, tmp_path, dtm=str(tmp_path / "high.tif"))) == 0
+    stage = json.loads((tmp_path / "work" / "run.json").read_text())["stages"]["ground"]
+    assert stage["result"]["above_photos_m"] == pytest.approx(0.6, abs=0.02)
+    assert "0.60 m from the ground" in stage["result"]["warnings"][0]
+    right, high = (read_trees(folder / "trees.gpkg").set_index("tree_id") for folder in (finished, tmp_path))
+    both = right.index[right["dbh_cm"].notna()].intersection(high.index[high["dbh_cm"].notna()])
+    # Half a metre too high reads the taper's share thinner; the interval knows.
+    wider = high.loc[both, "dbh_se_cm"] - right.loc[both, "dbh_se_cm"]
+    assert len(both) >= 2 and (wider.median() > 0.1)
+    # A warning beside numbers that are ok would be none.
+    assert (high.loc[both, "qc_flag"] == "check").all() and high.loc[both, "qc_reason"].str.contains("no_ground").all()
+    assert not right["qc_reason"].fillna("").str.contains("no_ground").any()
+
+
+def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    assert main(chain_arguments(simulated_plot, tmp_path, bh_m="1.30", output=str(tmp_path / "trees.shp"))) == 0
+    assert "reconstruct: unchanged" in capsys.readouterr().err
+    trees = read_trees(tmp_path / "trees.shp")
+    assert (trees["bh_m"] == 1.30).all() and len(trees)

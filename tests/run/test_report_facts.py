@@ -1,0 +1,218 @@
+"""What the reports say about the data, from data whose answer is known; clouds with plots and a report."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import geopandas
+import numpy as np
+import pyproj
+import pytest
+from affine import Affine
+from photo_ring import CAMERA, ring
+from qgis_helpers import stems_cloud
+from small_campaign import ROOT
+
+from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.core.plots import Plot, plot_cells
+from treedgs_geo.core.workspace import Workspace
+from treedgs_geo.geotags.stations import Stations, write_stations
+from treedgs_geo.run.report_facts import ENOUGH_VIEWS, matched, photo_facts
+from treedgs_geo.terrain.dtm import Dtm, write_dtm
+
+CRS = pyproj.CRS.from_epsg(32617)
+ORIGIN = np.array([500000.0, 3450000.0, 100.0])
+
+
+@pytest.fixture
+def space(tmp_path) -> Workspace:
+    """A workspace as the chain leaves it: 24 stations (two without a fix, two days), flat ground at 100 m."""
+    made, views = Workspace(tmp_path / "ws"), ring()
+    (made.path("sfm")).mkdir()
+    LocalFrame(CRS, ORIGIN).save(made.path("sfm") / "frame.json")
+    write_dtm(made.path("dtm.tif"), Dtm(np.full((200, 200), 100.0), Affine(1, 0, 499900, 0, -1, 3450100), CRS))
+    n = len(views)
+    none = np.full(n, np.nan)
+    write_stations(
+        made.path("geotags.gpkg"),
+        Stations(
+            [v.name for v in views],
+            [v.path for v in views],
+            np.array([v.centre for v in views]) + ORIGIN,
+            np.full((n, 3), 0.02),
+            ["fix"] * (n - 2) + ["float"] * 2,
+            1_700_000_000.0 + 86_400 * (np.arange(n) > 11),
+            (np.arange(n) > 11).astype(int),
+            none,
+            none,
+            none,
+            none,
+            CRS,
+        ),
+    )
+    return made
+
+
+SFM = {"geotag_rms_e_n_u_m": [0.012, 0.034, 0.056], "geotag_residual_quality": "fix", "reprojection_rms_px": 0.45}
+
+
+def test_how_far_the_reconstruction_went():
+    sure = {"level": "guided", "pairs": 417, "poses_px_median": 0.029, "poses_px_worst": 0.053, "climbed_because": ""}
+    assert matched(sure).startswith("where geotags and gimbals say, 417 pairs; sure to 0.03 px at the stems, the worst")
+    assert "more pairs would not show" in matched(sure)
+    climbed = sure | {"level": "full", "pairs": 740, "climbed_because": "2 of 62 photos are not placed"}
+    assert matched(climbed).endswith("(fewer pairs were tried first, but 2 of 62 photos are not placed)")
+    assert matched(climbed | {"level": "fine"}).startswith("where geotags, gimbals and a first block say, 740 pairs")
+    assert "more pairs gave no better block, but 2 of 62" in matched(climbed | {"level": "guided"})
+
+
+def test_a_flight_in_figures(space):
+    plots = [Plot("near", 500000.0, 3450000.0, 2.0), Plot("far", 500080.0, 3450000.0, 2.0)]
+    facts = photo_facts(space, ring(), plots, SFM)
+    assert facts["flown"] == "2023-11-14 to 2023-11-15 (UTC), 2 flights"
+    assert facts["positions"] == "22 of 24 photos fixed (92 %), 2 float"
+    assert facts["cameras against their positions"].startswith("east 1.2, north 3.4, height 5.6 cm")
+    assert facts["plot area not seen"].startswith("50 % (far 100 %, near 0 %) is seen from the side by fewer than 6")
+    # The cameras are 45 m away and 70 m up, breast height 1.3 m above the ground.
+    assert facts["ground sample distance"].startswith(f"{100 * np.hypot(45, 68.7) / CAMERA.fx:.2f} cm a pixel")
+
+
+def test_too_few_photos_are_an_area_not_seen(space):
+    plots = [Plot("near", 500000.0, 3450000.0, 2.0)]
+    assert photo_facts(space, ring()[: ENOUGH_VIEWS - 1], plots, SFM)["plot area not seen"].startswith("100 %")
+    assert photo_facts(space, ring()[:ENOUGH_VIEWS], plots, SFM)["plot area not seen"].startswith("0 %")
+
+
+def test_what_is_not_known_is_not_said(tmp_path):
+    assert photo_facts(Workspace(tmp_path / "empty"), [], [], {}) == {}
+
+
+def test_cells_cover_a_plot_once():
+    cells, owner = plot_cells([Plot("a", 3.3, 7.7, 10.0), Plot("b", 100.0, 0.0, 0.1)], 0.5)
+    assert abs(0.25 * (owner == 0).sum() - np.pi * 100) < 4 and (owner == 1).sum() == 1
+    assert len(np.unique(cells, axis=0)) == len(cells)
+    assert len(plot_cells([Plot("large", 0.0, 0.0, 1000.0)])[0]) < 21_000
+
+
+def cloud_run(tmp_path: Path, *words: str) -> subprocess.CompletedProcess:
+    command = [
+        sys.executable,
+        "-m",
+        "treedgs_geo",
+        "pointcloud-to-dbh",
+        "--input",
+        str(tmp_path / "cloud.laz"),
+        "--output",
+        str(tmp_path / "trees.gpkg"),
+        "--log-format",
+        "plain",
+        *words,
+    ]
+    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+
+
+def plots_table(tmp_path: Path, *lines: str) -> str:
+    (tmp_path / "plots.csv").write_text("\n".join(["plot_id,easting,northing,radius_m", *lines]))
+    return str(tmp_path / "plots.csv")
+
+
+def test_a_cloud_with_plots_and_a_report(tmp_path):
+    truth = stems_cloud(tmp_path / "cloud.laz")
+    plots = plots_table(tmp_path, "A,500002.5,3450004,2", "B,500009.5,3450006,3", "far,600000,3450004,3")
+    done = cloud_run(
+        tmp_path, "--plots", plots, "--report", str(tmp_path / "r.html"), "--stems-output", str(tmp_path / "stems.laz"),
+        "--sheets", "all",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    trees = geopandas.read_file(tmp_path / "trees.gpkg", layer="trees")
+    assert sorted(trees["plot_id"]) == ["A", "B"], "the stem between the plots is in neither"
+    for plot, (_, _, dbh) in zip("AB", (truth[0], truth[2]), strict=True):
+        assert abs(float(trees.loc[trees["plot_id"] == plot, "dbh_cm"].iloc[0]) - dbh) < 1.0
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    for number in trees["tree_id"]:
+        assert f"id='tree-{number}'" in page
+        (run_id,) = set(trees["run_id"])
+        assert 5_000 < (tmp_path / "trees_sheets" / run_id / f"{number}.jpg").stat().st_size <= 80_000
+        assert f"data-sheet='trees_sheets/{run_id}/{number}.jpg'" in page
+    assert "1 of 3 plots do not lie on the cloud" in page and "2 stems have a DBH" in page
+    # Plot B reaches 1 m over the cloud's edge, A is within it.
+    assert ", A 0 %) holds no point in the lowest 3 m" in page and "(B " in page
+    import laspy
+
+    assert set(np.unique(laspy.read(tmp_path / "stems.laz")["tree_id"])) == set(trees["tree_id"])
+
+
+def test_plots_change_no_tree(tmp_path):
+    """The cloud is cut to the plots: what stands in them comes out as without plots."""
+    stems_cloud(tmp_path / "cloud.laz")
+    assert cloud_run(tmp_path).returncode == 0
+    everything = geopandas.read_file(tmp_path / "trees.gpkg", layer="trees")
+    assert cloud_run(tmp_path, "--plots", plots_table(tmp_path, "A,500006,3450004,2.5")).returncode == 0
+    (tree,) = geopandas.read_file(tmp_path / "trees.gpkg", layer="trees").itertuples()
+    (same,) = everything[np.hypot(everything["x"] - tree.x, everything["y"] - tree.y) < 0.05].itertuples()
+    assert abs(tree.dbh_cm - same.dbh_cm) < 0.2 and tree.qc_flag == same.qc_flag and same.plot_id is None
+
+
+@pytest.mark.parametrize("dry", [True, False])
+def test_plots_elsewhere_are_refused(tmp_path, dry):
+    stems_cloud(tmp_path / "cloud.laz", (0.15,))
+    plots = plots_table(tmp_path, "A,100,200,5")
+    done = cloud_run(tmp_path, "--plots", plots, *(["--dry-run"] if dry else []))
+    assert done.returncode == 2 and "no plot lies on" in done.stderr and "x 100.0" in done.stderr
+    assert not (tmp_path / "trees.gpkg").exists()
+
+
+def test_plots_with_an_epsg_need_a_cloud_with_a_crs(tmp_path):
+    (tmp_path / "cloud.csv").write_text("x,y,z\n" + "\n".join(f"{k % 9},{k % 7},{k % 5}" for k in range(400)))
+    (tmp_path / "plots.csv").write_text("plot_id,easting,northing,epsg,radius_m\nA,3,3,32617,2\n")
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "treedgs_geo",
+            "pointcloud-to-dbh",
+            "--input",
+            str(tmp_path / "cloud.csv"),
+            "--crs",
+            "local",
+            "--plots",
+            str(tmp_path / "plots.csv"),
+            "--output",
+            str(tmp_path / "t.gpkg"),
+        ],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
+    assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
+    assert "has no CRS to bring it into" in done.stderr or "cloud" in done.stderr
+
+
+def test_the_layers_ids_stand_beside_the_truth(tmp_path):
+    """What the demo prints."""
+    from treedgs_geo.inventory.accuracy.scores import score_against_truth
+
+    columns = (
+        "tree_id,kind,in_plot,E_bh,N_bh,E_base,N_base,dbh_cm,n_unoccluded_bh_views\n"
+        "T001,normal,True,1,1,1,1,20,9\nT002,normal,True,5,5,5,5,30,9\n"
+    )
+    (tmp_path / "trees.csv").write_text(columns)
+    trees = geopandas.GeoDataFrame(
+        {
+            "tree_id": [7],
+            "x": [5.0],
+            "y": [5.0],
+            "dbh_cm": [30.5],
+            "dbh_se_cm": [0.4],
+            "dbh_lo_cm": [29.0],
+            "dbh_hi_cm": [31.0],
+            "qc_flag": ["ok"],
+            "qc_reason": [""],
+        },
+        geometry=geopandas.points_from_xy([5.0], [5.0]),
+    )
+    _, table = score_against_truth(trees, tmp_path / "trees.csv")
+    assert json.loads(table.set_index("tree_id")["layer_id"].to_json()) == {"T001": None, "T002": 7.0}

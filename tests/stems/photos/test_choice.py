@@ -1,0 +1,180 @@
+"""Which explanation is the stem: companions that touch it, evidence over the same photos, errors from few photos."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from clear_fit import CLEAR
+from rendered_stems import Stem, oblique_views, render
+
+from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.stems.photos.deduplicate import looked_at_twice
+from treedgs_geo.stems.photos.evidence.companion import crowded
+from treedgs_geo.stems.photos.evidence.error_budget import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
+from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
+from treedgs_geo.stems.photos.fit.search import Mode
+from treedgs_geo.stems.photos.fit.selection import Explanation, choose
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, FitQuality, verdict
+from treedgs_geo.stems.photos.route import stems_from_photos
+
+STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
+SAPLING = Stem(0.5 + 0.185 * np.cos(0.8), 0.3 + 0.185 * np.sin(0.8), 0.035)
+
+
+@pytest.fixture(scope="module")
+def fits(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("touched")
+    made = oblique_views(folder, 14)
+    render(made, [STEM, SAPLING, ALONE], seed=5)
+    flat = lambda x, y: np.zeros_like(np.asarray(x, float))  # noqa: E731
+    return stems_from_photos(made, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2))
+
+
+def nearest(fits, stem):
+    return min(fits, key=lambda fit: np.hypot(fit.axis.p[0] - stem.x, fit.axis.p[1] - stem.y))
+
+
+def test_a_touched_stem_is_measured_alone_or_flagged(fits):
+    fit = nearest(fits, STEM)
+    # Stem and sapling together are 37 cm wide.
+    assert abs(fit.dbh_cm - 30) < 2.0
+    assert fit.flag != "ok" or abs(fit.dbh_cm - 30) < 1.0
+
+
+def test_a_stem_alone_has_no_companion(fits):
+    fit = nearest(fits, ALONE)
+    assert fit.flag == "ok" and fit.reasons == () and abs(fit.dbh_cm - 34) < 0.8
+
+
+def test_crowded_sides_are_those_the_companion_reaches():
+    pair = np.array([0, 0, 0, 0, 0.15, 0.18, 0, 0, 0, 0.03])  # companion to the east
+    left_right = crowded(pair, np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]]))
+    assert left_right.tolist() == [[False, True], [True, False], [False, False]]
+
+
+def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 50.0, rms: float = 0.5) -> Explanation:
+    nothing = np.zeros(3)
+    fine = FineFit(
+        StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37),
+        dbh_cm / 200,
+        -0.005,
+        nothing,
+        nothing,
+        nothing > 0,
+        nothing,
+        100.0,
+        rms,
+        0.001,
+    )
+    vector = np.array([0, 0, 0, 0, dbh_cm / 200])
+    return Explanation(edges, contrast, Mode(0, 0, 0, 0, dbh_cm / 200, edges), fine, vector, nothing, evidence, rms)
+
+
+def test_evidence_over_the_same_photos_beats_a_high_edge_score():
+    half, whole = explanation(22, 1.0, 2000, edges=120), explanation(30, 1.4, 2500, edges=60)
+    choice = choose([half, whole], 1.0, 1.0, np.array([np.nan]))
+    assert choice.best is whole and choice.sure > 0.95
+
+
+def test_two_diameters_with_equal_support_are_even_odds_and_one_diameter_is_sure():
+    one, same, other = explanation(30, 1.2, 2000), explanation(30.8, 1.2, 2000), explanation(36, 1.2, 2000)
+    assert choose([one, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(0.5)
+    assert choose([one, same], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(1.0)
+    assert choose([one, same, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(2 / 3)
+
+
+def test_between_two_limbs_stands_no_third_stem():
+    def at(x: float, item: Explanation) -> Explanation:
+        return replace(item, vector=item.vector + np.array([x, 0, 0, 0, 0]))
+
+    limb, middle = at(0.0, explanation(15, 0.9, 2000, edges=176)), at(0.09, explanation(15, 2.0, 2400, edges=89))
+    whole = at(0.0, explanation(24, 2.0, 2400, edges=89))
+    assert choose([limb, middle], 1.0, 1.0, np.array([np.nan])).best is limb
+    assert choose([limb, whole], 1.0, 1.0, np.array([np.nan])).best is whole
+
+
+def test_ragged_edges_and_an_odd_taper_count_against():
+    smooth = explanation(30, 1.2, 2000, rms=0.46)
+    ragged = explanation(36, 1.2, 2000, rms=0.56)
+    odd = replace(explanation(36, 1.2, 2000, rms=0.46), fine=replace(smooth.fine, r0=0.18, r1=0.003))
+    for rival in (ragged, odd):
+        choice = choose([rival, smooth], 1.0, 1.0, np.array([np.nan]))
+        assert choice.best is smooth and 0.6 < choice.sure < 1.0
+
+
+def test_verdict_on_probability_and_companions():
+    clear = CLEAR | {"sure": 0.99, "contrast": 1.5, "outline_cm": 29.0}
+    assert verdict(FitQuality(**clear), PhotoStemOptions()) == ("ok", ())
+    assert verdict(FitQuality(**clear | {"sure": 0.4}), PhotoStemOptions()) == ("reject", ("ambiguous",))
+    assert verdict(FitQuality(**clear | {"sure": 0.7}), PhotoStemOptions()) == ("check", ("ambiguous",))
+    # A low edge score and a low probability flag a tree once, too few photos once more.
+    assert verdict(FitQuality(**clear | {"sure": 0.7, "llr": 30}), PhotoStemOptions())[0] == "check"
+    assert verdict(FitQuality(**clear | {"sure": 0.7, "n_views": 4}), PhotoStemOptions())[0] == "reject"
+    for gain in (GAIN_LOW_CONFIDENCE + 1, GAIN_MERGED + 1):
+        assert verdict(FitQuality(**clear | {"gain": gain}), PhotoStemOptions()) == ("check", ("merged",))
+    assert (
+        verdict(FitQuality(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7}), PhotoStemOptions())[0] == "reject"
+    )
+
+
+def test_the_error_grows_where_photos_are_few_and_pixels_large():
+    base = replace(explanation(30, 1.0, 100).fine, fit_sd_m=0.0)
+
+    def se(n: int, px_cm: float, sd_m: float = 0.0) -> float:
+        spread = 0.004 * np.resize([-1.0, 1.0], n)
+        fine = replace(base, view_r=spread, view_weight=np.ones(n), fit_sd_m=sd_m)
+        return standard_error_cm(fine, np.ones(n), px_cm, n)
+
+    assert se(1, 2.0) == 99.0
+    # Beyond 1 / sqrt(n): Student's t for the unknown scatter.
+    assert se(4, 0.0) / se(24, 0.0) == pytest.approx(np.sqrt(6) * 2.353 / 1.714, rel=0.01)
+    assert se(4, 8.0) - se(4, 2.0) > se(24, 8.0) - se(24, 2.0) > 0
+    assert se(24, 2.0, 0.002) > se(24, 2.0, 0.001) > se(24, 2.0)
+
+
+@pytest.mark.parametrize("spread_deg", [10, 90, 180, 360])
+def test_the_error_of_an_oval_stem_is_that_of_ovals_turned_at_random(spread_deg):
+    random = np.random.default_rng(3)
+    azimuth, weight = np.radians(random.uniform(0, spread_deg, 40)), random.uniform(0.2, 1.0, 40)
+    turned = np.linspace(0, np.pi, 500, endpoint=False)[:, None]
+    widths = 30 * (1 + 2**0.5 * OVAL_SD * np.cos(2 * (azimuth - turned)))
+    errors = widths @ weight / weight.sum() - 30
+    assert oval_error_cm(30, azimuth, weight) == pytest.approx(np.sqrt((errors**2).mean()), rel=1e-6)
+
+
+def test_photos_all_round_leave_no_oval_error():
+    assert oval_error_cm(30, np.radians(np.arange(0, 360, 10.0)), np.ones(36)) < 1e-9
+    assert oval_error_cm(30, np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_not():
+    azimuth, weight = np.radians(np.arange(0, 360, 20.0)), np.ones(18)
+    scatter = np.random.default_rng(5).normal(0, 0.3, (40, 18))
+    oval = 1.2 * np.cos(2 * (azimuth - 0.4))
+    plain = [seen_oval_error_cm(30, noise, azimuth, weight) for noise in scatter]
+    seen = [seen_oval_error_cm(30, noise + oval, azimuth, weight) for noise in scatter]
+    assert np.mean(plain) < 0.02 and np.median(seen) == pytest.approx(1.5 * (1.2 - 0.15), rel=0.1)
+    # Photos from one side show nothing of an oval; photos without both edges are left out.
+    assert seen_oval_error_cm(30, scatter[0], np.zeros(18), weight) < 0.3
+    hidden = np.where(np.arange(18) % 2, np.nan, scatter[0] + oval)
+    assert seen_oval_error_cm(30, hidden, azimuth, weight) == seen_oval_error_cm(
+        30, (scatter[0] + oval)[::2], azimuth[::2], weight[::2]
+    )
+    assert seen_oval_error_cm(30, np.full(18, np.nan), azimuth, weight) == 0.0
+
+
+def test_a_stem_refused_at_the_first_look_is_flagged_at_the_second(fits):
+    accepted = replace(nearest(fits, ALONE), flag="ok", reasons=())
+    refused = replace(accepted, flag="reject", reasons=("few_views",))
+    elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
+    upright = replace(refused, axis=replace(refused.axis, s=refused.axis.s + 0.2), dbh_cm=10.0)
+    assert looked_at_twice([accepted], [elsewhere, upright]) == [accepted]
+    (again,) = looked_at_twice([accepted], [refused])
+    assert (again.flag, again.reasons) == ("check", ("ambiguous",))
+    assert looked_at_twice([accepted], [replace(refused, dbh_cm=accepted.dbh_cm + 2)]) == []
+    flagged = replace(accepted, flag="check", reasons=("occluded",))
+    assert looked_at_twice([flagged], [refused]) == [flagged]

@@ -1,0 +1,102 @@
+"""Stems under ivy, in simulated photos: no number that is 10 cm too thick."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.rendered import plot_inputs
+from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.run.second_measurement import stems_to_measure_again
+from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, _judged
+from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.route import certain_stems, stems_from_photos
+from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_lab.simulate.simulate import simulate_plot
+
+FIT = PhotoFit(
+    axis=StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37),
+    r0=0.15,
+    r1=-0.005,
+    dbh_cm=30.0,
+    se_cm=0.5,
+    flag="ok",
+    reasons=(),
+    seed_score=80.0,
+    llr=120.0,
+    gap=20.0,
+    n_views=12,
+    kish=9.0,
+    arc_deg=300.0,
+    rms_px=0.4,
+    polish_cm=30.0,
+    seen=np.ones(12),
+)
+
+
+@pytest.mark.parametrize(
+    ("share", "flag"), [(0.0, "ok"), (0.23, "ok"), (0.24, "check"), (0.26, "check"), (0.27, "reject"), (np.nan, "ok")]
+)
+def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
+    judged = _judged(FIT, share)
+    assert judged.flag == flag and (judged.reasons == ("covered",)) == (flag != "ok")
+    if flag == "check":
+        assert judged.se_cm == pytest.approx(np.hypot(0.5, COVER_CM * share))
+        assert judged.lo_cm < 30 - 1.6 * judged.se_cm and judged.hi_cm > 30 + 1.6 * judged.se_cm
+
+
+def test_a_wider_interval_of_before_is_kept():
+    judged = _judged(replace(FIT, flag="check", reasons=("ambiguous",), lo_cm=12.0, hi_cm=31.0), 0.25)
+    assert judged.reasons == ("ambiguous", "covered") and judged.lo_cm == 12.0 and judged.hi_cm > 35
+
+
+def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():
+    judged = _judged(replace(FIT, flag="reject", reasons=("disagree",)), 0.25)
+    assert judged.flag == "reject" and judged.reasons == ("disagree", "covered") and judged.se_cm == FIT.se_cm
+    assert stems_to_measure_again([replace(judged, contrast=2.0)], np.array([True])) == []
+    assert stems_to_measure_again([replace(judged, reasons=("disagree",), contrast=2.0)], np.array([True])) == [0]
+
+
+def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area_each_once():
+    def at(x: float, **changes) -> PhotoFit:
+        return replace(FIT, axis=replace(FIT.axis, p=np.array([x, 0.0])), **changes)
+
+    unsure = at(-2.0, flag="check", reasons=("ambiguous",))
+    small = at(2.0, flag="reject", reasons=("too_small", "occluded"), dbh_cm=6.0, r0=0.03)
+    hardly = replace(small, axis=replace(FIT.axis, p=np.array([3.0, 0.0])), dbh_cm=7.0)
+    refused = at(-4.0, flag="reject", reasons=("disagree",))
+    # A refused look at the first stem is not another stem.
+    again = at(0.1, flag="reject", reasons=("few_views",), llr=30.0)
+    fits, circle = [FIT, at(30.0), unsure, small, hardly, refused, again], Area.circle(0, 0, 5.0)
+    assert certain_stems(fits, circle, 7.5) == (2, 5)
+    assert certain_stems(fits, circle, 9.0) == (3, 5)
+    assert certain_stems([], circle, 7.5) == (0, 0)
+
+
+def test_stems_under_ivy_are_refused_and_the_others_measured_as_before(tmp_path):
+    plot = tmp_path / "plot"
+    simulate_plot(
+        SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, ivy_stems=2, bark_variety=True, seed=12)
+    )
+    views, frame, ground, area = plot_inputs(plot)
+    fits, plain = (stems_from_photos(views, ground, area, PhotoStemOptions(stem_network=how)) for how in ("ivy", "off"))
+    with open(plot / "truth" / "looks.csv", encoding="utf-8") as stream:
+        ivy = {row["tree_id"]: float(row["ivy_m"]) for row in csv.DictReader(stream)}
+    with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
+        trees = [row for row in csv.DictReader(stream) if row["in_plot"] == "True"]
+    covered = []
+    for tree in trees:
+        place = frame.to_local(np.array([[float(tree[name]) for name in ("E_bh", "N_bh", "h_bh")]]))[0, :2]
+        near, before = (min(found, key=lambda fit: np.hypot(*(fit.axis.p - place))) for found in (fits, plain))
+        if ivy[tree["tree_id"]] > 1.8:
+            covered.append(near)
+            assert near.flag != "ok" and "covered" in near.reasons
+            assert before.dbh_cm > float(tree["dbh_cm"]) + 5
+        else:
+            assert (near.dbh_cm, near.se_cm, near.flag) == (before.dbh_cm, before.se_cm, before.flag)
+    assert len(covered) < len(trees) and any(not fit.measured for fit in covered)

@@ -1,0 +1,145 @@
+"""Where it is unsure which explanation is right, the interval carries all of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from clear_fit import clear_photo_fit
+
+from treedgs_geo.core.intervals import HALF_WIDTH_SE
+from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed, without_open_diameter
+from treedgs_geo.stems.photos.evidence.diameter_uncertainty import PAIR_SE_CM, Mixture, Others
+from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
+from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
+from treedgs_geo.stems.photos.fit.search import Mode
+from treedgs_geo.stems.photos.fit.selection import Choice, Explanation
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis
+from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
+from treedgs_geo.stems.quality.tree import Tree, with_block_errors
+
+
+def explanation(dbh_cm: float) -> Explanation:
+    nothing = np.zeros(3)
+    axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
+    fine = FineFit(axis, dbh_cm / 200, -0.005, nothing, nothing, nothing > 0, nothing, 100.0, 0.5, 0.001)
+    return Explanation(50.0, 1.0, Mode(0, 0, 0, 0, dbh_cm / 200, 50.0), fine, np.zeros(5), nothing)
+
+
+def choice(*dbh_and_share: tuple[float, float]) -> Choice:
+    rivals = tuple(explanation(dbh) for dbh, _ in dbh_and_share)
+    return Choice(rivals[0], 20.0, 0.7, rivals, np.array([share for _, share in dbh_and_share]))
+
+
+def test_one_explanation_is_the_plain_interval():
+    one = Mixture(np.ones(1), np.array([30.0]), np.array([0.5]))
+    assert one.error_cm(30.0) == pytest.approx(0.5)
+    assert one.interval_cm(30.0) == pytest.approx((30 - HALF_WIDTH_SE * 0.5, 30 + HALF_WIDTH_SE * 0.5), abs=0.01)
+
+
+def test_a_rival_pulls_its_side_of_the_interval_only():
+    low, high = Mixture(np.array([0.8, 0.2]), np.array([62.9, 56.7]), np.array([0.4, 0.4])).interval_cm(62.9)
+    assert low < 56.7 < 62.9 < high < 64.0
+
+
+def test_the_interval_holds_as_often_as_it_says():
+    mixture = Mixture(np.array([0.6, 0.3, 0.1]), np.array([30.0, 36.0, 20.0]), np.array([0.5, 0.8, 1.0]))
+    rng = np.random.default_rng(5)
+    of = rng.choice(3, size=20000, p=mixture.share)
+    truth = rng.normal(mixture.dbh_cm[of], mixture.se_cm[of])
+    low, high = mixture.interval_cm(30.0)
+    assert np.mean((truth > low) & (truth < high)) == pytest.approx(0.9, abs=0.01)
+    assert mixture.error_cm(30.0) == pytest.approx(np.sqrt(np.mean((truth - 30.0) ** 2)), rel=0.02)
+
+
+def test_shares_of_a_possible_companion_follow_its_evidence():
+    assert companion_share(GAIN_LOW_CONFIDENCE) == pytest.approx(0.1) and companion_share(GAIN_MERGED) == pytest.approx(
+        0.9
+    )
+    assert companion_share(0.0) < 1e-3
+
+
+def test_a_stem_flagged_merged_carries_the_reading_with_the_companion():
+    singles, pair = choice((30.0, 1.0)), explanation(24.0)
+    unsure = Others(singles, pair, 50.0).mixture(30.1, 0.4)
+    assert unsure.share == pytest.approx([0.5, 0.5]) and unsure.dbh_cm == pytest.approx([30.1, 24.0])
+    assert unsure.interval_cm(30.1)[0] < 24.0 and unsure.error_cm(30.1) > 4.0
+    taken = Others(singles, pair, 80.0).mixture(24.2, 1.1)
+    assert taken.dbh_cm == pytest.approx([30.0, 24.2]) and taken.share[1] > 0.95
+    assert taken.error_cm(24.2) > PAIR_SE_CM
+    soft = Others(singles, pair, 80.0).mixture(24.2, 1.5, soft_cm=1.0)
+    assert soft.se_cm[1] == pytest.approx(np.hypot(PAIR_SE_CM, 1.0))
+
+
+def test_without_a_companion_only_the_single_explanations_count():
+    mixture = Others(choice((30.0, 0.7), (41.0, 0.3)), None, 20.0).mixture(30.2, 0.5)
+    assert mixture.share == pytest.approx([0.7, 0.3]) and mixture.interval_cm(30.2)[1] > 41.0
+
+
+def test_errors_that_a_plot_shares_widen_each_side_by_itself():
+    tree = Tree(1, 0, 0, dbh_cm=30.0, dbh_se_cm=3.0, dbh_lo_cm=29.0, dbh_hi_cm=37.0, taper_cm_m=-1.0).finish()
+    wide = with_block_errors(tree, 0.02, 0.0)
+    extra = HALF_WIDTH_SE * 0.6
+    assert wide.dbh_lo_cm == pytest.approx(30 - np.hypot(1.0, extra)) and wide.dbh_hi_cm == pytest.approx(
+        30 + np.hypot(7.0, extra)
+    )
+    assert wide.dbh_se_cm == pytest.approx(np.hypot(3.0, 0.6))
+    same = with_block_errors(replace(tree), 0.0, 0.0)
+    assert (same.dbh_lo_cm, same.dbh_hi_cm) == (29.0, 37.0)
+
+
+def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
+    reasons = ("merged",) if gain > GAIN_LOW_CONFIDENCE else ()
+    return clear_photo_fit(x, dbh_cm, flag=flag, reasons=reasons, llr=llr, gain=gain)
+
+
+def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():
+    one, pair = fitted(16.9, 183.0, 46.0, "check"), fitted(30.8, 190.0, 75.0, "check", x=0.05)
+    assert merge([pair, one]) == [one] == merge([one, pair])
+
+
+def test_a_rival_from_another_seed_is_in_the_interval():
+    better, rival, beside = fitted(30.0, 120.0), fitted(34.0, 100.0, x=0.02), fitted(25.0, 110.0, x=1.0)
+    kept = merge([rival, beside, better])
+    assert len(kept) == 2 and kept[1] == beside
+    assert kept[0].dbh_cm == 30.0 and kept[0].flag == "check" and "ambiguous" in kept[0].reasons
+    assert kept[0].hi_cm > 33.0 and kept[0].se_cm == pytest.approx(np.hypot(0.5, 2.0))
+    assert merge([better, fitted(34.0, 80.0)]) == [better] and merge([better, fitted(30.5, 110.0)]) == [better]
+
+
+def test_a_diameter_that_stays_open_is_refused_at_the_end():
+    open_one = replace(fitted(30.0, 120.0, flag="check"), se_cm=5.0, lo_cm=20.0, hi_cm=31.0)
+    assert without_open_diameter(open_one).flag == "reject" and "wide_error" in without_open_diameter(open_one).reasons
+    narrow = replace(open_one, se_cm=4.0)
+    assert without_open_diameter(narrow) is narrow
+    assert without_open_diameter(fitted(30.0, 120.0)).flag == "ok"
+
+
+def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
+    """Twins 10 cm apart: a third stem as thick as both was ok, 33 cm too thick."""
+    both = fitted(62.9, 65.0, 0.0, "ok", x=0.18)
+    twins = [fitted(30.5, 128.0, 0.0, "ok"), fitted(27.4, 55.0, 0.0, "ok", x=0.39)]
+    assert not_swallowed([both], twins) == twins
+    # One alone: which of the two explanations is right stays open, and so does the diameter.
+    (left,) = not_swallowed([both], twins[:1])
+    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.lo_cm <= 30.5 and left.se_cm > 16
+    assert without_open_diameter(left).flag == "reject"
+    # With fewer edges, not certain, as thick, or beside it: the stem stays as it is.
+    for others in (
+        [fitted(30.5, 60.0, 0.0, "ok")],
+        [fitted(30.5, 128.0, 0.0, "check")],
+        [fitted(60.0, 128.0, 0.0, "ok")],
+        [fitted(30.5, 128.0, 0.0, "ok", x=0.55)],
+    ):
+        assert not_swallowed([both], others) == [both]
+
+
+def test_with_few_photos_the_others_count_with_the_errors_that_are_stated():
+    mixture = Others(choice((30.0, 0.92), (22.0, 0.08)), None, 20.0).mixture(30.2, 0.5, 1.0)
+    assert mixture.se_cm == pytest.approx([0.5, 0.5])
+    low, high = mixture.interval_cm(30.2)
+    assert low < 22.6 and high == pytest.approx(30.2 + HALF_WIDTH_SE * 0.5, abs=0.1)
+    certain = Others(choice((30.0, 0.99), (22.0, 0.01)), None, 20.0).mixture(30.2, 0.5, 1.0)
+    half = HALF_WIDTH_SE * 0.5
+    assert certain.interval_cm(30.2) == pytest.approx((30.2 - half, 30.2 + half), abs=0.1)

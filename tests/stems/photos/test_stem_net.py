@@ -1,0 +1,133 @@
+"""The network that tells stems: its maps, what they say of a place, and what it makes of photos it never saw."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis
+from treedgs_geo.stems.photos.images.crops import GroundGrid
+from treedgs_geo.stems.photos.network.inference import (
+    CLASSES,
+    MOST_ODDS,
+    OUTSIDE,
+    STEM,
+    STEPS,
+    NetworkMaps,
+    OddsMaps,
+    class_odds,
+    normalised,
+)
+from treedgs_geo.stems.photos.network.silhouettes import bark_layers, covered_share, cut_bark
+from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.propose.network_seeds import network_seeds
+from treedgs_geo.stems.photos.propose.space_carving import HEIGHTS
+
+PLACE, RADIUS = np.array([0.4, -0.3]), 0.15
+FLAT = GroundGrid(-6.0, -6.0, 0.5, np.zeros((25, 25), np.float32))
+
+
+def ring_of_maps(photos: int = 12, seen: int = 12) -> OddsMaps:
+    """Maps of cameras all round that see an upright stem at PLACE, or nothing (those from ``seen`` on)."""
+    step, maps, grids, centres = 0.0004, [], [], []
+    for k in range(photos):
+        turn = 2 * np.pi * k / photos
+        centre = np.array([45 * np.cos(turn), 45 * np.sin(turn), 60.0])
+        azimuth0, nadir0 = turn + np.pi - 0.12, 0.52
+        odds = np.full((600, 600), -4.0)
+        dx, dy = PLACE - centre[:2]
+        swing = (np.arctan2(dy, dx) - azimuth0) % (2 * np.pi)
+        half = np.arcsin(RADIUS / np.hypot(dx, dy))
+        columns = np.abs(np.arange(600) * step - swing) < half
+        if k < seen:
+            odds[:, columns] = 4.0
+        maps.append(np.round(STEPS * odds).astype(np.int8))
+        grids.append((azimuth0, step, nadir0, step))
+        centres.append(centre)
+    shape = np.array([each.shape for each in maps], np.int64)
+    start = np.concatenate([[0], np.cumsum(shape.prod(axis=1))[:-1]]).astype(np.int64)
+    flat = np.concatenate([each.ravel() for each in maps])
+    return OddsMaps(flat, start, shape, np.array(grids), np.array(centres))
+
+
+def at(xy: np.ndarray) -> StemAxis:
+    return StemAxis(np.asarray(xy, float), np.zeros(2), np.zeros(2), 0.0, 1.37)
+
+
+def test_evidence_is_highest_where_the_stem_stands():
+    cells = GroundGrid(-2.0, -2.0, 0.1, np.zeros((41, 41), np.float32))
+    layers = bark_layers(ring_of_maps(), np.zeros((12, 2)), cells, HEIGHTS)
+    total = layers.sum(axis=0)
+    row, column = np.unravel_index(total.argmax(), total.shape)
+    assert np.hypot(column * 0.1 - 2.0 - PLACE[0], row * 0.1 - 2.0 - PLACE[1]) < 0.16
+    assert total.max() > 0 > np.median(total)
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.10, 0.20, 0.30])
+def test_the_silhouette_is_clearest_at_the_true_place_and_width(radius):
+    outline = cut_bark(ring_of_maps(), at(PLACE))
+    true = outline.contrast(np.array([0.0, 0.0, 0.0, 0.0, RADIUS]))
+    assert true > outline.contrast(np.array([0.0, 0.0, 0.0, 0.0, radius]))
+    assert true > 2 * outline.contrast(np.array([0.12, 0.0, 0.0, 0.0, RADIUS]))
+
+
+def test_a_photo_that_shows_nothing_here_is_blind_and_adds_nothing():
+    maps = ring_of_maps()
+    gone = maps._replace(odds=maps.odds.copy())
+    rows, columns = maps.shape[3]
+    gone.odds[maps.start[3] : maps.start[3] + rows * columns] = OUTSIDE
+    outline = cut_bark(gone, at(PLACE))
+    assert outline.blind[3] and outline.blind.sum() == 1
+    cells = GroundGrid(PLACE[0], PLACE[1], 0.1, np.zeros((1, 1), np.float32))
+    less, all_of_them = (bark_layers(m, np.zeros((12, 2)), cells, HEIGHTS).sum() for m in (gone, maps))
+    assert 0 < less < all_of_them
+
+
+def test_the_stem_is_a_seed_and_what_no_photo_sees_is_not():
+    area, box = Area.circle(0, 0, 2.0), (-2.0, -2.0, 2.0, 2.0)
+    options, rng = PhotoStemOptions(max_lean_deg=10), np.random.default_rng(0)
+    shown = NetworkMaps(ring_of_maps(), ring_of_maps(seen=0), ring_of_maps())
+    seeds = network_seeds(shown, FLAT, area, box, options, rng)
+    best = seeds[0]
+    assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
+    assert best.r == pytest.approx(RADIUS, abs=0.02)
+    nothing = NetworkMaps(*3 * [ring_of_maps(seen=0)])
+    assert not any(seed.sure for seed in network_seeds(nothing, FLAT, area, box, options, rng))
+    # A stem that shows nothing but ivy is in the layer too.
+    covered = NetworkMaps(ring_of_maps(seen=0), ring_of_maps(), ring_of_maps())
+    best = network_seeds(covered, FLAT, area, box, options, rng)[0]
+    assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
+
+
+def test_exposure_and_white_balance_hardly_change_what_the_network_gets():
+    rng = np.random.default_rng(1)
+    photo, good = rng.uniform(0.1, 0.6, (40, 50, 3)), np.ones((40, 50), bool)
+    good[:5] = False
+    one = normalised((255 * photo).astype(np.uint8), good)
+    other = normalised((255 * (photo * 1.4 + [0.03, 0.0, 0.06])).astype(np.uint8), good)
+    assert np.abs(one - other).max() < 0.06 and one.shape == (3, 40, 50)
+    assert (one[:, :5] == 0).all() and np.abs(one[:, 5:].mean(axis=(1, 2))).max() < 1e-4
+    assert (normalised(np.zeros((4, 4, 3), np.uint8), np.zeros((4, 4), bool)) == 0).all()
+
+
+def test_odds_are_those_of_the_wanted_classes_against_all_else():
+    scores = np.random.default_rng(2).normal(0, 1.5, (len(CLASSES), 3, 4)).astype(np.float32)
+    share = np.exp(scores) / np.exp(scores).sum(axis=0)
+    for wanted in (("stem",), ("stem", "ivy")):
+        yes = sum(share[CLASSES.index(name)] for name in wanted)
+        expected = np.clip(np.log(yes / (1 - yes)), -MOST_ODDS, MOST_ODDS)
+        assert class_odds(scores, *wanted) == pytest.approx(expected, abs=1e-4)
+    assert CLASSES.index("stem") == STEM and np.abs(class_odds(40 * scores, "stem")).max() == MOST_ODDS
+
+
+@pytest.mark.parametrize(("ivy", "expected"), [(0, 0.0), (6, 0.5), (12, 1.0)])
+def test_the_share_of_ivy_is_that_over_the_photos(ivy, expected):
+    shown = NetworkMaps(ring_of_maps(), ring_of_maps(seen=ivy), ring_of_maps())
+    assert covered_share(shown, at(PLACE), RADIUS, 0.0) == pytest.approx(expected, abs=0.03)
+
+
+def test_no_photo_says_nothing_of_ivy():
+    maps = ring_of_maps()
+    gone = maps._replace(odds=np.full_like(maps.odds, OUTSIDE))
+    assert np.isnan(covered_share(NetworkMaps(gone, gone, gone), at(PLACE), RADIUS, 0.0))

@@ -1,0 +1,303 @@
+"""Gaussians as torch tensors: pictures and gradients against a float64 twin in torch operations, losses against those
+of the numpy fits, a fit by a loss of one's own, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.stems.splats.test_raster import camera, cloud
+
+torch = pytest.importorskip("torch")
+
+from treedgs_geo.core.errors import InputError  # noqa: E402
+from treedgs_geo.stems.splats import kernels  # noqa: E402
+from treedgs_geo.stems.splats import loss as numpy_losses  # noqa: E402
+from treedgs_geo.stems.splats.on_torch import losses  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.harmonics import constant_of, harmonics  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.project import project, projected_rows, turned  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.rasterize import packed_of, rasterize, tensors_of  # noqa: E402
+from treedgs_geo.stems.splats.raster import Rasteriser, render  # noqa: E402
+from treedgs_geo.stems.splats.raster import project as project_compiled  # noqa: E402
+
+
+def twin(means, quats, log_scales, logits, colours, view):
+    """(9, H, W) float64: colour, alpha, sum w d, sum w n, median depth (0: none), from 3D precisions (no ray-space
+    algebra), all Gaussians over all pixels, no cut-off."""
+    to_camera = torch.tensor(view.rotation, dtype=torch.float64)
+    centre = means @ to_camera.T + torch.tensor(view.translation, dtype=torch.float64)
+    axes = to_camera @ turned(quats) * torch.exp(log_scales)[:, None]
+    covariance = axes @ axes.transpose(1, 2)
+    x, y, z = centre.unbind(1)
+    zero = torch.zeros_like(z)
+    jac = torch.stack(
+        [
+            torch.stack([view.fx / z, zero, -view.fx * x / z**2], 1),
+            torch.stack([zero, view.fy / z, -view.fy * y / z**2], 1),
+        ],
+        1,
+    )
+    conic = torch.linalg.inv(jac @ covariance @ jac.transpose(1, 2))
+    uv = torch.stack([view.fx * x / z + view.cx, view.fy * y / z + view.cy], 1)
+    ray = centre / z[:, None]
+    q = torch.linalg.solve(covariance, ray[..., None])[..., 0]
+    slope_z = -z[:, None] * q / (ray * q).sum(1, keepdim=True)
+    far = ray.norm(dim=1, keepdim=True)
+    focal = torch.tensor([view.fx, view.fy], dtype=torch.float64)
+    slope = (slope_z[:, :2] * far + z[:, None] * ray[:, :2] / far) / focal
+    normal = -q / q.norm(dim=1, keepdim=True)
+    grid = torch.tensor(np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), -1))
+    planes = [torch.zeros(view.height, view.width, dtype=torch.float64)] * 8
+    median = torch.full((view.height, view.width), torch.nan, dtype=torch.float64)
+    trans = torch.ones(view.height, view.width, dtype=torch.float64)
+    for k in torch.argsort(centre.detach().norm(dim=1), stable=True):
+        d = grid - uv[k]
+        alpha = torch.sigmoid(logits[k]) * torch.exp(-0.5 * torch.einsum("hwi,ij,hwj->hw", d, conic[k], d))
+        weight = alpha.clamp(max=0.99) * trans
+        shown = [*colours[k], torch.ones(()), centre[k].norm() + (d * slope[k]).sum(-1), *normal[k]]
+        planes = [plane + weight * part for plane, part in zip(planes, shown, strict=True)]
+        median = torch.where(trans > 0.5, shown[4], median)
+        trans = trans - weight
+    return torch.stack([*planes, torch.where(trans <= 0.5, median, 0.0)])
+
+
+def test_the_twin_passes_gradcheck():
+    p = cloud(2, 3)
+    small = camera(6, 5)
+    assert torch.autograd.gradcheck(lambda *t: twin(*t, small), tensors_of(p, dtype=torch.float64), atol=1e-6)
+
+
+def test_pictures_and_gradients_are_those_of_the_twin():
+    p, view = cloud(9, 3), camera(24, 22)
+    p[:, 10] += 2
+    given = torch.tensor(np.random.default_rng(2).normal(size=(9, 22, 24)))
+    ours, theirs = tensors_of(p), tensors_of(p, dtype=torch.float64)
+    rendered = rasterize(*ours, view, geometry=True, alpha_min=1e-7)
+    expected = twin(*theirs, view)
+    shown = torch.cat([rendered.planes, torch.nan_to_num(rendered.median_depth)[None]])
+    assert (shown[8] > 0).float().mean() > 0.1
+    torch.testing.assert_close(shown.double(), expected, atol=1e-4, rtol=1e-4)
+    (shown * given).sum().backward()
+    (expected * given).sum().backward()
+    for mine, other in zip(ours, theirs, strict=True):
+        assert mine.grad.dtype == torch.float32
+        torch.testing.assert_close(mine.grad.double(), other.grad, atol=1e-3 * float(other.grad.abs().max()), rtol=0)
+
+
+def test_the_projection_passes_gradcheck_against_finite_differences():
+    p, view = cloud(4, 5), camera(60, 50)
+
+    def rows(*tensors):
+        # Conic, opacity, plane, normal, falloff and colour too: everything that pixels are made of.
+        return projected_rows(tensors, view, dilation_px2=0.3)[0]
+
+    assert torch.autograd.gradcheck(rows, tensors_of(p, dtype=torch.float64), atol=1e-5)
+    assert rows(*tensors_of(p, dtype=torch.float64)).shape == (17, 4)
+
+
+@pytest.mark.parametrize("dilation", [0.0, 0.15])
+def test_the_projection_is_that_of_the_compiled_kernel(dilation):
+    p, view = cloud(40, 2), camera(60, 50)
+    p[3, :3] -= 1000 * view.rotation[2]  # behind the camera
+    p[5, 10] = -9.0  # too faint
+    compiled, index = project_compiled(p, view, dilation)
+    rows, numbers = project(tensors_of(p, dtype=torch.float64), view, dilation, 1 / 255)
+    np.testing.assert_array_equal(numbers.numpy(), index)
+    assert 3 not in index and 5 not in index and len(index) > 20
+    np.testing.assert_allclose(rows.detach().numpy(), compiled, rtol=2e-5, atol=1e-5)
+
+
+def test_harmonics_are_orthonormal_and_colours_change_with_the_view():
+    rng = np.random.default_rng(0)
+    z = np.polynomial.legendre.leggauss(8)
+    angle = (np.arange(16) + 0.5) * np.pi / 8
+    height, turn = (part.ravel() for part in np.meshgrid(z[0], angle, indexing="ij"))
+    flat = np.sqrt(1 - height**2)
+    sphere = torch.tensor(np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height]))
+    weight = torch.tensor(np.repeat(z[1], 16) * np.pi / 8)
+    basis = harmonics(sphere, 3)
+    torch.testing.assert_close((basis * weight[:, None]).T @ basis, torch.eye(16, dtype=torch.float64))
+    p, view = cloud(6, 2), camera()
+    tensors = tensors_of(p)
+    constant = constant_of(tensors[4].detach())[:, None]
+    plain, same = rasterize(*tensors, view), rasterize(*tensors[:4], constant, view)
+    torch.testing.assert_close(plain.colour, same.colour)
+    many = torch.cat([constant, torch.tensor(rng.normal(0, 0.3, (6, 8, 3)).astype(np.float32))], 1).requires_grad_()
+    other = rasterize(*tensors[:4], many, view)
+    assert (other.colour - plain.colour).abs().max() > 0.02
+    other.colour.sum().backward()
+    assert many.grad.abs().sum(dim=(0, 2)).min() > 0
+
+
+def test_the_pull_on_centres_is_that_of_moving_them_in_the_picture():
+    p, view = cloud(9, 3), camera(24, 22)
+    given = torch.tensor(np.random.default_rng(2).normal(size=(4, 22, 24)).astype(np.float32))
+    tensors = tensors_of(p)
+    rendered = rasterize(*tensors, view, alpha_min=1e-7)
+    assert float(rendered.pull.abs().max()) == 0
+    (rendered.planes * given).sum().backward()
+
+    def value(moved):
+        """The loss with all rows of the projection kept but one centre."""
+        rows, index = project_compiled(p, view, 0.0, 1e-7)
+        rows[0, list(index).index(4)] += moved
+        cells = np.zeros((view.height, 3, 4, 8), np.float32)
+        cells[:, :, 3] = 1
+        kernels.forward_colour(rows, len(index), 0, view.height, view.width, cells.reshape(-1))
+        planes = kernels.from_cells(cells.reshape(-1), 4, view.height, view.width)
+        planes[3] = 1 - planes[3]
+        return float((planes * given.numpy()).sum())
+
+    assert (value(0.05) - value(-0.05)) / 0.1 == pytest.approx(float(rendered.pull[4, 0]), rel=0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize("geometry", [False, True])
+def test_sums_of_pulls_take_each_pixel_without_its_sign(geometry):
+    p, view = cloud(9, 3), camera(16, 14)
+    planes = 8 if geometry else 4
+    given = torch.tensor(np.random.default_rng(2).normal(size=(planes, 14, 16)).astype(np.float32))
+    tensors = tensors_of(p)
+    whole = rasterize(*tensors, view, geometry=geometry, absolute=True)
+    (whole.planes * given).sum().backward()
+    expected = torch.zeros_like(whole.pull)
+    for y in range(14):
+        for x in range(16):
+            one = rasterize(*tensors_of(p), view, geometry=geometry)
+            (one.planes[:, y, x] * given[:, y, x]).sum().backward()
+            expected += one.pull.abs()
+    torch.testing.assert_close(whole.pull_sums, expected, rtol=1e-3, atol=1e-4 * float(expected.max()))
+    plain = rasterize(*tensors_of(p), view, geometry=geometry)
+    (plain.planes * given).sum().backward()
+    torch.testing.assert_close(whole.pull, plain.pull)
+    assert plain.pull_sums is None and (whole.pull_sums >= whole.pull.abs() - 1e-4).all()
+
+
+def test_depth_and_normals_are_those_of_render_and_carry_gradients():
+    p, view = cloud(), camera()
+    tensors = tensors_of(p)
+    rendered, plain = rasterize(*tensors, view, geometry=True), render(p, view)
+    assert rendered.pairs == plain.pairs
+    for name, value in (("colour", plain.colour), ("alpha", plain.alpha), ("depth", plain.depth),
+                        ("normal", plain.normals), ("median_depth", plain.median_depth)):  # fmt: skip
+        np.testing.assert_allclose(getattr(rendered, name).detach().numpy(), value, atol=2e-4, err_msg=name)
+    assert rendered.median_depth.requires_grad
+    torch.nansum(rendered.depth + rendered.normal[..., 2]).backward()
+    assert all(torch.isfinite(t.grad).all() for t in tensors) and tensors[0].grad.abs().sum() > 0
+    assert tensors[4].grad.abs().sum() == 0  # colours move no depth
+
+
+def test_without_geometry_there_are_four_planes_and_threads_change_nothing():
+    p, view = cloud(), camera(60, 90)
+    one, three = (rasterize(*tensors_of(p), view, rasteriser=Rasteriser(n)) for n in (1, 3))
+    assert one.planes.shape == (4, 90, 60) and one.median_depth is None
+    with pytest.raises(InputError, match="geometry=True"):
+        _ = one.depth
+    assert torch.equal(one.colour, three.colour)
+
+
+@pytest.mark.parametrize("name", ["l1", "d_ssim"])
+def test_losses_are_those_of_the_numpy_fits(name):
+    rng = np.random.default_rng(4)
+    shown, image = rng.uniform(0, 1, (2, 31, 26, 3)).astype(np.float32)
+    weight = rng.uniform(0, 1, (31, 26)).astype(np.float32)
+    value, gradient = getattr(numpy_losses, name)(shown, image, weight)
+    tensor = torch.tensor(shown, dtype=torch.float64, requires_grad=True)
+    found = getattr(losses, name)(tensor, torch.tensor(image).double(), torch.tensor(weight).double())
+    found.backward()
+    assert float(found.detach()) == pytest.approx(value, rel=1e-5)
+    np.testing.assert_allclose(tensor.grad.numpy(), gradient, atol=1e-3 * np.abs(gradient).max())
+
+
+def test_normal_consistency_is_that_of_the_numpy_fits():
+    p, view = cloud(60, 7), camera()
+    p[:, 10] = 3.0
+    planes = Rasteriser().forward(p, view, True).planes
+    weight = np.random.default_rng(1).uniform(0, 1, planes.shape[1:])
+    value, gradient = numpy_losses.normal_consistency(planes, view.pixel_rays(), weight)
+    assert value > 0.01
+    eight = np.concatenate([planes[:3], 1 - planes[3:4], planes[4:5], planes[6:9]]).astype(float)
+    tensor = torch.tensor(eight, requires_grad=True)
+    found = losses.normal_consistency(tensor, torch.tensor(view.pixel_rays()), torch.tensor(weight))
+    found.backward()
+    assert float(found.detach()) == pytest.approx(value, rel=1e-5)
+    np.testing.assert_allclose(tensor.grad.numpy(), gradient, atol=1e-4 * np.abs(gradient).max())
+
+
+def test_unit_rays_are_those_of_the_camera():
+    np.testing.assert_allclose(
+        losses.unit_rays(camera(), torch.device("cpu")).numpy(), camera().pixel_rays(), atol=1e-6
+    )
+
+
+def test_a_loss_of_ones_own_fits_in_ten_lines():
+    """The example of docs/analyst/gaussians.md: moved and dulled Gaussians find back to a picture."""
+    p, view = cloud(20, 1), camera()
+    image = torch.tensor(render(p, view, full=False).colour)
+    start = p.copy()
+    start[:, :3] += np.random.default_rng(0).normal(0, 0.02, (20, 3))
+    start[:, 11:] *= 0.7
+    tensors = tensors_of(start)
+    optimiser = torch.optim.Adam(
+        [{"params": [t], "lr": lr} for t, lr in zip(tensors, (3e-3, 0, 0, 0, 0.02), strict=True)]
+    )
+    course = []
+    for _ in range(60):
+        optimiser.zero_grad()
+        shown = rasterize(*tensors, view)
+        loss = ((shown.colour - image) ** 2).mean() + 1e-3 * shown.alpha.mean()
+        loss.backward()
+        optimiser.step()
+        course.append(float(loss.detach()))
+    assert course[-1] < 0.2 * course[0]
+    found = packed_of(tensors)
+    assert np.abs(found[:, :3] - p[:, :3]).mean() < 0.8 * np.abs(start[:, :3] - p[:, :3]).mean()
+
+
+def test_nothing_to_draw_has_zero_gradients():
+    tensors = tensors_of(cloud(3))
+    with torch.no_grad():
+        tensors[0][:, 2] -= 1000.0
+    rendered = rasterize(*tensors, camera(), geometry=True)
+    assert rendered.pairs == 0 and torch.isnan(rendered.depth).all() and float(rendered.alpha.sum()) == 0
+    rendered.planes.sum().backward()
+    assert float(tensors[0].grad.abs().sum()) == 0
+
+
+def test_wrong_shapes_are_named():
+    tensors = tensors_of(cloud(5))
+    with pytest.raises(InputError, match=r"quats has shape \(5, 3\), expected \(5, 4\)"):
+        rasterize(tensors[0], tensors[1][:, :3], *tensors[2:], camera())
+    with pytest.raises(InputError, match=r"colours has shape \(4, 3\), expected \(5, 3\)"):
+        rasterize(*tensors[:4], tensors[4][:4], camera())
+
+
+def test_warp_draws_and_pulls_back_the_same():
+    pytest.importorskip("warp")
+    from treedgs_geo.stems.splats.warp_raster import WarpRasteriser
+
+    p, view = cloud(), camera()
+    given = torch.tensor(np.random.default_rng(3).normal(size=(9, view.height, view.width)).astype(np.float32))
+    grads = []
+    for rasteriser in (Rasteriser(), WarpRasteriser("cpu")):
+        tensors = tensors_of(p)
+        rendered = rasterize(*tensors, view, geometry=True, absolute=True, rasteriser=rasteriser)
+        shown = torch.cat([rendered.planes, torch.nan_to_num(rendered.median_depth)[None]])
+        (shown * given).sum().backward()
+        grads.append((shown.detach(), [rendered.pull, rendered.pull_sums, *(t.grad for t in tensors)]))
+    assert ((grads[0][0] - grads[1][0]).abs() > 2e-4).float().mean() < 0.005
+    for mine, other in zip(grads[0][1], grads[1][1], strict=True):
+        torch.testing.assert_close(mine, other, atol=1e-2 * float(mine.abs().max()), rtol=0)
+
+
+def test_tile_lists_made_by_torch_are_those_of_the_kernel():
+    pytest.importorskip("warp")
+    from treedgs_geo.stems.splats.on_torch.on_device import lists_by_tile
+    from treedgs_geo.stems.splats.warp_raster import _lists
+
+    p, view = cloud(30, 4), camera()
+    rows, _ = project(tensors_of(p, dtype=torch.float64), view, 0.0, 1 / 255)
+    start, items, across = lists_by_tile(rows.detach().float(), view.width, view.height)
+    expected = _lists(rows.detach().float().numpy(), view.width, view.height)
+    assert across == expected[2]
+    np.testing.assert_array_equal(start.numpy(), expected[0])
+    np.testing.assert_array_equal(items.numpy(), expected[1])

@@ -1,0 +1,228 @@
+"""Rasteriser against its float64 twin, gradients against finite differences and torch, one pixel convention, bad
+splats.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gaussian_reference import (
+    camera_gaussians,
+    distance_plane,
+    ray_maximum,
+    render_reference,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser, project, render
+
+ROTATION = Rotation.from_euler("xyz", [150, 5, 20], degrees=True).as_matrix()
+
+
+def camera(width: int = 40, height: int = 37) -> CropCamera:
+    return CropCamera(width, height, 270.0, 260.0, 20.3, 18.1, ROTATION, np.array([0.05, -0.1, 8.0]))
+
+
+def cloud(count: int = 30, seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    p = np.zeros((count, 14))
+    p[:, :3] = rng.normal(0, 0.3, (count, 3))
+    p[:, 3:7] = rng.normal(size=(count, 4))
+    p[:, 7:10] = np.log(rng.uniform(0.01, 0.15, (count, 3)))
+    p[:, 10] = rng.normal(0, 1, count)
+    p[:, 11:] = rng.uniform(0, 1, (count, 3))
+    return p
+
+
+@pytest.mark.parametrize("dilation", [0.0, 0.3])
+def test_forward_equals_the_reference(dilation):
+    done = Rasteriser(dilation_px2=dilation).forward(cloud(), camera(), full=True)
+    truth = render_reference(cloud(), camera(), dilation)
+    np.testing.assert_allclose(np.moveaxis(done.planes[:3], 0, -1), truth["colour"], atol=2e-5)
+    np.testing.assert_allclose(done.planes[3], truth["trans"], atol=2e-5)
+    np.testing.assert_allclose(done.planes[4], truth["depth_sum"], atol=1e-4)
+    np.testing.assert_allclose(np.moveaxis(done.planes[6:9], 0, -1), truth["normal_sum"], atol=2e-5)
+    np.testing.assert_array_equal(np.isnan(done.planes[5]), np.isnan(truth["median"]))
+    different = ~np.isclose(done.planes[5], truth["median"], atol=1e-4, equal_nan=True)
+    assert different.mean() < 0.005  # T = 0.5 decided differently in float32
+
+
+def test_the_same_picture_from_any_number_of_threads():
+    one, three = (Rasteriser(n).forward(cloud(), camera(60, 90), full=True) for n in (1, 3))
+    np.testing.assert_array_equal(one.planes, three.planes)
+    assert one.pairs == three.pairs > 0
+
+
+@pytest.mark.parametrize("dilation", [0.0, 0.3])
+@pytest.mark.parametrize("full", [False, True])
+def test_gradients_equal_finite_differences(dilation, full):
+    p, view = cloud(12), camera(24, 22)
+    given = np.random.default_rng(1).normal(size=(8 if full else 4, 22, 24)).astype(np.float32)
+    # A tiny cut-off: a pixel that enters or leaves an ellipse must not disturb the difference quotient.
+    rasteriser = Rasteriser(dilation_px2=dilation, alpha_min=1e-7)
+    analytic = rasteriser.backward(p, rasteriser.forward(p, view, full), given)
+
+    def loss(q: np.ndarray) -> float:
+        r = render_reference(q, view, dilation, 1e-7)
+        value = (given[:3] * np.moveaxis(r["colour"], -1, 0)).sum() + (given[3] * r["alpha"]).sum()
+        if full:
+            value += (given[4] * r["depth_sum"]).sum() + (given[5:] * np.moveaxis(r["normal_sum"], -1, 0)).sum()
+        return value
+
+    step = 1e-6
+    for gaussian in (0, 5):
+        for column in range(14):
+            up, down = p.copy(), p.copy()
+            up[gaussian, column] += step
+            down[gaussian, column] -= step
+            numeric = (loss(up) - loss(down)) / (2 * step)
+            scale = np.abs(analytic[:, column]).max() + 1e-3
+            assert abs(analytic[gaussian, column] - numeric) < 2e-3 * scale, (gaussian, column)
+
+
+def test_gradients_equal_torch():
+    torch = pytest.importorskip("torch")
+    from treedgs_geo.stems.splats.on_torch.project import turned
+
+    p, view = cloud(6, 3), camera(24, 22)
+    given = np.random.default_rng(2).normal(size=(4, 22, 24))
+    rasteriser = Rasteriser(alpha_min=1e-7)
+    analytic = rasteriser.backward(p, rasteriser.forward(p, view), given)
+    t = torch.tensor(p, requires_grad=True)
+    to_camera = torch.tensor(view.rotation)
+    centre = t[:, :3] @ to_camera.T + torch.tensor(view.translation)
+    axes = to_camera @ turned(t[:, 3:7]) * torch.exp(t[:, None, 7:10])
+    depth = centre[:, 2]
+    jac = torch.zeros(len(p), 2, 3, dtype=torch.float64)
+    jac[:, 0, 0], jac[:, 0, 2] = view.fx / depth, -view.fx * centre[:, 0] / depth**2
+    jac[:, 1, 1], jac[:, 1, 2] = view.fy / depth, -view.fy * centre[:, 1] / depth**2
+    conic = torch.linalg.inv(jac @ axes @ axes.transpose(1, 2) @ jac.transpose(1, 2))
+    uv = torch.stack([view.fx * centre[:, 0] / depth + view.cx, view.fy * centre[:, 1] / depth + view.cy], 1)
+    grid = torch.tensor(np.stack(np.meshgrid(np.arange(24) + 0.5, np.arange(22) + 0.5), -1))
+    colour, trans = torch.zeros(22, 24, 3, dtype=torch.float64), torch.ones(22, 24, dtype=torch.float64)
+    for k in torch.argsort(centre.norm(dim=1)):
+        d = grid - uv[k]
+        alpha = torch.sigmoid(t[k, 10]) * torch.exp(-0.5 * torch.einsum("hwi,ij,hwj->hw", d, conic[k], d))
+        alpha = alpha.clamp(max=0.99)
+        colour = colour + (alpha * trans)[..., None] * t[k, 11:]
+        trans = trans * (1 - alpha)
+    weight = torch.tensor(given)
+    ((weight[:3] * colour.permute(2, 0, 1)).sum() + (weight[3] * (1 - trans)).sum()).backward()
+    expected = t.grad.numpy()
+    np.testing.assert_allclose(analytic, expected, atol=2e-4 * np.abs(expected).max())
+
+
+def test_distance_plane_is_the_tangent_of_the_exact_ray_maximum():
+    view, p = camera(), cloud(5)
+    centres, covariances = camera_gaussians(p, view)
+    for centre, covariance in zip(centres, covariances, strict=True):
+        distance, slope, normal = distance_plane(centre, covariance, view)
+        pixel = np.array([view.fx * centre[0] / centre[2] + view.cx, view.fy * centre[1] / centre[2] + view.cy])
+
+        def exact(u, centre=centre, covariance=covariance):
+            ray = np.array([(u[0] - view.cx) / view.fx, (u[1] - view.cy) / view.fy, 1.0])
+            return ray_maximum(centre, covariance, ray / np.linalg.norm(ray))[0]
+
+        assert exact(pixel) == pytest.approx(distance, abs=1e-12)
+        for axis in range(2):
+            step = np.eye(2)[axis] * 1e-3
+            numeric = (exact(pixel + step) - exact(pixel - step)) / 2e-3
+            assert numeric == pytest.approx(slope[axis], rel=1e-6, abs=1e-9)
+        assert normal @ centre < 0  # faces the camera
+
+
+def test_pixel_centres_are_at_half():
+    """The alpha-weighted mean of the pixel centres is where the camera model puts the Gaussian; a half-pixel slip
+    fails.
+    """
+    view = camera()
+    p = cloud(1)
+    p[0, :3], p[0, 7:10], p[0, 10] = [0.02, 0.01, 0.0], np.log(0.08), 0.0
+    alpha = render(p, view, full=False).alpha
+    u, v = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
+    pixel = view.project(p[:, :3])[0][0]
+    mean = np.array([(alpha * u).sum(), (alpha * v).sum()]) / alpha.sum()
+    np.testing.assert_allclose(mean, pixel, atol=0.03)
+
+
+def test_moving_the_principal_point_moves_the_picture_by_whole_pixels():
+    view = camera()
+    shifted = replace(view, cx=view.cx + 3, cy=view.cy - 2)
+    one, two = render(cloud(), view, full=False).alpha, render(cloud(), shifted, full=False).alpha
+    np.testing.assert_allclose(one[2:, :-3], two[:-2, 3:], atol=2e-5)
+
+
+def test_halving_keeps_corners_not_centres():
+    half = camera(40, 36).scaled(0.5)
+    pixels, _ = camera(40, 36).project(cloud(4)[:, :3])
+    np.testing.assert_allclose(half.project(cloud(4)[:, :3])[0], pixels / 2)
+
+
+def test_depth_of_a_flat_wall():
+    """An opaque wall square to the axis: both distances are the distance to it, and normals face the camera."""
+    view = CropCamera(20, 20, 100.0, 100.0, 10.0, 10.0, np.eye(3), np.zeros(3))
+    x, y = np.meshgrid(np.linspace(-1, 1, 25), np.linspace(-1, 1, 25))
+    p = np.zeros((x.size, 14))
+    p[:, :3] = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 5.0)])
+    p[:, 3], p[:, 7:9], p[:, 9], p[:, 10] = 1, np.log(0.1), np.log(1e-4), 5
+    seen = render(p, view)
+    expected = 5 / view.pixel_rays()[..., 2]
+    np.testing.assert_allclose(seen.depth, expected, rtol=2e-3)
+    np.testing.assert_allclose(seen.median_depth, expected, rtol=2e-3)
+    assert np.all(seen.normals[..., 2] < -0.99)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3, 1e6])
+def test_scale_of_the_scene_does_not_matter(factor):
+    view, p = camera(), cloud()
+    scaled = p.copy()
+    scaled[:, :3] *= factor
+    scaled[:, 7:10] += np.log(factor)
+    far = replace(view, translation=view.translation * factor)
+    one, two = render(p, view), render(scaled, far)
+    np.testing.assert_allclose(one.colour, two.colour, atol=2e-4)
+    np.testing.assert_allclose(one.depth * factor, two.depth, rtol=1e-4)
+
+
+def test_camera_inside_or_behind_a_splat_draws_nothing():
+    view = CropCamera(16, 16, 50.0, 50.0, 8.0, 8.0, np.eye(3), np.zeros(3))
+    p = cloud(3)
+    p[:, 10] = 3
+    p[:, 7:10] = np.log(1.0)
+    p[:, :3] = [[0, 0, 0.1], [0, 0, -5], [0, 0, 2.0]]
+    assert project(p, view)[0].shape[1] == 0
+    assert np.all(render(p, view).alpha == 0)
+
+
+def test_empty_field_and_one_pixel_crop():
+    view = CropCamera(1, 1, 50.0, 50.0, 0.5, 0.5, np.eye(3), np.zeros(3))
+    seen = render(np.zeros((0, 14)), view)
+    assert seen.alpha.shape == (1, 1) and seen.alpha[0, 0] == 0 and np.isnan(seen.depth).all()
+    done = Rasteriser().forward(np.zeros((0, 14)), view, True)
+    assert Rasteriser().backward(np.zeros((0, 14)), done, np.ones((8, 1, 1))).shape == (0, 14)
+
+
+@settings(max_examples=40)
+@given(
+    st.lists(st.floats(-18, 6), min_size=3, max_size=3),
+    st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+    st.floats(-12, 12),
+    st.lists(st.floats(-1, 1), min_size=4, max_size=4),
+    st.sampled_from([0.0, 0.3]),
+)
+def test_any_splat_gives_finite_pictures_and_gradients(log_scales, mean, logit, quaternion, dilation):
+    """Needles, discs, giants and specks, in front of, beside and around the camera, zero quaternions included."""
+    p = cloud(2)
+    p[0, :3], p[0, 3:7], p[0, 7:10], p[0, 10] = mean, quaternion, log_scales, logit
+    view = CropCamera(16, 16, 60.0, 60.0, 8.0, 8.0, np.eye(3), np.array([0, 0, 1.5]))
+    rasteriser = Rasteriser(dilation_px2=dilation)
+    done = rasteriser.forward(p, view, True)
+    assert np.isfinite(done.planes[[0, 1, 2, 3, 4, 6, 7, 8]]).all()
+    assert done.planes[3].min() >= 0 and done.planes[3].max() <= 1
+    gradient = rasteriser.backward(p, done, np.ones((8, 16, 16)))
+    assert np.isfinite(gradient).all()

@@ -1,0 +1,129 @@
+"""Odd fields and cameras, drawn at random: finite pictures, gradients and points, or a clear refusal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.stems.splats.baseline_points import fuse_depth, means_only
+from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField, empty_field
+from treedgs_geo.stems.splats.opacity_samples import low_quantile
+from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover
+from treedgs_geo.stems.splats.primitive.views import empty_coverage
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.sample import sample_surface, view_opacity
+
+DOWN = np.diag([1.0, -1.0, -1.0])
+
+
+@st.composite
+def odd_fields(draw):
+    """Up to 20 Gaussians in one unit system: flat, needle-like, huge, tiny, about or behind the camera."""
+    n, scale = draw(st.integers(1, 20)), draw(st.sampled_from([1e-3, 1.0, 1e3]))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    p = np.zeros((n, 14))
+    p[:, MEAN] = rng.uniform(-3, 3, (n, 3)) * scale
+    p[:, 2] *= draw(st.sampled_from([0.0, 1.0, 5.0]))
+    p[:, QUATERNION] = rng.standard_normal((n, 4))
+    low, high = draw(st.sampled_from([(-14, -8), (-8, 1), (-20, 3), (0, 3)]))
+    p[:, LOG_SCALE] = rng.uniform(low, high, (n, 3)) + np.log(scale)
+    p[:, LOGIT], p[:, COLOUR] = rng.uniform(-12, 12, n), rng.random((n, 3))
+    return p, scale
+
+
+def camera(scale: float, width: int = 40, height: int = 30) -> CropCamera:
+    return CropCamera(width, height, 60.0, 60.0, width / 2, height / 2, DOWN, np.array([0, 0, 6.0 * scale]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(odd_fields())
+def test_any_field_draws_finite_pictures_gradients_and_opacities(drawn):
+    p, scale = drawn
+    raster = Rasteriser(1, 0.15)
+    done = raster.forward(p, camera(scale), full=True)
+    planes = np.delete(done.planes, 5, axis=0)  # the median depth is NaN where there is none
+    assert np.isfinite(planes).all()
+    assert (done.planes[3] >= 0).all() and (done.planes[3] <= 1).all()
+    given_planes = np.random.default_rng(0).standard_normal((8, 30, 40)).astype(np.float32)
+    assert np.isfinite(raster.backward(p, done, given_planes)).all()
+    view = View("a", Path("a"), Camera(40, 30, 60.0, 60.0, 20.0, 15.0), DOWN, np.array([0, 0, 6.0 * scale]))
+    opacity, _, _ = view_opacity(p, view, p[:, MEAN])
+    assert np.isfinite(opacity).all() and (opacity >= 0).all() and (opacity <= 1).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(odd_fields(), st.floats(0.1, 1000))
+def test_units_change_nothing_in_the_picture(drawn, factor):
+    p, scale = drawn
+    q = p.copy()
+    q[:, MEAN] *= factor
+    q[:, LOG_SCALE] += np.log(factor)
+    both = ((p, scale), (q, scale * factor))
+    one, two = (Rasteriser(1, 0.15).forward(each, camera(size)).planes for each, size in both)
+    # A pixel on an ellipse's rim may be in or out by rounding; nothing else may move.
+    assert np.quantile(np.abs(one - two), 0.98) < 1e-3
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.floats(-50, 50), min_size=8, max_size=8), st.floats(-3, 3), st.floats(0.05, 5))
+def test_any_stem_shape_covers_finitely(shape, shift, blur):
+    view = CropCamera(
+        40, 30, 60.0, 60.0, 20.0, 15.0, np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]]), np.array([0, 1.4, 8.0])
+    )
+    out = empty_coverage((30, 40))
+    lens = Lens(view.rotation, view.centre, view.intrinsics)
+    cover(StemView(np.array(shape), 1.37, shift, blur), lens, Region(0.45, 0.3, 2.9), out)
+    assert np.isfinite(out.alpha).all() and (out.alpha >= 0).all() and (out.alpha <= 1).all()
+    assert (out.angle >= 0).all() and (out.angle < 24).all() and (out.level >= 0).all()
+
+
+def test_coordinates_of_a_map_are_refused_and_empty_things_too():
+    p = np.zeros((3, 14))
+    p[:, 3], p[:, MEAN] = 1, [611337.0, 3718451.0, 40.0]
+    with pytest.raises(InputError, match="local frame"):
+        GaussianField.from_packed(p)
+    view = View("a", Path("a"), Camera(40, 30, 60.0, 60.0, 20.0, 15.0), DOWN, np.array([0, 0, 6.0]))
+    for call in (lambda: sample_surface(empty_field(), [view]), lambda: fuse_depth(empty_field(), [view])):
+        with pytest.raises(InputError):
+            call()
+    done = Rasteriser().forward(np.zeros((0, 14)), camera(1.0))
+    assert done.pairs == 0 and (done.planes[3] == 1).all()
+
+
+def wall(n: int = 900) -> GaussianField:
+    """An opaque wall of flat Gaussians in z = 0, seen from above."""
+    p = np.zeros((n, 14))
+    side = int(np.sqrt(n))
+    grid = np.linspace(-1, 1, side)
+    p[:, 0], p[:, 1] = (value.ravel() for value in np.meshgrid(grid, grid))
+    p[:, 3], p[:, LOG_SCALE], p[:, LOGIT] = 1, np.log([0.06, 0.06, 0.002]), 3.5
+    return GaussianField.from_packed(p, 0)
+
+
+def test_low_quantiles_lie_between_the_smallest_and_the_median():
+    rng = np.random.default_rng(0)
+    opacity, counts = rng.random((12, 400)).astype(np.float32), rng.integers(0, 13, 400)
+    opacity[np.arange(12)[:, None] >= counts] = np.inf
+    least, low, middle = (low_quantile(opacity.copy(), counts, q) for q in (0.0, 0.2, 0.5))
+    assert (least <= low).all() and (low <= middle).all() and (low < middle - 1e-4).any()
+    np.testing.assert_array_equal(least, np.where(counts > 0, opacity.min(axis=0), 1))
+
+
+def test_exports_of_a_wall():
+    field = wall()
+    views = [
+        View(str(k), Path("a"), Camera(80, 80, 200, 200, 40, 40), DOWN, -DOWN @ np.array([shift, 0, 8.0]))
+        for k, shift in enumerate((-0.5, 0.0, 0.5))
+    ]
+    points, groups, agree = fuse_depth(field, views, agree_m=0.02)
+    assert len(points) > 500 and (groups == 0).all() and agree.min() >= 2 and agree.max() == 3
+    assert np.abs(points[:, 2]).max() < 0.02
+    centres, own = means_only(field)
+    assert len(centres) == len(own) == 900 and len(means_only(field, 0.99)[0]) == 0

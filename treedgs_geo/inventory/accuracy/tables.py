@@ -1,0 +1,326 @@
+"""Accuracy per plot and pooled, with bootstrap intervals, from pairs or from a simulated plot's truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+
+from ...core.errors import InputError
+from ..pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, SUGGESTED, read_layer
+from .scores import Accuracy, score, score_against_truth
+
+#: Statuses that count as a pair; ``rejected`` never does.
+COUNTED = ("auto", "ok", "moved")
+#: Figures that get an interval.
+INTERVALS = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "success_rate")
+
+
+@dataclass(frozen=True)
+class PairsEvidence:
+    """What accuracy is computed from.
+
+    trees: one row a reference tree that could have been measured: ``plot_id, tree_id, reference_cm``, ``dbh_cm`` (NaN
+    where it was not found or refused), ``dbh_lo_cm, dbh_hi_cm, qc_flag, error_cm, inside_90``; ``meas_cm`` (DBH as
+    measured) and ``rev_flag`` where a person decided (:mod:`treedgs_geo.inventory.reviewed`). n_false: plot_id ->
+    measured trees with a DBH inside the plot that are no reference tree. notes: sentences about what was left out.
+    """
+
+    trees: pd.DataFrame
+    n_false: dict[str, int]
+    reference: str
+    notes: list[str]
+
+
+def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
+    """Read a pairs layer. min_dbh_cm: the tally's limit; thinner measured trees without a partner are not false.
+
+    Left out, and said so: plots left to a hand check, trees whose pair a person rejected, field trees without a DBH.
+
+    Raises:
+        InputError: no pairs file, unknown statuses, or nothing to evaluate.
+    """
+    pairs, field = read_layer(path, PAIRS), read_layer(path, FIELD)
+    measured, plots = read_layer(path, MEASURED), read_layer(path, PLOTS)
+    unknown = sorted(set(pairs["pair_status"].dropna()) - set(STATUSES))
+    if unknown or pairs["pair_status"].isna().any():
+        raise InputError(
+            f"{path}: pair_status {unknown[0] if unknown else 'empty'!r} found, expected {', '.join(STATUSES)}; "
+            "run match-plots again to read in what was edited."
+        )
+    notes = []
+    used = pairs[pairs["pair_status"].isin(COUNTED)]
+    _refuse_stale(path, used, measured, plots)
+    unplaced = sorted(plots.loc[plots["status"] == "check", "plot_id"].astype(str))
+    if unplaced:
+        notes.append(
+            f"{len(unplaced)} of {len(plots)} plots are left to a hand check and do not count: {', '.join(unplaced)}."
+        )
+    rejected = set(
+        zip(
+            *[pairs.loc[pairs["pair_status"] == "rejected", n].astype(str) for n in ("plot_id", "field_id")],
+            strict=True,
+        )
+    )
+    partner = {(str(r["plot_id"]), str(r["field_id"])): r for _, r in used.iterrows()}
+    if len(partner) < len(used):
+        raise InputError(f"{path}: a field tree is in two pairs; reject one of them or run match-plots again.")
+    rows, n_blank, n_rejected = [], 0, 0
+    for _, tree in field.iterrows():
+        key = str(tree["plot_id"]), str(tree["field_id"])
+        if key[0] in unplaced:
+            continue
+        if key in rejected and key not in partner:
+            n_rejected += 1
+        elif pd.isna(tree["dbh_cm"]):
+            n_blank += 1
+        else:
+            pair = partner.get(key)
+            rows.append(
+                {
+                    "plot_id": key[0],
+                    "tree_id": key[1],
+                    "reference_cm": tree["dbh_cm"],
+                    **{n: None if pair is None else pair.get(n) for n in ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm")},
+                    "qc_flag": "not found" if pair is None else pair.get("qc_flag"),
+                    "meas_cm": None if pair is None else pair.get("meas_cm", pair["dbh_cm"]),
+                    "rev_flag": None if pair is None else pair.get("rev_flag"),
+                }
+            )
+    if n_rejected:
+        notes.append(f"{n_rejected} field trees whose pair was rejected by a person do not count.")
+    if n_blank:
+        notes.append(f"{n_blank} field trees without a DBH do not count.")
+    extra = measured[(measured["paired"] == "no") & measured["dbh_cm"].notna()]
+    extra = extra[(extra["in_plot"] == "in") & (extra["dbh_cm"] >= min_dbh_cm) & ~extra["plot_id"].isin(unplaced)]
+    counts = extra["plot_id"].astype(str).value_counts().to_dict()
+    return _checked(PairsEvidence(_table(rows), {str(k): int(v) for k, v in counts.items()}, "field DBH", notes), path)
+
+
+def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame, plots: gpd.GeoDataFrame) -> None:
+    """Refuse a layer edited since match-plots wrote it: the DBHs beside its lines would be those of other trees."""
+    place = {int(t): (g.x, g.y) for t, g in zip(measured["tree_id"], measured.geometry, strict=True)}
+    for _, row in used[used["tree_id"].notna()].iterrows():
+        if row.geometry is None or row.geometry.is_empty:
+            raise InputError(
+                f"{path}: the pair of field tree {row['plot_id']}/{row['field_id']} has no line; delete or draw it, "
+                "and run match-plots again onto this file."
+            )
+        end = np.asarray(
+            row.geometry.coords if row.geometry.geom_type == "LineString" else row.geometry.geoms[0].coords
+        )
+        x, y = place.get(int(row["tree_id"]), (np.inf, np.inf))
+        if np.hypot(end[-1, 0] - x, end[-1, 1] - y) > SNAP_M:
+            raise InputError(
+                f"{path}: the line of field tree {row['plot_id']}/{row['field_id']} no longer ends at tree "
+                f"{int(row['tree_id'])}; run match-plots again onto this file, which reads the edit in."
+            )
+    suggested = set(read_layer(path, SUGGESTED)["plot_id"])
+    for plot in plots.loc[plots["status"] == "ok", "plot_id"]:
+        if plot in suggested and plot not in set(used["plot_id"]):
+            raise InputError(
+                f"{path}: plot {plot} was confirmed but is not paired yet; run match-plots again onto this file."
+            )
+
+
+def evidence_from_truth(
+    trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str = "plot", min_clear_views: int = 0, gate_m: float = 0.5
+) -> PairsEvidence:
+    """A tree layer against a simulated or rendered plot's ``truth/trees.csv``
+    (:func:`.scores.score_against_truth`)."""
+    accuracy, table = score_against_truth(trees, truth_csv, min_clear_views, gate_m)
+    renamed = table.rename(columns={"dbh_true_cm": "reference_cm"})
+    renamed["plot_id"] = plot_id
+    notes = (
+        [f"Only stems with at least {min_clear_views} clear views of breast height count."] if min_clear_views else []
+    )
+    return _checked(
+        PairsEvidence(_table(renamed.to_dict("records")), {plot_id: accuracy.n_false}, "true DBH", notes), truth_csv
+    )
+
+
+def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:
+    """Accuracy of the rows of ``PairsEvidence.trees``."""
+    done = trees[trees["error_cm"].notna()]
+    with_interval = done["inside_90"].notna()
+    inside = done.loc[with_interval, "inside_90"].to_numpy(bool) if with_interval.any() else None
+    return score(done["error_cm"].to_numpy(float), done["reference_cm"].to_numpy(float), len(trees), n_false, inside)
+
+
+def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: float = 0.95) -> dict:
+    """Percentile intervals of the pooled figures.
+
+    Plots are resampled whole, because trees of one plot share their errors (one reconstruction, one crew); with a
+    single plot there is nothing to resample but its trees, and the interval says nothing about other plots.
+
+    Returns:
+        ``by`` (plot or tree), ``repeats``, ``level``, ``note`` and a ``[low, high]`` per figure of :data:`INTERVALS`.
+    """
+    rng = np.random.default_rng(seed)
+    groups = [g.index.to_numpy() for _, g in trees.groupby("plot_id", sort=True)]
+    by = "plot" if len(groups) > 1 else "tree"
+    units = groups if by == "plot" else [np.array([i]) for i in trees.index]
+    error = trees["error_cm"].to_numpy(float)
+    reference = trees["reference_cm"].to_numpy(float)
+    done = np.isfinite(error)
+    place = {label: k for k, label in enumerate(trees.index)}
+    units = [np.array([place[i] for i in unit]) for unit in units]
+    # Sums per unit are all that the figures need, so that a resample is one weighted sum.
+    sums = np.array(
+        [
+            [
+                len(u),
+                done[u].sum(),
+                np.nansum(error[u]),
+                np.nansum(np.abs(error[u])),
+                np.nansum(error[u] ** 2),
+                reference[u][done[u]].sum(),
+            ]
+            for u in units
+        ],
+        float,
+    )
+    drawn = (
+        np.array([np.bincount(rng.integers(0, len(units), len(units)), minlength=len(units)) for _ in range(repeats)])
+        @ sums
+    )
+    total, n, s1, sa, s2, ref = drawn.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rmse = np.sqrt(s2 / n)
+        figures = {
+            "rmse_cm": rmse,
+            "rrmse_pct": 100 * rmse / (ref / n),
+            "mae_cm": sa / n,
+            "me_cm": s1 / n,
+            "success_rate": n / total,
+        }
+    tails = [50 * (1 - level), 50 * (1 + level)]
+    note = ""
+    if by == "tree":
+        note = "one plot only: trees were resampled, so the interval says nothing about other plots"
+    elif len(groups) < 6:
+        note = f"only {len(groups)} plots were resampled: the interval is coarse and tends to be too narrow"
+    result = {"by": by, "n_units": len(units), "repeats": repeats, "level": level, "seed": seed, "note": note}
+    for name in INTERVALS:
+        values = figures[name][np.isfinite(figures[name])]
+        result[name] = [round(float(v), 4) for v in np.percentile(values, tails)] if len(values) else None
+    return result
+
+
+def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> dict:
+    """Everything in ``metrics.json``; the pooled figures also stand at the top level."""
+    per_plot = {
+        str(plot): figures(accuracy_of(rows, evidence.n_false.get(str(plot), 0)))
+        for plot, rows in evidence.trees.groupby("plot_id", sort=True)
+    }
+    pooled = figures(accuracy_of(evidence.trees, sum(evidence.n_false.values())))
+    means = {name: _mean([plot[name] for plot in per_plot.values()]) for name in INTERVALS}
+    strict = evidence.trees.copy()
+    flagged = strict["qc_flag"] != "ok"
+    strict.loc[flagged, ["error_cm", "dbh_cm"]] = np.nan
+    return {
+        **pooled,
+        "reference": evidence.reference,
+        "n_plots": len(per_plot),
+        "pooled": pooled,
+        "per_plot": per_plot,
+        "mean_of_plots": means,
+        **_over_plots(per_plot),
+        "ok_only": figures(accuracy_of(strict)),
+        **_as_measured(evidence),
+        "bootstrap": bootstrap(evidence.trees, seed, repeats),
+        "notes": [*evidence.notes, *_review_notes(evidence)],
+    }
+
+
+def _over_plots(per_plot: dict[str, dict]) -> dict:
+    """``over_plots``: mean, standard deviation and range of each figure over the plots that have it."""
+    if len(per_plot) < 2:
+        return {}
+    spread = {}
+    for name in INTERVALS:
+        known = np.array([plot[name] for plot in per_plot.values() if plot[name] is not None], float)
+        if len(known):
+            sd = float(known.std(ddof=1)) if len(known) > 1 else None
+            values = {"mean": float(known.mean()), "sd": sd, "low": float(known.min()), "high": float(known.max())}
+            spread[name] = {key: None if v is None else round(v, 4) for key, v in values.items()}
+            spread[name]["plots"] = len(known)
+    return {"over_plots": spread}
+
+
+def _as_measured(evidence: PairsEvidence) -> dict:
+    """``as_measured``: the pooled figures with the diameters that the method gave, where a person decided otherwise."""
+    if not _decided(evidence).any():
+        return {}
+    trees = evidence.trees.assign(dbh_cm=evidence.trees["meas_cm"])
+    changed = (evidence.trees["meas_cm"] - evidence.trees["dbh_cm"]).abs() > 0.005
+    # The interval of a diameter that a person replaced is that of the tape.
+    trees.loc[changed | evidence.trees["dbh_cm"].isna(), "inside_90"] = None
+    trees["error_cm"] = trees["dbh_cm"] - trees["reference_cm"]
+    return {"as_measured": figures(accuracy_of(trees, sum(evidence.n_false.values())))}
+
+
+def _review_notes(evidence: PairsEvidence) -> list[str]:
+    """What a person's decisions do to the figures."""
+    decided = _decided(evidence)
+    if not decided.any():
+        return []
+    measured = _as_measured(evidence)["as_measured"]
+    taped = int((evidence.trees["rev_flag"] == "dbh").sum())
+    found = "no tree" if not measured["n"] else f"{measured['n']} trees at an RMSE of {measured['rmse_cm']:.2f} cm"
+    return [
+        f"A person decided on {int(decided.sum())} of these trees; {taped} of the diameters are by tape and no result "
+        f"of the method. As measured: {found} (row 'pooled, as measured')."
+    ]
+
+
+def _decided(evidence: PairsEvidence) -> pd.Series:
+    return evidence.trees["rev_flag"].map(lambda word: not pd.isna(word) and str(word).strip() != "").astype(bool)
+
+
+def figures(accuracy: Accuracy) -> dict:
+    """The names of ``metrics.json``: ``n`` is the number of trees behind every error figure."""
+    found = accuracy.as_dict()
+    found["n"] = found.pop("n_measured")
+    order = (
+        "n",
+        "n_reference",
+        "success_rate",
+        "rmse_cm",
+        "rrmse_pct",
+        "mae_cm",
+        "me_cm",
+        "max_abs_cm",
+        "n_false",
+        "coverage_90",
+    )
+    return {name: round(found[name], 4) if isinstance(found[name], float) else found[name] for name in order}
+
+
+def _table(rows: list[dict]) -> pd.DataFrame:
+    """Typed, with ``error_cm`` (measured - reference) and ``inside_90``."""
+    columns = ["plot_id", "tree_id", "reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag"]
+    columns += ["meas_cm", "rev_flag"]
+    table = pd.DataFrame([{name: row.get(name) for name in columns} for row in rows], columns=columns)
+    for name in ("reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "meas_cm"):
+        table[name] = pd.to_numeric(table[name]).astype(float)
+    table["error_cm"] = table["dbh_cm"] - table["reference_cm"]
+    inside = (table["dbh_lo_cm"] <= table["reference_cm"]) & (table["reference_cm"] <= table["dbh_hi_cm"])
+    known = table["error_cm"].notna() & table["dbh_lo_cm"].notna() & table["dbh_hi_cm"].notna()
+    table["inside_90"] = inside.astype(object).where(known, None)
+    return table
+
+
+def _checked(evidence: PairsEvidence, path: Path) -> PairsEvidence:
+    if not len(evidence.trees):
+        why = f" ({' '.join(evidence.notes)})" if evidence.notes else ""
+        raise InputError(f"{path}: holds no reference tree to evaluate{why}; check the pairs first.")
+    return evidence
+
+
+def _mean(values: list) -> float | None:
+    known = [v for v in values if v is not None]
+    return round(float(np.mean(known)), 4) if known else None

@@ -1,0 +1,253 @@
+"""One block after another, level by level (:mod:`.matching_levels`), until one is good enough."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import ReconstructionError
+from ..core.files import fingerprint
+from ..core.machine import available_threads
+from ..core.progress import Reporter
+from ..geotags.stations import Stations
+from .calibration import Calibration
+from .checks import check_block
+from .covariance import posterior_of
+from .features import FeatureStore, count_rows, run_task
+from .georeference import Placement, place_by_gimbal, place_photos
+from .guided_matching import Guide, match_guided
+from .images import load_image
+from .incremental_block import Joined, from_gimbal, join_photos
+from .matchers import Matcher, Plugin, match_photos
+from .matching import match_pairs
+from .matching_levels import KEPT_SHARE, KEPT_SURE_PX, Held, Level, better, not_enough
+from .options import ReconstructOptions
+from .pairs import select_pairs
+from .prior_knowledge import Survey
+from .sift import SMALL_PHOTO_PX, extract
+
+#: Part of the work left that a level is where it is not enough; only the progress bar depends on it.
+FIRST_PART = 0.4
+#: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
+CROWNS_M, LOW_SHARE = 25.0, 0.07
+
+
+@dataclass(frozen=True)
+class Work:
+    """One reconstruction, whatever the level."""
+
+    stations: Stations
+    options: ReconstructOptions
+    survey: Survey
+    plugin: Plugin | None
+    matcher: Matcher | None
+    sfm_folder: Path
+
+    @property
+    def threads(self) -> int:
+        """Processor threads that it may use."""
+        return self.options.threads or available_threads()
+
+    @property
+    def cache_root(self) -> Path:
+        """Folder with the caches of reconstructions that go on."""
+        return self.sfm_folder.parent / "cache"
+
+    @property
+    def cache(self) -> Path:
+        """Where features and matches are kept while the work goes on."""
+        key = fingerprint(self.stations.paths) + f"-{self.options.max_features}-{self.options.max_image_size}"
+        if self.plugin is not None:
+            key += "-" + self.plugin.digest()
+        return self.cache_root / f"sfm-{key}"
+
+
+def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
+    """The first level whose block is good enough, or else the best; its block and report; why others were not."""
+    found: tuple[Level, Joined, dict[str, Any], Held] | None = None
+    reasons, at = list[str](), 0.0
+    for level in levels:
+        former = found[1] if found else None
+        if level.again and kept_poses(former, work.survey) is None:
+            continue
+        if reasons:
+            reporter.info(f"Photos are matched anew, {level.stage}: {reasons[-1]}.")
+        held, is_last = Held(reporter), level is levels[-1]
+        end = 1.0 if is_last else at + FIRST_PART * (1 - at)
+        with reporter.stage(level.stage, at, end):
+            try:
+                joined, report = at_level(work, level, held, former)
+            except ReconstructionError as problem:
+                if is_last and found is None:
+                    held.release()
+                    raise
+                reasons.append(str(problem).rstrip("."))
+                continue
+        at = end
+        if found is None or better(level, report, found[2]):
+            found = level, joined, report, held
+        if problem_left := "" if is_last else not_enough(level, report):
+            reasons.append(problem_left)
+        else:
+            break
+    assert found is not None  # the last level raises where no level has found anything
+    level, joined, report, held = found
+    held.release()
+    return level, joined, report, "; ".join(reasons)
+
+
+def at_level(
+    work: Work, level: Level, reporter: Reporter, former: Joined | None = None
+) -> tuple[Joined, dict[str, Any]]:
+    """The block at one level, and its report. former: of the level before, whose poses are kept where they are sure.
+
+    Raises:
+        ReconstructionError: as :func:`.pipeline.reconstruct_photos`.
+    """
+    stations, options, survey = work.stations, work.options, work.survey
+    cache, timing, began = work.cache, dict[str, float](), time.monotonic()
+    cache.mkdir(parents=True, exist_ok=True)
+    database = cache / "features.db"
+
+    def timed(name: str) -> None:
+        timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
+
+    with reporter.stage("features", 0.0, 0.30):
+        if level.guided:
+            most = min(options.max_features, level.features)
+            found = extract(stations.paths, most, options.max_image_size, work.threads, cache / "own", reporter)
+            store = FeatureStore.of(found)
+        else:
+            extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
+    timed("features")
+    camera = survey.calibration.camera
+    half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
+    pairs = select_pairs(survey.known.xyz, survey.rotations, survey.ground, half_field, level.neighbours)
+    with reporter.stage("matching", 0.30, 0.75):
+        if level.guided:
+            guide = _guide(survey, former if level.again else None)
+            match_guided(store, pairs, guide, options.seed, work.threads, reporter)
+        else:
+            match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
+            if work.plugin is not None:
+                database = _match_learned(database, stations, pairs, work.plugin, work.matcher, reporter)
+            store = FeatureStore.read(database, stations.names)
+    timed("matching")
+    with reporter.stage("mapping", 0.75, 0.85):
+        if (kept := kept_poses(former, survey, level.again)) is not None:
+            placement = kept
+        elif level.guided:
+            start = place_by_gimbal(camera, survey.known.xyz, survey.rotations)
+            placement = from_gimbal(start, store, survey.known, survey.sensor)
+        else:
+            placement = place_photos(
+                database,
+                cache,
+                stations,
+                survey.calibration,
+                survey.known.xyz,
+                survey.rotations,
+                survey.free_focal,
+                options.seed,
+                reporter,
+            )
+    timed("mapping")
+    with reporter.stage("adjustment", 0.85, 1.0):
+        joined = join_photos(placement, store, stations, survey.known, survey.sensor, survey.free, reporter)
+    timed("adjustment")
+    report = check_block(joined, stations, survey.calibration, survey.readout, reporter)
+    matches = int(sum(len(m) for m in store.matches.values()))
+    return joined, report | {"stage_seconds": timing, "pairs": len(pairs), "matches": matches}
+
+
+def kept_poses(former: Joined | None, survey: Survey, all_poses: bool = False) -> Placement | None:
+    """The sure poses of a block, or all that it has, the other photos by geotag and gimbal; ``None`` where too few are
+    sure for a start."""
+    if former is None:
+        return None
+    sure = _sure(former)
+    if sure.sum() < max(3, KEPT_SHARE * len(sure)):
+        return None
+    kept = former.block.is_posed if all_poses else sure
+    start = place_by_gimbal(former.block.camera, survey.known.xyz, survey.rotations)
+    return replace(
+        start,
+        rotations=np.where(kept[:, None, None], former.block.rotations, start.rotations),
+        translations=np.where(kept[:, None], former.block.translations, start.translations),
+        mapped=kept,
+    )
+
+
+def _sure(joined: Joined) -> np.ndarray:
+    """(N,) bool: photos whose poses are sure enough to guide the next level."""
+    with np.errstate(invalid="ignore"):
+        return joined.block.is_posed & (posterior_of(joined.adjusted).poses_px <= KEPT_SURE_PX)
+
+
+def _guide(survey: Survey, former: Joined | None = None) -> Guide:
+    """Features lie between somewhat below the take-off point and the tops of the crowns. former: a block whose sure
+    poses say more than gimbals do."""
+    low = survey.ground - LOW_SHARE * survey.height
+    high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
+    guide = Guide(survey.rotations, survey.known.xyz, survey.calibration.camera, low, high)
+    if former is None:
+        return guide
+    return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))
+
+
+def _photo_root(stations: Stations) -> Path:
+    path, name = stations.paths[0], stations.names[0]
+    return Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
+
+
+def extract_features(
+    database: Path,
+    cache: Path,
+    stations: Stations,
+    calibration: Calibration,
+    options: ReconstructOptions,
+    threads: int,
+    reporter: Reporter,
+) -> None:
+    """SIFT of every photo into ``database`` (made if missing); ``cache`` holds the child's job and log.
+
+    Raises:
+        MemoryError, ReconstructionError: as :func:`.features.run_task`.
+    """
+    camera = calibration.camera
+    job = {
+        "database": str(database),
+        "photos": str(_photo_root(stations)),
+        "names": stations.names,
+        "threads": threads,
+        "camera_params": ",".join(
+            f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4])
+        ),
+        "max_image_size": options.max_image_size,
+        "max_features": options.max_features,
+        # Doubling the photos (octave -1) costs five times more and adds weak features; small ones need them.
+        "first_octave": -1 if camera.width * camera.height < SMALL_PHOTO_PX else 0,
+        "peak_threshold": 0.0067,
+    }
+    run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
+
+
+def _match_learned(
+    database: Path, stations: Stations, pairs: np.ndarray, plugin: Plugin, matcher: Matcher | None, reporter: Reporter
+) -> Path:
+    """The database with the matches of the user's plug-in added to SIFT's."""
+    done = database.with_name("learned.db")
+    if done.exists() or matcher is None:
+        return done
+    paths = dict(zip(stations.names, stations.paths, strict=True))
+    # Neighbours come one after the other: a few decoded photos are enough.
+    photo = lru_cache(maxsize=24)(lambda name: load_image(paths[name]))
+    names = [(stations.names[i], stations.names[j]) for i, j in pairs]
+    report = match_photos(database, done, names, photo, matcher, plugin, reporter.progress)
+    reporter.info(f"{plugin.code.name}: {report.added} matches in {report.pairs} pairs beside those of SIFT")
+    return done

@@ -1,0 +1,126 @@
+"""What is known of a flight before its photos are looked at: frame, geotags, gimbals, lens, shutter, ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..core.crs import LocalFrame, grid_convergence_deg
+from ..geotags.control import ControlPoints
+from ..geotags.photos import read_photo
+from ..geotags.readout import Readout, readout_of
+from ..geotags.stations import Stations
+from .adjustment import Known
+from .calibration import Calibration, calibration_of
+from .camera_model import Sensor
+from .matching_levels import can_guide
+from .pairs import ground_below
+from .poses import rotation_from_gimbal
+from .rolling_shutter import free_shutter, lens_sd, sensor_of
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What is known before a photo is looked at, in the local frame. ground: height, NaN unknown. free: parts of lens
+    and shutter that are adjusted."""
+
+    frame: LocalFrame
+    calibration: Calibration
+    rotations: np.ndarray
+    ground: float
+    known: Known
+    sensor: Sensor
+    free: frozenset[str]
+    free_focal: bool
+    readout: Readout
+
+    @property
+    def height(self) -> float:
+        """Of the cameras above the ground, metres."""
+        return float(np.nanmedian(self.known.xyz[:, 2]) - self.ground) if np.isfinite(self.ground) else 80.0
+
+    @property
+    def can_guide(self) -> bool:
+        """Whether geotags and gimbals say where to look for a feature of one photo in another."""
+        return can_guide(self.known.xyz, self.known.sd, self.rotations, self.ground)
+
+
+def survey_of(stations: Stations, control: ControlPoints | None, calibration_file: Path | None) -> Survey:
+    """The survey of camera stations, with control points and an earlier calibration file where there are any."""
+    calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
+    frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
+    ground = ground_below(stations.xyz, stations.relative_altitude_m)
+    if np.isfinite(ground):
+        frame = replace(frame, origin=np.array([*frame.origin[:2], np.round(ground)]))
+        ground -= frame.origin[2]
+    xyz = frame.to_local(stations.xyz)
+    rotations = gimbal_rotations(stations)
+    free = _free_lens(rotations, xyz, stations, control)
+    readout = _readout(stations, calibration)
+    known = Known(
+        xyz,
+        stations.sd,
+        calibration.camera,
+        lens_sd(calibration),
+        control=_local(control, frame),
+        gimbal=rotations,
+        taken_s=stations.utc,
+    )
+    height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0
+    known, sensor, shutter = free_shutter(
+        known, sensor_of(stations, calibration.camera), stations, readout, float(height)
+    )
+    return Survey(frame, calibration, rotations, ground, known, sensor, free | shutter, "focal" in free, readout)
+
+
+def gimbal_rotations(stations: Stations) -> np.ndarray:
+    """(N, 3, 3) world -> camera from the gimbal angles, NaN where they are unknown."""
+    import pyproj
+
+    rotations = np.full((len(stations), 3, 3), np.nan)
+    placed = stations.xyz[stations.is_placed]
+    to_degrees = pyproj.Transformer.from_crs(
+        stations.crs, pyproj.CRS(stations.crs.geodetic_crs).to_2d(), always_xy=True
+    )
+    convergence = grid_convergence_deg(stations.crs, *to_degrees.transform(*placed[:, :2].mean(axis=0)))
+    for i in range(len(stations)):
+        angles = stations.yaw_deg[i] - convergence, stations.pitch_deg[i], stations.roll_deg[i]
+        if np.isfinite(angles).all():
+            rotations[i] = rotation_from_gimbal(*angles)
+    return rotations
+
+
+def _free_lens(
+    rotations: np.ndarray, xyz: np.ndarray, stations: Stations, control: ControlPoints | None
+) -> frozenset[str]:
+    """Which intrinsics the flight can determine (:data:`.adjustment.PARTS`).
+
+    Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
+    ``docs/analyst/reconstruction.md``); obliques can, and with precise geotags two heights or control points.
+    """
+    axis = rotations[:, 2, 2]
+    known = np.isfinite(axis)
+    oblique = known & (np.degrees(np.arccos(np.clip(-axis, -1, 1))) > 15)
+    precise = np.nanmedian(stations.sd, axis=0).max() < 0.5 if stations.is_placed.any() else False
+    heights = np.nanpercentile(xyz[:, 2], [5, 95])
+    two_heights = (
+        bool(heights[1] - heights[0] > 0.15 * max(np.nanmedian(stations.relative_altitude_m), 20))
+        if np.isfinite(stations.relative_altitude_m).any()
+        else False
+    )
+    surveyed = control is not None and int((~control.is_check).sum()) >= 3 and precise
+    enough = bool(oblique.sum() >= 8 or (precise and two_heights) or surveyed)
+    return frozenset({"radial", "tangential", *({"focal", "aspect", "principal_point", "drift"} if enough else ())})
+
+
+def _readout(stations: Stations, calibration: Calibration) -> Readout:
+    """Readout time by the camera's own calibration file, or by metadata and tables."""
+    if np.isfinite(calibration.readout_s) and calibration.readout_sd_s > 0:
+        return Readout(calibration.readout_s, calibration.readout_sd_s, "calibration file")
+    return readout_of([read_photo(path) for path in stations.paths[:: max(len(stations) // 5, 1)]])
+
+
+def _local(control: ControlPoints | None, frame: LocalFrame) -> ControlPoints | None:
+    return None if control is None else replace(control, xyz=frame.to_local(control.xyz))

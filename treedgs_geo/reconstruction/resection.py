@@ -1,0 +1,252 @@
+"""Tying photos to a block: by features where the geometry predicts them, and by the texture of the ground."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..core.machine import available_threads
+from .adjustment import Known
+from .camera_model import Sensor
+from .features import FeatureStore
+from .predicted_points import PointMatches, find_points, turn_to_points
+from .texture_ties import GreyPhotos, Ties, ground_surface, tie_photo
+from .tracks import Block, build_tracks, triangulate
+
+#: A photo with fewer observations than this after the adjustment counts as not registered.
+MIN_OBSERVATIONS = 12
+#: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
+GIMBAL_REACH_DEG = 1.5
+
+
+def from_matches(
+    store: FeatureStore, photos: np.ndarray, rotations: np.ndarray, translations: np.ndarray, sensor: Sensor
+) -> Block:
+    """Block of the verified matches between these photos; points not placed yet."""
+    image, key, track = build_tracks(store.keypoints, store.matches, photos)
+    return Block(
+        sensor,
+        rotations.copy(),
+        translations.copy(),
+        store.keypoints,
+        np.zeros((int(track.max(initial=-1)) + 1, 3)),
+        image,
+        key,
+        track,
+    )
+
+
+def resect(
+    block: Block,
+    store: FeatureStore,
+    loose: np.ndarray,
+    guess: np.ndarray,
+    known: Known,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Turn each loose photo, standing at its geotag, until known points fall on its features; returns who succeeded."""
+    joined = np.zeros(len(loose), bool)
+    focal = block.camera.fx
+    for i in np.flatnonzero(loose).tolist():
+        rotation, translation, inliers = guess[i], -guess[i] @ known.xyz[i], np.zeros(0, bool)
+        # A strict ratio in the wide circle (few, mostly right), then a lax one in a narrow circle.
+        for radius, ratio, tolerance_px, share in (
+            (np.tan(np.radians(GIMBAL_REACH_DEG)) * focal, 0.75, 6.0, 0.3),
+            (12.0, 0.75, 4.0, 0.2),
+            (6.0, 0.75, 3.0, 0.4),
+        ):
+            found = find_points(block, store.descriptors, i, rotation, translation, radius, ratio)
+            pixels = store.keypoints[i][found.key]
+            rays = block.sensor.directions(pixels, i)
+            tolerance = (tolerance_px + _slack_px(block, known, i)) / focal
+            turned = turn_to_points(
+                block.moved(i, block.points[found.point], pixels),
+                rays,
+                known.xyz[i],
+                tolerance,
+                rng,
+                near=guess[i],
+                max_turn_deg=2 * GIMBAL_REACH_DEG,
+            )
+            inliers = np.zeros(0, bool) if turned is None else turned[1]
+            if turned is None or inliers.sum() < 6 or inliers.mean() < share:
+                break
+            rotation, translation = turned[0], -turned[0] @ known.xyz[i]
+        else:
+            if inliers.sum() >= MIN_OBSERVATIONS:
+                joined[i] = True
+                block.rotations[i], block.translations[i] = rotation, translation
+                _add(block, i, found.point[inliers], found.key[inliers])
+    return joined
+
+
+def tie(
+    block: Block,
+    store: FeatureStore,
+    loose: np.ndarray,
+    guess: np.ndarray,
+    known: Known,
+    greys: GreyPhotos,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Tie loose photos through the texture of the ground (moved shadows leave no feature in common); returns who
+    succeeded.
+    """
+    joined = np.zeros(len(loose), bool)
+    ground = ground_surface(block.points)
+    posed = np.flatnonzero(block.is_posed)
+    for i in np.flatnonzero(loose).tolist():
+        tied = tie_photo(
+            block, greys, i, guess[i], known.xyz[i], posed, ground, GIMBAL_REACH_DEG, _slack_px(block, known, i), rng
+        )
+        if tied is None:
+            continue
+        rotation, ties = tied
+        joined[i] = True
+        block.rotations[i], block.translations[i] = rotation, -rotation @ known.xyz[i]
+        _add_ties(block, store, i, ties, rng)
+    return joined
+
+
+def strengthen(
+    block: Block, store: FeatureStore, greys: GreyPhotos, rng: np.random.Generator, enough: int = 120
+) -> bool:
+    """More texture ties for posed photos with fewer than ``enough`` observations; True if any was found.
+
+    A photo that hangs on forty features may tip by half a pixel; the ground shows dozens of windows to hold it.
+    """
+    counts = np.bincount(block.image, minlength=len(block.keypoints))
+    posed = np.flatnonzero(block.is_posed)
+    weak = posed[counts[posed] < enough]
+    if not len(weak):
+        return False
+    ground = ground_surface(block.points)
+    before = len(block.image)
+    for i in weak.tolist():
+        references = posed[posed != i]
+        centre = -block.rotations[i].T @ block.translations[i]
+        tied = tie_photo(block, greys, i, block.rotations[i], centre, references, ground, 0.15, 0.0, rng)
+        if tied is not None:
+            _add_ties(block, store, i, tied[1], rng)
+    return len(block.image) > before
+
+
+def _add_ties(block: Block, store: FeatureStore, i: int, ties: Ties, rng: np.random.Generator) -> None:
+    """Ties as observations of new points."""
+    # One point a window, seen in this photo and in every reference that showed it.
+    spots, window = np.unique(ties.points.round(6), axis=0, return_inverse=True)
+    window = window.ravel()
+    pixels = np.column_stack([np.bincount(window, ties.pixels[:, k]) for k in range(2)]) / np.bincount(window)[:, None]
+    numbers = len(block.points) + np.arange(len(spots))
+    block.points = np.concatenate([block.points, spots])
+    _add(block, i, numbers, _new_keypoints(store, i, pixels, rng))
+    for r in np.unique(ties.reference):
+        own = np.flatnonzero(ties.reference == r)
+        _, first = np.unique(window[own], return_index=True)
+        own = own[first]
+        _add(block, int(r), numbers[window[own]], _new_keypoints(store, int(r), ties.reference_pixels[own], rng))
+
+
+def _new_keypoints(store: FeatureStore, i: int, pixels: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Append keypoints that are not SIFT features; their random descriptors match nothing."""
+    first = len(store.keypoints[i])
+    store.keypoints[i] = np.vstack([store.keypoints[i], pixels])
+    store.descriptors[i] = np.vstack([store.descriptors[i], rng.integers(0, 256, (len(pixels), 128), dtype=np.uint8)])
+    return first + np.arange(len(pixels))
+
+
+def _slack_px(block: Block, known: Known, i: int) -> float:
+    """Pixels by which an uncertain position moves the picture, beyond what a rotation takes up."""
+    distance = max(float(np.median(np.linalg.norm(block.points - known.xyz[i], axis=1))), 1.0)
+    return min(0.5 * block.camera.fx * float(np.linalg.norm(known.sd[i])) / distance, 30.0)
+
+
+def _append(block: Block, other: Block) -> None:
+    """Add another block's points and observations; keypoints that are taken are left alone."""
+    other.keep(~np.isin(_codes(other), _codes(block)))
+    block.image = np.concatenate([block.image, other.image])
+    block.key = np.concatenate([block.key, other.key])
+    block.point = np.concatenate([block.point, other.point + len(block.points)])
+    block.points = np.concatenate([block.points, other.points])
+
+
+def _add(block: Block, i: int, point: np.ndarray, key: np.ndarray) -> None:
+    block.image = np.concatenate([block.image, np.full(len(point), i)])
+    block.key = np.concatenate([block.key, key])
+    block.point = np.concatenate([block.point, point])
+
+
+def retriangulate(block: Block, store: FeatureStore) -> None:
+    """Add the points that verified matches between posed photos give and the block does not have yet."""
+    fresh = from_matches(store, block.is_posed, block.rotations, block.translations, block.sensor)
+    used = _codes(block)
+    taken = np.isin(_codes(fresh), used)
+    # A track of which any keypoint is already known would only double it.
+    known = np.zeros(len(fresh.points), bool)
+    known[fresh.point[taken]] = True
+    fresh.keep(~known[fresh.point])
+    triangulate(fresh, 15.0)
+    _append(block, fresh)
+
+
+def _codes(block: Block) -> np.ndarray:
+    return block.image.astype(np.int64) << 32 | block.key
+
+
+def extend(block: Block, store: FeatureStore, radius_px: float, ratio: float = 0.8) -> None:
+    """Look for every point in every photo; join points that turn out to be the same feature.
+
+    A point may be joined to another only if no photo sees both.
+    """
+    count = len(block.points)
+    owner = {}
+    for image, key, point in zip(block.image.tolist(), block.key.tolist(), block.point.tolist(), strict=True):
+        owner[image << 32 | key] = point
+    seen = np.zeros((len(block.keypoints), count), bool)
+    seen[block.image, block.point] = True
+    added: list[tuple[int, int, int]] = []
+    same: list[tuple[int, int]] = []
+    posed = np.flatnonzero(block.is_posed).tolist()
+
+    def work(i: int) -> PointMatches:
+        return find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, ratio)
+
+    # Threads of BLAS would wait busily on the cores that these photos need.
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(available_threads()) as workers:
+        matches = list(workers.map(work, posed))
+    for i, found in zip(posed, matches, strict=True):
+        for point, key in zip(found.point.tolist(), found.key.tolist(), strict=True):
+            if seen[i, point]:
+                continue
+            other = owner.get(i << 32 | key)
+            if other is None:
+                added.append((i, key, point))
+            elif other != point:
+                same.append((other, point))
+    if added:
+        image, key, point = np.array(added).T
+        block.image, block.key, block.point = (
+            np.concatenate([a, b]) for a, b in ((block.image, image), (block.key, key), (block.point, point))
+        )
+        seen[image, point] = True
+    target = np.arange(count)
+    for a, b in same:
+        while target[a] != a:
+            a = target[a]
+        while target[b] != b:
+            b = target[b]
+        if a != b and not (seen[:, a] & seen[:, b]).any():
+            target[b] = a
+            seen[:, a] |= seen[:, b]
+    for p in range(count):
+        root = p
+        while target[root] != root:
+            root = target[root]
+        target[p] = root
+    block.point = target[block.point]
+    # The same keypoint offered to two points: neither is sure of it.
+    code = _codes(block)
+    _, place, repeated = np.unique(code, return_inverse=True, return_counts=True)
+    block.keep(repeated[place] == 1)

@@ -1,0 +1,65 @@
+"""From a point cloud to the tree layer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.files import ensure_writable
+from ..core.plots import Plot
+from ..core.progress import Reporter
+from ..inventory.circle_layers import stem_slices
+from ..inventory.tree_layer import check_output, write_trees
+from ..pointcloud.cloud import PointCloud
+from ..pointcloud.file_crs import LOCAL_CRS
+from ..pointcloud.files import write_cloud
+from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
+from ..stems.cloud.estimate.foot import with_ground
+from ..stems.cloud.estimate.options import MeasureOptions
+from ..stems.quality.odd_heights import mark_odd_heights
+from ..stems.quality.tree import Tree
+from ..terrain.cloud_ground import CloudGround
+from .cloud_input import load_cloud, load_ground, tree_summary
+from .cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_report
+from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
+from .settings import PointcloudToDbhSettings
+
+
+def find_and_measure(
+    cloud: PointCloud, ground: CloudGround, plots: list[Plot], options: MeasureOptions, reporter: Reporter
+) -> tuple[list[Tree], np.ndarray]:
+    """``(trees, (N,) tree_id)`` of a checked cloud over its ground; only trees of the plots, where there are any."""
+    with reporter.stage("stems", 0.3, 0.95):
+        trees, tree_id = measure_cloud(cloud, ground.dtm, options, reporter)
+    trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
+    trees = with_ground(trees, ground, cloud.xyz)
+    mark_odd_heights(trees, cloud, ground.dtm, reporter)
+    return trees, tree_id
+
+
+def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, find the ground, find stems, measure, write."""
+    check_output(settings.output)
+    for beside in filter(None, (settings.stems_output, settings.report)):
+        ensure_writable(beside)
+    reporter = log = RunLog(reporter)
+    kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
+    cloud = load_cloud(settings, reporter, kept)
+    plots, cloud = cut_to_plots(settings, cloud, reporter)
+    point_weights(cloud, settings.weights)  # a missing attribute is reported before the work, not after
+    ground = load_ground(settings.input, settings.dtm, cloud, reporter)
+    trees, tree_id = find_and_measure(cloud, ground, plots, settings, reporter)
+    if settings.stems_output is not None and (tree_id > 0).any():
+        write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
+    name_run(settings, trees)
+    slices = stem_slices(cloud.xyz, tree_id, trees)
+    with reporter.stage("sheets", 0.95, 0.99):
+        sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, slices, reporter)
+    write_trees(
+        settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter, sheets=sheets_of(settings.output)
+    )
+    stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
+    summary = tree_summary(trees, reporter)
+    report = write_cloud_report(settings, cloud, trees, plots, ground.dtm, log, sheets)
+    return {"output": str(settings.output), "report": report, "stems_output": stems_file, **summary}

@@ -1,0 +1,170 @@
+"""What the point-cloud verbs share: the cloud, its CRS and the ground under it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.machine import require_memory
+from ..core.map_scale import check_place
+from ..core.progress import Reporter
+from .settings import CloudSettings
+
+if TYPE_CHECKING:
+    from ..pointcloud.cloud import PointCloud
+    from ..terrain.cloud_ground import CloudGround
+
+#: Memory of a point while a cloud is read: coordinates twice, a few attributes.
+_POINT_BYTES = 60
+#: A larger share of points classed as noise or withheld is a warning: a filter may have taken bark with it.
+MUCH_NOISE = 0.05
+
+
+def load_cloud(
+    settings: CloudSettings,
+    reporter: Reporter,
+    attributes: tuple[str, ...] | None = None,
+    find_stems: bool = True,
+    all_points: bool = False,
+) -> PointCloud:
+    """Read the cloud, refuse what cannot be a stand in metres, and say what it is.
+
+    find_stems, all_points: see :func:`checked`.
+
+    Raises:
+        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
+            :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.core.map_scale.check_place`.
+    """
+    if attributes is not None:
+        attributes = (*attributes, "classification", "withheld")
+    with reporter.stage("read cloud", 0.0, 0.15):
+        cloud = read_checked(
+            settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm is not None, all_points
+        )
+    where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
+    span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
+    reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
+    return cloud
+
+
+def read_checked(
+    path: Path,
+    crs: str | None,
+    reporter: Reporter,
+    attributes: tuple[str, ...] | None = None,
+    find_stems: bool = True,
+    own_ground: bool = False,
+    all_points: bool = False,
+) -> PointCloud:
+    """The cloud in a file as :func:`checked` gives it.
+
+    Raises:
+        InputError, CRSError: as :func:`load_cloud`.
+    """
+    from ..pointcloud.files import describe_cloud, read_cloud
+
+    about = describe_cloud(path)
+    require_memory(
+        _POINT_BYTES * about.n_points,
+        f"{path}: reading {about.n_points:,} points at once",
+        "cut the cloud to the plots, thin it, or use a machine with more memory",
+    )
+    cloud = read_cloud(path, crs=crs, attributes=attributes)
+    return checked(cloud, path, reporter, find_stems, about.scale, own_ground, all_points)
+
+
+def checked(
+    cloud: PointCloud,
+    path: Path,
+    reporter: Reporter,
+    find_stems: bool = True,
+    scale: np.ndarray | None = None,
+    own_ground: bool = False,
+    all_points: bool = False,
+) -> PointCloud:
+    """The cloud's usable points (:func:`treedgs_geo.pointcloud.cloud.usable`) without far strays: what every verb
+    works on. What is odd about the cloud is said.
+
+    path: what messages call it. find_stems: stems are to be found in it, not only measured. scale: (3,) of the
+    coordinates as they were stored, where known. all_points: keep points that are not usable, for verbs that write
+    every point.
+
+    Raises:
+        InputError, CRSError: as :func:`load_cloud`; no usable point.
+    """
+    from ..pointcloud.cloud import usable
+    from ..pointcloud.sanity import examine, report
+    from ..pointcloud.survey import Survey
+
+    good = usable(cloud)
+    if not good.any():
+        raise InputError(
+            f"{path}: holds no usable point, all are classed as noise (7, 18) or withheld, expected a point cloud; "
+            "check its classes."
+        )
+    if not good.all():
+        share = 1.0 - float(good.mean())
+        text = f"{path}: {np.count_nonzero(~good):,} points ({share:.1%}) are classed as noise or withheld: left out."
+        (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
+    survey = Survey()
+    survey.add(cloud.xyz if good.all() else cloud.xyz[good])
+    extent, findings = examine(survey, path, find_stems, scale, own_ground)
+    report(findings, reporter)
+    kept = extent.holds(cloud.xyz) & (good | all_points)
+    cloud = cloud if kept.all() else cloud.select(kept)
+    check_place(cloud.crs, cloud.xyz, str(path), reporter)
+    return cloud
+
+
+def load_ground(path: Path, dtm_path: Path | None, cloud: PointCloud, reporter: Reporter) -> CloudGround:
+    """The ground under a cloud's usable points (messages call it ``path``): the user's DTM held against the cloud, the
+    ground in the cloud, or (one bare tree) its lowest points.
+
+    Raises:
+        InputError: the DTM does not cover the cloud or has other heights; no ground was found.
+    """
+    from ..pointcloud.cloud import thin
+    from ..terrain.cloud_ground import found_ground, given_ground
+    from ..terrain.dtm import read_dtm, require_coverage
+
+    with reporter.stage("ground", 0.15, 0.3):
+        if dtm_path is not None:
+            dtm = read_dtm(dtm_path, cloud.crs, reporter)
+            flat = cloud.xyz * (1.0, 1.0, 0.0)
+            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(dtm_path))
+            return given_ground(dtm, cloud.xyz, str(dtm_path), reporter)
+        return found_ground(cloud.xyz, cloud.horizontal_crs, str(path), reporter)
+
+
+def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
+    """Counts for the result, and a line for the technician."""
+    from ..stems.quality.reasons import REASONS
+
+    flags = {flag: sum(tree.qc_flag == flag for tree in trees) for flag in ("ok", "check", "reject")}
+    measured = [tree for tree in trees if tree.dbh_cm is not None]
+    if not trees:
+        reporter.warn(
+            "No stem was found: the points below 5 m show no upright round stem; check the density under the "
+            "canopy and the source setting."
+        )
+    else:
+        reporter.info(
+            f"{len(measured)} of the {len(trees)} stems found were measured: {flags['ok']} ok, "
+            f"{flags['check']} to check, {flags['reject']} refused."
+        )
+    for reason in REASONS:
+        count = sum(reason in tree.reasons for tree in trees)
+        if count:
+            reporter.info(f"  {count} x {reason}: {REASONS[reason][0]}.")
+    mean = sum(tree.dbh_cm for tree in measured) / len(measured) if measured else None
+    return {
+        "n_trees": len(trees),
+        "n_measured": len(measured),
+        "n_ok": flags["ok"],
+        "n_check": flags["check"],
+        "n_reject": flags["reject"],
+        "mean_dbh_cm": round(mean, 2) if mean is not None else None,
+    }

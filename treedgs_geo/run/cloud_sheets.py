@@ -1,0 +1,128 @@
+"""Evidence sheets of a cloud run: each stem's own points, what lies beside them, and the circles in its slices."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+
+from .. import __version__
+from ..core.errors import OutputError
+from ..core.progress import Reporter
+from ..core.settings import to_json
+from ..inventory.evidence.cloud_sheet import CloudEvidence, cloud_sheet
+from ..inventory.evidence.files import sheets_folder, trees_with_sheets, write_sheet, written_sheets
+from ..stems.quality.tree import Tree
+
+if TYPE_CHECKING:
+    from .settings import PointcloudToDbhSettings
+
+#: Cells of this size (m) find the points beside a stem, of at most so many.
+_CELL_M, _MOST_AROUND = 2.0, 300_000
+
+
+def name_run(settings: PointcloudToDbhSettings, trees: list[Tree]) -> None:
+    """Give the trees their ``run_id``: the same settings and results give the same."""
+    said = {name: value for name, value in to_json(settings).items() if name not in _OUTPUTS}
+    text = json.dumps([__version__, said, [asdict(tree) for tree in trees]], sort_keys=True, default=str)
+    run_id = hashlib.sha256(text.encode()).hexdigest()[:16]
+    for tree in trees:
+        tree.run_id = run_id
+
+
+_OUTPUTS = ("output", "report", "stems_output", "sheets", "dry_run")
+
+
+def sheets_of(output: Path) -> Path:
+    """Folder of the sheets beside a tree layer: ``trees_sheets`` beside ``trees.gpkg``."""
+    return output.with_name(f"{output.stem}_sheets")
+
+
+def make_cloud_sheets(
+    settings: PointcloudToDbhSettings,
+    xyz: np.ndarray,
+    tree_id: np.ndarray,
+    trees: list[Tree],
+    slices: list[dict[str, Any]],
+    reporter: Reporter,
+) -> dict[int, Path]:
+    """``tree_id`` -> evidence sheet; trouble with a sheet is a warning. xyz: (N, 3) project metres. slices: of
+    :func:`treedgs_geo.inventory.circle_layers.stem_slices`."""
+    asked = settings.sheets != "auto"
+    chosen = trees_with_sheets(trees, settings.sheets if asked else "check", asked)
+    folder = sheets_of(settings.output)
+    if not chosen:
+        return {}
+    try:
+        with sheets_folder(folder, chosen[0].run_id) as made:
+            _write(chosen, _own_points(xyz, tree_id, chosen), _neighbourhood(xyz, tree_id), slices, made, reporter)
+    except OutputError as problem:
+        reporter.warn(f"No evidence sheets: {problem}")
+    return dict(written_sheets(folder, chosen))
+
+
+def _write(
+    trees: list[Tree],
+    own: dict[int, np.ndarray],
+    around: Callable[[float, float], np.ndarray],
+    slices: list[dict[str, Any]],
+    folder: Path,
+    reporter: Reporter,
+) -> None:
+    of_tree: dict[int, list[dict[str, Any]]] = {}
+    for row in slices:
+        of_tree.setdefault(row["tree_id"], []).append(row)
+    for number, tree in enumerate(trees):
+        points = own.get(tree.tree_id, np.empty((0, 3)))
+        beside = around(tree.x, tree.y)
+        ground = tree.z_ground
+        if ground is None:
+            ground = float(points[:, 2].min()) if len(points) else 0.0
+        foot = np.array([tree.x, tree.y, ground])
+        evidence = CloudEvidence(tree, points - foot, beside - foot, of_tree.get(tree.tree_id, []))
+        try:
+            write_sheet(folder, tree, cloud_sheet(evidence))
+        except (ValueError, IndexError, ArithmeticError, cv2.error) as problem:
+            reporter.warn(f"Tree {tree.tree_id}: its evidence sheet could not be drawn ({problem}).")
+        reporter.progress((number + 1) / len(trees))
+
+
+def _own_points(xyz: np.ndarray, tree_id: np.ndarray, trees: list[Tree]) -> dict[int, np.ndarray]:
+    """``tree_id`` -> (N, 3) its points."""
+    wanted = np.flatnonzero(np.isin(tree_id, [tree.tree_id for tree in trees]))
+    order = wanted[np.argsort(tree_id[wanted], kind="stable")]
+    if not len(order):
+        return {}
+    ids, starts = np.unique(tree_id[order], return_index=True)
+    return {int(k): xyz[part] for k, part in zip(ids, np.split(order, starts[1:]), strict=True)}
+
+
+def _neighbourhood(xyz: np.ndarray, tree_id: np.ndarray) -> Callable[[float, float], np.ndarray]:
+    """A function of x, y -> (M, 3) points within some metres that belong to no stem."""
+    others = np.flatnonzero(tree_id <= 0)
+    others = others[:: max(len(others) // _MOST_AROUND, 1)]
+    points = xyz[others]
+    if not len(points):
+        return lambda _x, _y: np.empty((0, 3))
+    low = points[:, :2].min(axis=0)
+    cells = np.floor((points[:, :2] - low) / _CELL_M).astype(np.int64)
+    wide = int(cells[:, 0].max()) + 3
+    key = cells[:, 1] * wide + cells[:, 0]
+    order = np.argsort(key, kind="stable")
+    key, points = key[order], points[order]
+
+    def around(x: float, y: float) -> np.ndarray:
+        column, row = np.floor((np.array([x, y]) - low) / _CELL_M).astype(int)
+        parts = []
+        for k in (-1, 0, 1):
+            ends = np.searchsorted(key, [(row + k) * wide + column - 1, (row + k) * wide + column + 2])
+            parts.append(points[ends[0] : ends[1]])
+        return np.concatenate(parts)
+
+    return around

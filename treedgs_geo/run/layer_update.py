@@ -1,0 +1,204 @@
+"""New trees in a tree layer that is there already: all other rows stay as they are, to the last column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+
+from ..core import workspace as names
+from ..core.errors import InputError, OutputError
+from ..core.geopackage import is_whole
+from ..core.progress import Reporter
+from ..inventory.carried import DECIDED, carried_decision
+from ..inventory.circle_layers import add_layers
+from ..inventory.review.apply import BESIDE_M, read_whole, with_row
+from ..inventory.reviewed import NO_TREE, decided
+from ..inventory.tree_layer import tree_table, write_table, write_trees
+from ..inventory.tree_reading import LAYER
+from ..inventory.written import COLUMNS
+from ..stems.quality.tree import Tree
+from .context import Run
+from .outputs import write_page
+from .stages import Collector
+from .stages_before_stems import Ready
+from .targeted_store import read_given
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+#: A point belongs to a tree up to this far from its bark, m.
+_BARK_M = 0.1
+
+
+@dataclass(frozen=True)
+class Held:
+    """A row of the layer, project coordinates. dbh_cm: what counts, ``None`` without a diameter. word: what a person
+    decided, or empty. of_run: the run (or an earlier ``--at``) measured it; asked: a person put it there."""
+
+    tree_id: int
+    x: float
+    y: float
+    dbh_cm: float | None
+    flag: str
+    word: str
+    of_run: bool
+    asked: bool
+
+    @property
+    def set_aside(self) -> bool:
+        """A person says that no tree of its own stands there."""
+        return self.word in NO_TREE
+
+    @property
+    def open(self) -> bool:
+        """Has no diameter, and nobody said that it needs none."""
+        return self.dbh_cm is None and not self.set_aside
+
+    @property
+    def beside_m(self) -> float:
+        """Points this near are meant for it, m."""
+        return max(BESIDE_M, (self.dbh_cm or 0.0) / 200 + _BARK_M)
+
+    def away(self, xy: np.ndarray) -> float:
+        """Metres from (2,) a place."""
+        return float(np.hypot(self.x - xy[0], self.y - xy[1]))
+
+    def sentence(self, xy: np.ndarray) -> str:
+        """``tree 7 (31.2 cm, ok), 0.12 m away, which the layer holds``."""
+        dbh = "no DBH" if self.dbh_cm is None else f"{self.dbh_cm:.1f} cm"
+        word = f", decided: {self.word}" if self.word else ""
+        far = f"{self.away(xy):.2f} m away"
+        return f"tree {self.tree_id} ({dbh}, {self.flag}{word}), {far}, which the layer holds already"
+
+
+@dataclass(frozen=True)
+class Change:
+    """A tree for the layer. instead: number of the row that it takes the place of; ``None`` = of its own."""
+
+    tree: Tree
+    instead: int | None = None
+
+
+def layer_of(run: Run) -> Path | None:
+    """The layer that new trees go into: the output if it is there, else the run's own; ``None`` where neither is."""
+    for path in (run.settings.output, run.path(names.TREES)):
+        if path.exists():
+            return path
+    return None
+
+
+def held_trees(run: Run, trees: list[Tree]) -> list[Held]:
+    """The rows of the layer that new trees go into. trees: of the run.
+
+    Raises:
+        InputError: it is the layer of another run, or no tree layer.
+    """
+    path = layer_of(run)
+    if path is None:
+        return [_held_of_tree(tree) for tree in trees]
+    table = read_whole(path)
+    ids = table.get("run_id", pd.Series([None] * len(table))).dropna().astype(str)
+    others = sorted({value for value in ids if value.strip()} - {run.steps.run_id})
+    if others:
+        raise InputError(
+            f"{path}: holds trees of another run ({others[0]}), expected those of {run.settings.workspace} "
+            f"({run.steps.run_id}); give another output, or the workspace of that run."
+        )
+    word, taped = decided(table, path)
+    dbh = pd.to_numeric(table["dbh_cm"], errors="coerce").to_numpy(float)
+    dbh = np.where(np.isfinite(taped), taped, dbh)
+    own = {tree.tree_id for tree in trees}
+    rows = []
+    for row in range(len(table)):
+        number, reason = (
+            int(float(table["tree_id"].iloc[row])),
+            str(table.get("qc_reason", pd.Series(dtype=str)).get(row)),
+        )
+        point, asked = table.geometry.iloc[row], reason == "not_found"
+        cm = float(dbh[row]) if np.isfinite(dbh[row]) else None
+        mine = number in own and not pd.isna(table["run_id"].iloc[row]) if "run_id" in table else number in own
+        flag = str(table["qc_flag"].iloc[row])
+        rows.append(Held(number, point.x, point.y, cm, flag, str(word.iloc[row]), bool(mine), asked))
+    return rows
+
+
+def _held_of_tree(tree: Tree) -> Held:
+    return Held(tree.tree_id, tree.x, tree.y, tree.dbh_cm, tree.qc_flag, "", True, tree.qc_reason == "not_found")
+
+
+def merge_layers(run: Run, changed: list[Change], trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
+    """The changed trees into the output and into the run's own layer; nothing else in them changes.
+
+    trees: of the run, for a layer that is not there yet.
+
+    Raises:
+        OutputError: the output cannot be written; nothing has changed then.
+    """
+    output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
+    source = layer_of(run)
+    if source is None:
+        write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets)
+    else:
+        table, sentences = merged(read_whole(source), changed, crs)
+        for sentence in sentences:
+            reporter.warn(f"{output.name}: {sentence}")
+        write_table(output, table, lambda made: add_layers(made, table), sheets)
+    if output.resolve() == copy.resolve():
+        return
+    try:
+        if copy.exists() and is_whole(copy, LAYER):
+            own, _ = merged(read_whole(copy), changed, crs)
+            write_table(copy, own, lambda made: add_layers(made, own), sheets)
+        else:
+            write_trees(copy, _with(trees, changed), crs, copies=(output,), sheets=sheets)
+    except (OutputError, InputError) as problem:  # the result itself is written
+        reporter.warn(str(problem))
+
+
+def _with(trees: list[Tree], changed: list[Change]) -> list[Tree]:
+    numbers = {change.tree.tree_id for change in changed}
+    return [*(tree for tree in trees if tree.tree_id not in numbers), *(change.tree for change in changed)]
+
+
+def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gpd.GeoDataFrame, list[str]]:
+    """The table with the changed trees, in place of rows of the same number, and sentences about decisions that did not
+    stay as they were."""
+    made, sentences = table.copy(), []
+    for name in DECIDED:
+        if name in made and made[name].dtype.kind != "f":
+            made[name] = made[name].astype(object).where(made[name].notna(), None)
+    fresh = tree_table([change.tree for change in changed], crs)
+    for change, values in zip(changed, fresh.itertuples(index=False), strict=True):
+        row = {name: None if pd.isna(value) else value for name, value in values._asdict().items()}
+        point = row.pop("geometry")
+        numbers = pd.to_numeric(made["tree_id"]).astype(int).tolist()
+        number = change.tree.tree_id if change.instead is None else change.instead
+        if number not in numbers:
+            made = with_row(made, {name: value for name, value in row.items() if name in made}, point)
+            continue
+        at = numbers.index(number)
+        old = made.iloc[at]
+        kept = {name: old[name] for name in COLUMNS if name in made}
+        if DECIDED[0] in made and not pd.isna(old[DECIDED[0]]):
+            # As a new run does it: a decision about a diameter that is another one now is a question again.
+            decision, said = carried_decision(old, pd.Series({**row, **dict.fromkeys(DECIDED)}), None)
+            kept |= decision
+            sentences += [said] if said else []
+        made = with_row(made.drop(index=made.index[at]), {**{k: v for k, v in row.items() if k in made}, **kept}, point)
+    return made, sentences
+
+
+def write_given_page(run: Run, ready: Ready, reporter: Collector) -> None:
+    """The run's report, with the new trees; trouble with it is a warning: the trees are written."""
+    run_id, folder = run.steps.run_id, run.path(names.SHEETS) / run.steps.run_id
+    found = sorted(folder.glob("*.jpg")) if folder.is_dir() else []
+    sheets = {int(path.stem): path for path in found if path.stem.isdecimal()}
+    try:
+        write_page(run, run_id, ready.flight, ready.aligned, read_given(run).trees, sheets, reporter)
+    except (OutputError, InputError) as problem:
+        reporter.warn(str(problem))

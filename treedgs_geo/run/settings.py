@@ -1,0 +1,211 @@
+"""Settings of both chains (standard library only: commands show them without heavy imports)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.settings import param
+from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
+from ..stems.cloud.estimate.options import MeasureOptions
+from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
+from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
+
+
+def sheets_option(auto: str) -> Any:
+    """The switch of the evidence sheets. auto: what the default writes."""
+    return param(
+        "auto",
+        kind="choice",
+        help="Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; "
+        f"auto = {auto}.",
+        choices=("auto", "all", "check", "none"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotosToDbhSettings:
+    """Parameters of the whole chain."""
+
+    photos: Path = param(kind="folder", help="Folder with the original drone photos (JPEG) of one plot or block.")
+    geotags: Path | None = param(
+        None,
+        kind="files",
+        help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV; without it EXIF/XMP positions are used.",
+    )
+    gcp: Path | None = gcp_option()
+    calibration: Path | None = calibration_option()
+    matcher: Path | None = matcher_option()
+    matcher_weights: Path | None = matcher_weights_option()
+    dtm: Path | None = param(
+        None,
+        kind="file",
+        help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.",
+        suffixes=(".tif", ".tiff"),
+    )
+    crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
+        suffixes=(".csv",),
+    )
+    field_stems: Path | None = param(
+        None,
+        kind="file",
+        help="Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the "
+        "search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.",
+        suffixes=("gpkg", "shp", "geojson", "csv"),
+    )
+    field_error_m: float = param(
+        0.5,
+        kind="number",
+        help="How far a place of --field-stems or --at may be from its stem.",
+        unit="m",
+        minimum=0.1,
+        maximum=2.0,
+        advanced=True,
+    )
+    at: Path | None = param(
+        None,
+        kind="file",
+        help="Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the "
+        "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.",
+        suffixes=("gpkg", "shp", "geojson", "csv"),
+    )
+    flight_plan: Path | None = param(
+        None,
+        kind="file",
+        help="Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.",
+        suffixes=(".gpkg",),
+        advanced=True,
+    )
+    preset: str = param(
+        "balanced",
+        kind="choice",
+        help="How much is modelled: fast and best differ in photos and features used; paper = the published method on "
+        "the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.",
+        choices=("fast", "balanced", "best", "paper", "paper-crops"),
+    )
+    fit: str = param(
+        "auto",
+        kind="choice",
+        help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
+        "paper and paper-crops = as the presets of these names; auto = photos, then stems of low "
+        "confidence measured a second time among Gaussians.",
+        choices=("auto", "photos", "gaussians", "paper", "paper-crops"),
+    )
+    time_limit: float = param(
+        60.0,
+        kind="number",
+        unit="min",
+        help="Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means "
+        "fewer steps and smaller photos, and the report says how far it came.",
+        minimum=0.1,
+        maximum=10_000,
+        advanced=True,
+    )
+    device: str = param(
+        "cpu",
+        kind="choice",
+        choices=("cpu", "cuda"),
+        help="Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
+        "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
+        advanced=True,
+    )
+    dense: Path | None = param(
+        None,
+        kind="file",
+        help="Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the "
+        "workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.",
+        suffixes=(".ply", ".laz", ".las"),
+        advanced=True,
+    )
+    segmenter: str = segmenter_option()
+    segmenter_command: str | None = segmenter_command_option()
+    segmenter_model: Path | None = segmenter_model_option()
+    bh_m: float = param(
+        BREAST_HEIGHT_M,
+        kind="number",
+        help="Breast height above ground.",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+    )
+    sheets: str = sheets_option("as the preset: those to check with fast, all otherwise")
+    heights: str = param(
+        "auto",
+        kind="choice",
+        help="Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.",
+        choices=("auto", "photos", "none"),
+    )
+    stem_network: str = param(
+        "auto",
+        kind="choice",
+        help="What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; "
+        "low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full "
+        "where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.",
+        choices=("ivy", "auto", "full", "off", "low-confidence"),
+        advanced=True,
+    )
+    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
+    dry_run: bool = param(
+        False,
+        kind="flag",
+        help="Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.",
+    )
+    workspace: Path = param(kind="output_folder", help="Folder for intermediate results; a second run resumes there.")
+    output: Path = param(
+        kind="output_file",
+        help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",
+        suffixes=(".gpkg", ".shp", ".geojson", ".csv"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloudSettings:
+    """Input options of the point-cloud verbs."""
+
+    input: Path = param(
+        kind="file",
+        help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
+        suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
+    )
+    dtm: Path | None = param(
+        None, kind="file", help="terrain raster; without it the ground is found in the cloud", suffixes=("tif", "tiff")
+    )
+    crs: str | None = param(
+        None,
+        kind="crs",
+        help="CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
+    """Options of ``pointcloud-to-dbh``."""
+
+    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
+    dry_run: bool = param(
+        False,
+        kind="flag",
+        help="Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing",
+    )
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
+        "lat); only stems in them are measured, without it those of the whole cloud",
+        suffixes=("csv",),
+    )
+    report: Path | None = param(
+        None,
+        kind="output_file",
+        help="also write a report: map, each DBH, what the cloud did not show, cost",
+        suffixes=("html",),
+    )
+    sheets: str = sheets_option("those to check and not measured")
+    stems_output: Path | None = param(
+        None, kind="output_file", help="also write the stem points with tree_id", suffixes=("laz", "las")
+    )

@@ -1,0 +1,90 @@
+"""Stems measured at given places after a run (``--at``), kept in its workspace: a resumed run has them too."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from ..core import workspace as names
+from ..core.errors import InputError
+from ..core.files import read_json, write_json
+from ..core.progress import Reporter
+from ..stems.photos.fit.photo_fit import PhotoFit
+from ..stems.photos.fit_records import fit_of_record, fit_record, read_fits
+from ..stems.quality.tree import Tree
+from .context import Run
+
+
+@dataclass(frozen=True)
+class KeptGiven:
+    """trees: numbered on from those of the run. fits, second_cm: by ``tree_id``."""
+
+    trees: list[Tree] = field(default_factory=list)
+    fits: dict[int, PhotoFit] = field(default_factory=dict)
+    second_cm: dict[int, float] = field(default_factory=dict)
+
+
+def write_given(run: Run, given: KeptGiven) -> None:
+    """Keep them, as of this run's measurement."""
+    rows = [
+        {
+            "tree": asdict(tree),
+            "fit": fit_record(given.fits[tree.tree_id]),
+            "second_cm": given.second_cm.get(tree.tree_id),
+        }
+        for tree in given.trees
+    ]
+    write_json(run.path(names.GIVEN), {"of": run.space.output_hashes("measure"), "stems": rows})
+
+
+def read_given(run: Run, reporter: Reporter | None = None) -> KeptGiven:
+    """What was kept; nothing where it belongs to another measurement, which the reporter then hears.
+
+    Raises:
+        InputError: not readable, or of another version.
+    """
+    path = run.path(names.GIVEN)
+    if not path.exists():
+        return KeptGiven()
+    kept = read_json(path)
+    try:
+        if kept["of"] != run.space.output_hashes("measure"):
+            if reporter is not None and kept["stems"]:
+                reporter.warn(
+                    f"{path}: {len(kept['stems'])} stems that were measured at given places belong to an earlier "
+                    "measurement and are left out; give their points again with --at."
+                )
+            return KeptGiven()
+        return _of_rows(kept["stems"])
+    except (KeyError, TypeError, ValueError, AttributeError) as problem:
+        raise InputError(
+            f"{path}: holds no stems of this version ({problem}); delete it and give their points again with --at."
+        ) from None
+
+
+def with_given(trees: list[Tree], given: KeptGiven) -> list[Tree]:
+    """The trees of a run and those at given places, which take the place of a refused one of the same number."""
+    numbers = {tree.tree_id for tree in given.trees}
+    return sorted([*(t for t in trees if t.tree_id not in numbers), *given.trees], key=lambda tree: tree.tree_id)
+
+
+def _of_rows(rows: list[dict[str, Any]]) -> KeptGiven:
+    trees = [Tree(**row["tree"]) for row in rows]
+    fits = {tree.tree_id: fit_of_record(row["fit"]) for tree, row in zip(trees, rows, strict=True)}
+    second = {tree.tree_id: row["second_cm"] for tree, row in zip(trees, rows, strict=True)}
+    return KeptGiven(trees, fits, {number: cm for number, cm in second.items() if cm is not None})
+
+
+@dataclass(frozen=True)
+class FitsById:
+    """All fits of a workspace, also those at given places. second_cm: diameters of a second measurement."""
+
+    fits: dict[int, PhotoFit]
+    second_cm: dict[int, float]
+
+
+def fits_by_id(run: Run) -> FitsById:
+    """Fits by ``tree_id``."""
+    kept, given = read_fits(run.path(names.FITS)), read_given(run)
+    fits = dict(enumerate(kept.fits, start=1)) | given.fits
+    return FitsById(fits, {number + 1: cm for number, cm in kept.second_cm.items()} | given.second_cm)

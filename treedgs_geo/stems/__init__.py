@@ -1,0 +1,1 @@
+"""Stems found and measured by three routes (photos, clouds, splats), and what they share."""

@@ -1,0 +1,296 @@
+"""From a cloud with tree ids, or a bare cloud, to measured trees."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ....core.errors import InputError
+from ....core.map_scale import ground_scale
+from ....core.progress import Reporter
+from ....core.seeding import own_order
+from ....pointcloud.cloud import PointCloud, extent
+from ....terrain.dtm import Dtm
+from ....terrain.ground import height_above_ground
+from ...quality.limits import judge
+from ...quality.methods import points_method
+from ...quality.proportions import check_heights
+from ...quality.tree import Tree, on_ground
+from ..propose.options import SegmentOptions
+from ..propose.segment import StemMap, find_stems, guess_sensor, label_points
+from ..propose.sensors import SENSORS, Sensor
+from .alternative_estimators import by_cylinder, by_filling, by_opacity, by_the_paper
+from .frames import Surroundings, TreeFrame
+from .heights import tree_heights
+from .options import MeasureOptions
+from .stem import measure_points, rebased
+from .stem_measure import StemMeasure, refuse
+
+#: A stem's points beyond this many add nothing but time.
+MOST_POINTS = 8000
+#: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns.
+SHOULD_GO_ON_CM = 18.0
+#: Rings are compared where so many stems are measured; standard error of a thick one's diameter over its excess.
+LEAST_STEMS, RING_SE = 4, 4.0
+#: Bark in fewer rows than this shows gaps: points just outside it are twigs then.
+VEILED_ROWS = 0.85
+
+
+def segment_options(options: MeasureOptions) -> SegmentOptions:
+    """The segmentation settings that go with measuring settings."""
+    return SegmentOptions(source=options.source, max_dbh_cm=options.max_dbh_cm, max_lean_deg=options.max_lean_deg)
+
+
+def measure_cloud(
+    cloud: PointCloud, dtm: Dtm, options: MeasureOptions | None = None, reporter: Reporter | None = None
+) -> tuple[list[Tree], np.ndarray]:
+    """Find and measure every stem: ``(trees, (N,) tree_id)``. The terrain comes from
+    :func:`treedgs_geo.terrain.ground.dtm_from_cloud` or the user."""
+    options, reporter = options or MeasureOptions(), reporter or Reporter()
+    with reporter.stage("find stems", 0.0, 0.6):
+        height = height_above_ground(cloud.xyz, dtm)
+        stems = find_stems(cloud, dtm, segment_options(options), reporter, height=height)
+        tree_id = label_points(cloud.xyz, height, stems)
+    reporter.info(f"{len(stems.stems)} stems found ({stems.sensor} settings).")
+    with reporter.stage("measure stems", 0.6, 1.0):
+        trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems, height)
+    return trees, tree_id
+
+
+def measure_stems(
+    cloud: PointCloud,
+    tree_id: np.ndarray,
+    dtm: Dtm,
+    options: MeasureOptions | None = None,
+    reporter: Reporter | None = None,
+    stems: StemMap | None = None,
+    height: np.ndarray | None = None,
+) -> list[Tree]:
+    """Measure segmented stems.
+
+    tree_id: (N,) integers, <= 0 = no stem. stems: the map that gave the ids, if they are ours (starting values, and the
+    labels of crowded points). height: (N,) above the terrain, where it has been computed. One bad tree never ends the
+    run: it gets a reason. Deterministic for a seed. Diameters are lengths on the ground: what the map's scale adds in
+    the cloud's CRS is taken off here.
+
+    Raises:
+        InputError: the attribute that ``weights`` names is missing. CRSError: the cloud's CRS stretches lengths by more
+            than half a per cent.
+    """
+    options, reporter = options or MeasureOptions(), reporter or Reporter()
+    tree_id = np.asarray(tree_id)
+    weights = point_weights(cloud, options.weights)
+    owned = np.flatnonzero(tree_id > 0)
+    if len(owned) == 0:
+        return []
+    if height is None:
+        height = height_above_ground(cloud.xyz, dtm)
+    order = owned[np.argsort(tree_id[owned], kind="stable")]
+    ids, starts = np.unique(tree_id[order], return_index=True)
+    groups = np.split(order, starts[1:])
+    sensor = SENSORS[_source(cloud, height, options, stems, owned)]
+    frames = [TreeFrame.of(cloud, group, dtm) for group in groups]
+    if "even" in cloud.attributes and "opacity" in cloud.attributes:
+        if options.method == "paper" or options.fit != "circle":
+            raise InputError(
+                "These points are spread evenly over stems and surroundings (sample-surface --points "
+                "volume), which neither the published method nor a cylinder can read; use --method "
+                "default, or sample with --points sampled."
+            )
+        # Opacities as they are: weights are kept from zero, which would move the edge.
+        results = by_opacity(groups, frames, np.asarray(cloud.attributes["opacity"], float), options)
+    elif options.method == "paper" and options.fit == "circle":
+        results = by_the_paper(cloud, groups, frames, weights, options)
+    elif sensor.solid and options.fit == "circle":
+        results = by_filling(groups, frames, weights, options)
+    else:
+        results = []
+        around = Surroundings.of(cloud, tree_id, height)
+        for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
+            results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around))
+            reporter.progress((number + 1) / len(ids))
+    if sensor.calibrated:
+        results = beside_the_others(results)
+    trees = [
+        _tree(int(tree), frame, measured, options) for tree, frame, measured in zip(ids, frames, results, strict=True)
+    ]
+    _finish(cloud, height, trees, results, groups)
+    scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned[:: max(len(owned) // 100_000, 1)]], axis=0))
+    return [on_ground(tree, scale) for tree in trees]
+
+
+def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
+    """(N,) reliabilities in (0, 1], or ``None`` for equal weights.
+
+    Intensity is scaled by its 2nd and 98th percentile (it has no unit, and a few glints would rule otherwise).
+
+    Raises:
+        InputError: the cloud has no such attribute.
+    """
+    if kind == "none":
+        return None
+    if kind == "range_intensity":
+        from .intensity import range_normalised
+
+        cloud = cloud.with_attribute("range_intensity", range_normalised(cloud))
+    if kind not in cloud.attributes:
+        there = ", ".join(cloud.attributes) or "none"
+        raise InputError(
+            f"--weights {kind}: the cloud has no attribute {kind!r} (it has: {there}); use --weights none."
+        )
+    values = np.asarray(cloud.attributes[kind], float)
+    if kind in ("intensity", "range_intensity"):
+        low, high = np.percentile(values, [2, 98])
+        if not high > low:
+            raise InputError(f"--weights {kind}: all points have the same intensity; use --weights none.")
+        values = (values - low) / (high - low)
+    return np.clip(np.nan_to_num(values, nan=0.0), 0.01, 1.0)
+
+
+def _source(
+    cloud: PointCloud, height: np.ndarray, options: MeasureOptions, stems: StemMap | None, owned: np.ndarray
+) -> str:
+    if stems is not None:
+        return stems.sensor
+    if options.source != "auto":
+        return options.source
+    points = np.column_stack([cloud.xyz[owned, :2], height[owned]])
+    return guess_sensor(cloud, points, segment_options(options))
+
+
+def _measure_one(
+    frame: TreeFrame,
+    group: np.ndarray,
+    weights: np.ndarray | None,
+    sensor: Sensor,
+    options: MeasureOptions,
+    stems: StemMap | None,
+    tree: int,
+    around: Surroundings,
+) -> StemMeasure:
+    if not np.isfinite(frame.ground):
+        return refuse("no_ground", points=len(group))
+    points = frame.points
+    weight = None if weights is None else weights[group]
+    # Crown and ground points of other segmenters' trees do not belong to the stem's band.
+    band = (points[:, 2] > 0.1) & (points[:, 2] < 6.0)
+    points, weight = points[band], None if weight is None else weight[band]
+    if options.fit == "cylinder":
+        points = points[own_order(points)]
+    # Every n-th point, not voxels: the few points within the bark must stay few against those on it.
+    stride = max(len(points) // MOST_POINTS, 1)
+    points, weight = points[::stride], None if weight is None else weight[::stride]
+    if options.fit == "cylinder":
+        return by_cylinder(points, options)
+    start = None
+    stem = stems.stems[tree - 1] if stems is not None else None
+    if stem is not None and stems is not None:
+        if stem.refused:
+            return refuse(stem.refused, cone=rebased(stem.cone, frame.origin - stems.origin, 0.0), points=len(points))
+        start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
+        sensor = sensor.at_noise(stem.noise_m or 0.0)
+    measured = measure_points(
+        points, weight, sensor, options.bh_m, segment_options(options), start, around.near(frame)[::stride]
+    )
+    if stem is None:
+        return measured
+    # A thick stem goes on above the band; a stump, a log or a shrub does not. Twigs hide a sapling's bark.
+    beside = {"clutter": stem.clutter} if stem.row_share < VEILED_ROWS else {}
+    if around.has_crowns and measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM:
+        beside["n_above"] = len(stem.pieces)
+    return measured.with_flagged(judge("points", beside))
+
+
+def beside_the_others(results: list[StemMeasure]) -> list[StemMeasure]:
+    """Flagged or refused (``covered``), where the ring of points is far thicker than those of the plot's other stems:
+    ivy, moss or twigs all round, which a circle takes for bark. A flagged one's error grows with the excess."""
+    noise = np.array([each.noise_m for each in results if each.dbh_cm is not None])
+    if np.isfinite(noise).sum() < LEAST_STEMS:
+        return results
+    usual, out = float(np.nanmedian(noise)), []
+    for each in results:
+        found = judge("points", {"ring_ratio": each.noise_m / usual})
+        if each.dbh_cm is None or each.se_cm is None or not found.reasons:
+            out.append(each)
+        elif found.refused:
+            out.append(replace(each, flag="reject", dbh_cm=None, se_cm=None, reasons=(*each.reasons, *found.reasons)))
+        else:
+            excess_cm = 100 * float(np.sqrt(each.noise_m**2 - usual**2))
+            out.append(replace(each, se_cm=float(np.hypot(each.se_cm, RING_SE * excess_cm))).with_flagged(found))
+    return out
+
+
+def _tree(tree: int, frame: TreeFrame, measured: StemMeasure, options: MeasureOptions) -> Tree:
+    if measured.cone is not None:
+        x, y = measured.cone.centre(options.bh_m) + frame.origin
+    else:
+        near = np.abs(frame.points[:, 2] - options.bh_m) < 1.0
+        chosen = frame.points[near] if near.any() else frame.points
+        x, y = np.median(chosen[:, :2], axis=0) + frame.origin
+    flag, reasons, dbh = measured.flag, measured.reasons, measured.dbh_cm
+    if dbh is not None:
+        settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
+        # A fit that ran away altogether counts as too large.
+        found = judge("points", {"dbh_cm": np.inf if np.isnan(dbh) else dbh}, settings=settings)
+        if found.refused:
+            flag, reasons, dbh = "reject", found.refused + reasons, None
+    return Tree(
+        tree_id=tree,
+        x=float(x),
+        y=float(y),
+        z_ground=frame.ground if np.isfinite(frame.ground) else None,
+        dbh_cm=dbh,
+        dbh_se_cm=measured.se_cm if dbh is not None else None,
+        bh_m=options.bh_m,
+        lean_deg=measured.cone.lean_deg if measured.cone is not None else None,
+        arc_deg=measured.arc_deg or None,
+        n_pts=measured.points,
+        n_slices=measured.slices or None,
+        taper_cm_m=measured.taper_cm_m,
+        method=points_method(options.fit, options.method, options.weights),
+        qc_flag=flag,
+        qc_reason=",".join(dict.fromkeys(reasons)),
+    )
+
+
+def _finish(
+    cloud: PointCloud, height: np.ndarray, trees: list[Tree], results: list[StemMeasure], groups: list[np.ndarray]
+) -> None:
+    """Heights, opacity and the edge of the data; then the layer's own rules."""
+    places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
+    slopes = np.array([[m.cone.dx, m.cone.dy] if m.cone is not None else [0.0, 0.0] for m in results]).reshape(-1, 2)
+    known = [[np.nan if value is None else value for value in (tree.z_ground, tree.dbh_cm)] for tree in trees]
+    z_ground, dbh_cm = np.array(known, float).reshape(-1, 2).T
+    tops = tree_heights(cloud.xyz, height, places, slopes, z_ground, dbh_cm, trees[0].bh_m if trees else 0.0)
+    low, high = extent(cloud.xyz[:, :2])
+    # A file of stem points alone does not say where the survey ended.
+    whole = sum(len(group) for group in groups) < 0.5 * len(cloud)
+    opacity = cloud.attributes.get("opacity")
+    for k, (tree, group) in enumerate(zip(trees, groups, strict=True)):
+        if np.isfinite(tops.height_m[k]):
+            tree.height_m, tree.height_se_m = float(tops.height_m[k]), float(tops.se_m[k])
+        tree.height_why = tops.why[k] or None
+        if opacity is not None:
+            tree.opac_mean = float(np.mean(opacity[group]))
+        if whole:
+            place, radius_m = np.array([tree.x, tree.y]), (tree.dbh_cm or 20.0) / 200
+            rim_m = float(np.minimum(place - low, high - place).min()) - radius_m
+            for reason in judge("points", {"rim_m": rim_m}).reasons:
+                tree.add_reason(reason)
+        tree.finish()
+    check_heights(trees)
+    _mark_touching(trees)
+
+
+def _mark_touching(trees: list[Tree]) -> None:
+    measured = [tree for tree in trees if tree.dbh_cm is not None]
+    if len(measured) < 2:
+        return
+    places = np.array([[tree.x, tree.y] for tree in measured])
+    for one, other in cKDTree(places).query_pairs(2.0):
+        gap = float(np.hypot(*(places[one] - places[other]))) - (measured[one].dbh_cm + measured[other].dbh_cm) / 200
+        for reason in judge("points", {"gap_m": gap}).reasons:
+            measured[one].add_reason(reason)
+            measured[other].add_reason(reason)

@@ -1,0 +1,45 @@
+"""Settings of measuring stems in point clouds (standard library only: commands show them without heavy imports)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ....core.settings import param
+from ...quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureOptions:
+    """How stems are measured."""
+
+    weights: str = param(
+        "none",
+        kind="choice",
+        help="reliability of the points: none, LiDAR intensity (as it is, or "
+        "brought to one range), or opacity of surface points",
+        choices=("none", "intensity", "range_intensity", "opacity"),
+    )
+    fit: str = param("circle", kind="choice", help="cross-section model", choices=("circle", "cylinder"))
+    method: str = param(
+        "default",
+        kind="choice",
+        help="default = our estimator; paper = the published constants",
+        choices=("default", "paper"),
+    )
+    bh_m: float = param(
+        BREAST_HEIGHT_M,
+        kind="number",
+        help="breast height",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+    )
+    min_dbh_cm: float = param(
+        5.0, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=1, maximum=100
+    )
+    max_dbh_cm: float = param(
+        100.0, kind="number", help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=300
+    )
+    max_lean_deg: float = param(25.0, kind="number", help="more lean is refused", unit="deg", minimum=0, maximum=45)
+    source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
+    seed: int = param(0, kind="integer", help="seed of the random draws", minimum=0, maximum=2**31 - 1, advanced=True)

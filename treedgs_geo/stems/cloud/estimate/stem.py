@@ -1,0 +1,259 @@
+"""One stem from its points: the default estimator, with its error and the reasons that speak against it.
+
+A leaning, tapering cone is fitted to the bark points of a window around breast height that opens only as far as the
+points need (dense scans: +-0.5 m; drone LiDAR: the whole lower stem). Sectors that hold many points weigh less, because
+a stem is not round and what repeats there is its shape, not noise. Slices across the axis give the taper, its model and
+the spread between heights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...geometry.cone import Cone, fit_cone
+from ...geometry.cone_kernels import BEND_SD
+from ...geometry.section_kernels import bark_cells, bark_weights, slice_rows
+from ...geometry.slices import across_axis, slice_heights
+from ...geometry.taper import taper_line
+from ...quality.limits import judge
+from ...quality.priors import BREAST_HEIGHT_M, USUAL_TAPER
+from ..propose.candidate_check import ConeStem
+from ..propose.options import SegmentOptions
+from ..propose.segment import search_points
+from ..propose.sensors import Sensor
+from .stem_measure import StemMeasure, refuse
+from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor
+from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
+
+#: Windows (below, above breast height) that are tried in turn until the bark in them is plenty.
+WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.7, 1.0), (0.9, 1.8), (0.95, 2.8))
+#: Bark points that are plenty for a window: sectors x rows are counted, not points.
+PLENTY_CELLS, PLENTY_POINTS = 100, 400
+#: Where the slices show butt swell, the cone is fitted above this height, m.
+ABOVE_BUTT_M = 0.8
+
+
+def measure_points(
+    points: np.ndarray,
+    weights: np.ndarray | None,
+    sensor: Sensor,
+    bh_m: float = BREAST_HEIGHT_M,
+    options: SegmentOptions | None = None,
+    start: Cone | None = None,
+    others: np.ndarray | None = None,
+    upright: bool = False,
+) -> StemMeasure:
+    """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
+
+    weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the
+    points. others: (M, 3) points around the stem that are not its own: where shrubs crowd it, its points count less.
+    upright: the points have been straightened (:mod:`.sweep`): no bow is looked for.
+    """
+    options = options or SegmentOptions()
+    points = np.ascontiguousarray(points, dtype=float)
+    others = np.empty((0, 3)) if others is None else np.ascontiguousarray(others, dtype=float)
+    known = np.isfinite(points).all(axis=1)
+    if not known.all():
+        points, weights = points[known], None if weights is None else weights[known]
+    near_bh = np.abs(points[:, 2] - bh_m) < 1.0
+    if len(points) < sensor.least_points or near_bh.sum() < sensor.least_points // 3:
+        return refuse("few_points", points=len(points))
+    cone = start
+    if cone is None:
+        stem = _search(points, weights, sensor, options)
+        if stem is None:
+            return refuse("not_round", points=len(points))
+        cone, sensor = stem.cone, sensor.at_noise(stem.noise_m or 0.0)
+    fitted = _window_fit(points, weights, cone, sensor, bh_m, others)
+    if fitted is None:
+        return refuse("not_round", cone=cone, points=len(points))
+    cone, window, on = fitted
+    # A short window, where points are plenty, shows no bow and needs no straightening.
+    if not sensor.solid and not upright and window[1] - window[0] >= LEAST_CONES * STEP_M:
+        pool = np.concatenate([points, others])
+        axis = follow_axis(pool, cone, sensor, bh_m)
+        if axis is not None and is_bowed(axis, cone, window):
+            strength = None if weights is None else np.r_[weights, np.full(len(others), np.median(weights))]
+            return _measure_bowed(pool, strength, len(points), axis, sensor, bh_m, options)
+    slices = _slices(points, weights, cone, sensor)
+    taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
+    if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
+        # The cone knows no swell: it is fitted again above it.
+        above = points[:, 2] > ABOVE_BUTT_M
+        again = _window_fit(points[above], None if weights is None else weights[above], cone, sensor, bh_m, others)
+        if again is not None:
+            cone, (_, high), on_above = again
+            window, on = (ABOVE_BUTT_M, high), np.zeros(len(points), bool)
+            on[above] = on_above
+    return _conclude(FittedStem(points, cone, window, on, slices, taper, others), sensor, bh_m, options)
+
+
+def _measure_bowed(
+    pool: np.ndarray,
+    weights: np.ndarray | None,
+    own: int,
+    axis: BowedAxis,
+    sensor: Sensor,
+    bh_m: float,
+    options: SegmentOptions,
+) -> StemMeasure:
+    """The stem set upright along its curved axis and measured there; ``pool``: (N, 3) all points near it, the first
+    ``own`` of them its own."""
+    (x, y), (dx, dy) = (values[0] for values in axis.at(bh_m))
+    pool = axis.straightened(pool, bh_m)
+    start = Cone(float(x), float(y), 0.0, 0.0, axis.radius_m, USUAL_TAPER, bh_m, sensor.cap_m)
+    # The straight cone that chose the points left some of the bark out.
+    mine = start.residuals(pool) < 2.5 * sensor.cap_m
+    mine[:own] = True
+    measured = measure_points(
+        pool[mine], None if weights is None else weights[mine], sensor, bh_m, options, start, pool[~mine], upright=True
+    )
+    if measured.cone is None or measured.dbh_cm is None:
+        return measured
+    off = judge("points", {"bowed_share": abs(measured.dbh_cm / (200 * axis.radius_m) - 1)})
+    if off.refused:
+        return refuse(*off.refused, cone=measured.cone, points=measured.points)
+    leaning = replace(measured.cone, dx=measured.cone.dx + float(dx), dy=measured.cone.dy + float(dy))
+    return replace(measured, cone=leaning).with_flagged(judge("points", {"bowed_lean_deg": leaning.lean_deg}))
+
+
+def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
+    return max(search_points(points, weights, sensor, options), key=lambda stem: stem.score, default=None)
+
+
+def _window_fit(
+    points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float, others: np.ndarray
+) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
+    """The cone in the smallest window with plenty of bark; ``(cone, window, on-bark mask over points)``."""
+    last = None
+    for below, above in WINDOWS_M:
+        window = bh_m - below, bh_m + above
+        inside = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
+        if inside.sum() < 12:
+            continue
+        x, y = cone.centre(bh_m)
+        start = Cone(float(x), float(y), cone.dx, cone.dy, float(cone.radius(bh_m)), cone.taper, bh_m, cone.sigma)
+        near = points[inside]
+        balance, purity = bark_weights(near, others, start.vector, start.h_ref, start.sigma, sensor.floor_m, ROUNDNESS)
+        balanced = balance * purity**2
+        if weights is not None:
+            balanced = balanced * weights[inside]
+        # Short windows do not show lean and taper: they are held near what the long stem says.
+        length = below + above
+        fitted = fit_cone(
+            near,
+            start,
+            balanced,
+            (max(0.02, 3 * sensor.floor_m),),
+            sensor.floor_m,
+            sensor.cap_m,
+            lean_sd=0.05 + 0.05 * length,
+            taper_sd=0.002 + 0.001 * length,
+            bend_sd=BEND_SD if length > 2 else 0.0,
+        )
+        if fitted is None:
+            continue
+        tolerance = max(3 * fitted.sigma, 0.01)
+        residual = fitted.residuals(points)
+        on = inside & ((residual < tolerance) if sensor.solid else (np.abs(residual) < tolerance))
+        if on.sum() >= PLENTY_POINTS and bark_cells(points, on, fitted.vector, fitted.h_ref) >= PLENTY_CELLS:
+            return fitted, window, on
+        last = fitted, window, on
+    return last
+
+
+def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor) -> np.ndarray:
+    """(S, 5): height, diameter cm, its standard error cm, arc deg, 1 if the centre was free."""
+    on = np.abs(cone.residuals(points)) < max(4 * cone.sigma, 0.03)
+    band = on & (points[:, 2] > 0.3) & (points[:, 2] < 4.5)
+    if band.sum() < 10:
+        return np.empty((0, 5))
+    chosen = points[band]
+    # Thick enough for about 40 points, between 0.1 m and 1 m.
+    per_metre = len(chosen) / max(float(np.ptp(chosen[:, 2])), 0.5)
+    thickness = float(np.clip(40.0 / per_metre, 0.1, 1.0))
+    centres = slice_heights(0.3 + thickness / 2, min(4.5, chosen[:, 2].max()) - thickness / 2, 0.1)
+    flat = across_axis(chosen, cone)
+    order = np.argsort(chosen[:, 2], kind="stable")
+    strength = np.ones(len(chosen)) if weights is None else np.asarray(weights, float)[band][order]
+    return slice_rows(
+        flat[order],
+        chosen[order, 2],
+        strength,
+        centres,
+        thickness,
+        float(cone.r),
+        float(cone.taper),
+        float(cone.h_ref),
+        max(cone.sigma, sensor.floor_m),
+        sensor.floor_m,
+    )
+
+
+def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentOptions) -> StemMeasure:
+    """DBH, its standard error, flag and reasons."""
+    # Breast height is measured along the stem: a leaning one reaches it lower.
+    bh_m = bh_m * float(np.cos(np.radians(fitted.cone.lean_deg)))
+    bark = Bark.of(fitted, sensor)
+    # A tape reads the girth: of an oval section that is a little more than the mean radius gives.
+    dbh_cm = 200 * float(fitted.cone.radius(bh_m)) * girth_factor(fitted.points[fitted.on], fitted.cone, sensor)
+    error = DiameterError.of(fitted, bark, sensor, bh_m, dbh_cm)
+    measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)
+    settings = {
+        "max_lean_deg": options.max_lean_deg,
+        "max_dbh_cm": options.max_dbh_cm,
+        "min_dbh_cm": 0.0,  # judged for every method at the end, in cloud.py
+        "least_points": sensor.least_points,
+        "least_at_bh": sensor.least_points // 4,
+    }
+    found = judge("points", measured, dbh_cm, settings)
+    flag = found.flag("points")
+    return StemMeasure(
+        fitted.cone,
+        None if flag == "reject" else dbh_cm,
+        None if flag == "reject" else error.reported,
+        flag,
+        found.reasons,
+        bark.arc_deg,
+        int(fitted.on.sum()),
+        len(fitted.slices),
+        fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None,
+        bark.noise_m,
+    )
+
+
+def _quantities(
+    fitted: FittedStem, bark: Bark, sensor: Sensor, bh_m: float, dbh_cm: float, se_cm: float
+) -> dict[str, float]:
+    """A stem's measured quantities, for :func:`treedgs_geo.stems.quality.limits.judge`."""
+    cone, taper, heights = fitted.cone, fitted.taper, fitted.points[fitted.on, 2]
+    found: dict[str, float] = {
+        # Points that were given as this stem's, lie in the window, and are on no side of the fitted bark.
+        "stray": bark.share_beyond(cone, 1),
+        "arc_deg": bark.arc_deg,
+        "lobes": bark.lobes,
+        "lean_deg": cone.lean_deg,
+        "n_slices": len(fitted.slices),
+        "solid_purity" if sensor.solid else "purity": bark.purity,
+        "n_points": int(fitted.on.sum()),
+        # The stem may show above and below, but not where it is measured.
+        "n_at_bh": int(np.count_nonzero(np.abs(heights - bh_m) < 0.5)),
+        "dbh_cm": dbh_cm,
+        "se_cm": se_cm,
+    }
+    if judge("points", {"stray": found["stray"]}).flagged:
+        # Strays among few sectors of bark: they fill the gap and pull the circle into it.
+        found["clear_arc_deg"] = bark.clear_arc_deg
+    if not sensor.solid:
+        found["deep"] = bark.share_beyond(cone, -1)
+    if taper is not None and not judge("points", {"n_slices": len(fitted.slices)}).reasons:
+        found["taper_cm_m"] = taper.slope_cm_m
+        found["slices_off_se"] = abs(taper.at_bh_cm - dbh_cm) / float(np.hypot(se_cm, taper.se_cm))
+    return found
+
+
+def rebased(cone: Cone, shift_xy: np.ndarray, shift_h: float) -> Cone:
+    """The cone in a frame whose origin moved by ``shift_xy`` and whose heights lost ``shift_h``."""
+    return replace(cone, x=cone.x - shift_xy[0], y=cone.y - shift_xy[1], h_ref=cone.h_ref - shift_h)

@@ -1,0 +1,59 @@
+"""A fork above breast height is one tree: limbs that grow out of a stem are none of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .candidate_check import ConeStem
+from .nearby import Nearby
+from .sensors import Sensor, tolerance
+
+#: Heights between which a tree has bark of its own at its foot, and from which on a limb's own bark counts, m.
+FOOT_M, LIMB_M = (0.4, 1.5), 1.6
+#: A limb has less than this share of its own density of points at the foot; its stem more than the second.
+OWN_FOOT, STEM_FOOT = 0.2, 0.4
+#: Limbs start this close to the bark of their stem, m.
+JOINS_M = 0.15
+
+
+def without_limbs(
+    found: list[ConeStem], points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float
+) -> list[ConeStem]:
+    """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
+    limbs = {
+        number
+        for number, limb in enumerate(found)
+        for other, stem in enumerate(found)
+        if number != other
+        and not stem.refused
+        and not stem.at_seed
+        and _near(limb, stem)
+        and _is_limb(limb, stem, points, tree, sensor, top_m)
+    }
+    return [stem for number, stem in enumerate(found) if number not in limbs]
+
+
+def _near(one: ConeStem, other: ConeStem) -> bool:
+    """Do the axes come close enough below 4 m for one to grow out of the other?"""
+    return any(
+        np.hypot(*(one.cone.centre(h) - other.cone.centre(h))) < one.cone.radius(h) + other.cone.radius(h) + JOINS_M
+        for h in (1.3, 2.0, 3.0)
+    )
+
+
+def _is_limb(limb: ConeStem, stem: ConeStem, points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> bool:
+    """Bark that each of the two has for itself, below and above: a point belongs to the nearer bark; what lies within
+    the stem is not the limb's."""
+    middle = limb.cone.centre(2.0)
+    reach = float(limb.cone.radius(0.5)) + 0.1 + 3.0 * float(np.hypot(limb.cone.dx, limb.cone.dy))
+    reach += float(np.hypot(*(middle - stem.cone.centre(2.0)))) + float(stem.cone.radius(0.5))
+    near = points[tree.within(middle, reach, FOOT_M[0], top_m)]
+    of_limb, of_stem = limb.cone.residuals(near), stem.cone.residuals(near)
+    near_stem = of_stem < tolerance(stem.cone, sensor)
+    low, high = (near[:, 2] < FOOT_M[1]), (near[:, 2] > LIMB_M)
+    own = (np.abs(of_limb) < tolerance(limb.cone, sensor)) & ~(near_stem & (near[:, 2] < FOOT_M[1]))
+    main = np.abs(of_stem) < tolerance(stem.cone, sensor)
+    foot, above = FOOT_M[1] - FOOT_M[0], top_m - LIMB_M
+    usual = np.count_nonzero(own & high & ~near_stem) / above
+    below = np.count_nonzero(own & low) / foot
+    return bool(usual > 0 and below < OWN_FOOT * usual and np.count_nonzero(main & low) / foot > STEM_FOOT * usual)

@@ -1,0 +1,60 @@
+"""How thick bark is in a cloud, from the clearest rings in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ...geometry.cone import Cone
+from .candidate_check import weigh
+from .candidates import Candidates
+from .nearby import Nearby
+from .options import SegmentOptions
+from .region_growing import REACH_M, fit_candidate
+from .sensors import MOST_NOISE_M, Sensor
+
+#: Rings that the noise is taken from: found in most rows, seen from most sides, empty inside, little outside (shares
+#: of the bark's points), and small against the radius.
+LEAST_ROWS, LEAST_ARC_DEG, MOST_INSIDE, MOST_OUTSIDE, MOST_OF_RADIUS = 0.8, 240.0, 0.12, 0.45, 0.35
+#: Rings that make the noise a cloud's, and candidates that are looked at for them.
+LEAST_RINGS, MOST_TRIED = 2, 60
+
+
+def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> float | None:
+    """Spread of the bark of the clearest ring among the cones fitted to (N, 3) points; ``None`` where none is one."""
+    best: tuple[float, float] | None = None
+    for cone in cones:
+        if cone.sigma > MOST_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+            continue
+        seen = weigh(cone, near, sensor, options, cone.sigma, 1)
+        if seen.points < sensor.least_points or seen.row_share < LEAST_ROWS or seen.arc_deg < LEAST_ARC_DEG:
+            continue
+        stray = seen.inside + seen.outside
+        if seen.inside <= MOST_INSIDE and seen.outside <= MOST_OUTSIDE and (best is None or stray < best[0]):
+            best = stray, cone.sigma
+    return None if best is None else best[1]
+
+
+def measured_noise(
+    points: np.ndarray,
+    tree: Nearby,
+    weights: np.ndarray | None,
+    candidates: Candidates,
+    sensor: Sensor,
+    options: SegmentOptions,
+    least: int,
+) -> float | None:
+    """Spread of the bark in this cloud, from the best candidates; ``None`` with fewer than ``least`` clear rings."""
+    wide = sensor.at_noise(MOST_NOISE_M)
+    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
+    rings: list[tuple[float, np.ndarray]] = []
+    for xy, h, radius in list(zip(candidates.xy, candidates.height, candidates.radius, strict=True))[:MOST_TRIED]:
+        if any(np.hypot(*(place - xy)) < 0.3 for _, place in rings):
+            continue
+        near = tree.within(xy, REACH_M + radius, low, high)
+        cones = fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, wide, options)
+        spread = ring_noise(cones, points[near], wide, options)
+        if spread is not None:
+            rings.append((spread, xy))
+    return float(np.median([spread for spread, _ in rings])) if len(rings) >= least else None

@@ -1,0 +1,66 @@
+"""Settings of stem segmentation in point clouds (standard library only: commands show them without heavy imports)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ....core.settings import param
+
+
+def segmenter_option() -> Any:
+    """Who tells stems from the rest of a cloud."""
+    return param(
+        "own",
+        kind="choice",
+        help="who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you "
+        "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
+        choices=("own", "forestformer3d", "segmentanytree", "model"),
+        advanced=True,
+    )
+
+
+def segmenter_command_option() -> Any:
+    """How a program that is not ours is started."""
+    return param(
+        None, kind="text", help="command line of that program, with {input} and {output} for its folders", advanced=True
+    )
+
+
+def segmenter_model_option() -> Any:
+    """A network that is run in this process."""
+    return param(
+        None,
+        kind="file",
+        help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
+        suffixes=(".pt", ".pth", ".ts", ".onnx"),
+        advanced=True,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SegmentOptions:
+    """How stems are found. ``source`` sets the noise and density that are expected.
+
+    Of the library only: min_rows: share of 25 cm rows of the band that must show bark. grow_m: height up to which stem
+    points are followed, metres.
+    """
+
+    source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
+    low_m: float = param(
+        0.5, kind="number", help="bottom of the band that is searched", unit="m", minimum=0.1, maximum=5
+    )
+    high_m: float = param(5.0, kind="number", help="top of the band that is searched", unit="m", minimum=2, maximum=20)
+    max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=300)
+    max_lean_deg: float = param(25.0, kind="number", help="most lean", unit="deg", minimum=0, maximum=45)
+    min_arc_deg: float = param(
+        90.0,
+        kind="number",
+        help="least circumference seen, all rows together",
+        unit="deg",
+        minimum=0,
+        maximum=360,
+        advanced=True,
+    )
+    min_rows: float = 0.4
+    grow_m: float = 15.0

@@ -1,0 +1,118 @@
+"""Which fits are stems, and which of several fits of one stem counts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.intervals import HALF_WIDTH_SE
+from ..quality.limits import judge
+from .fit.photo_fit import PhotoFit
+from .quality_control import GAIN_MERGED
+
+#: Seeds are this far apart, m.
+APART_M = 0.4
+#: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
+RIVAL_LLR = 30.0
+#: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
+SAME_LEAN, SAME_DBH = 0.09, 0.04
+#: A stem inside another one counts against it below this share of its diameter, with edges that lead by so much (log
+#: likelihood units; as between explanations that silhouettes choose).
+THINNER, SWALLOWED_LEAD = 0.85, 10.0
+
+
+def known_rows(fits: list[PhotoFit]) -> np.ndarray:
+    """(K, 10) of the measured stems, for :func:`.images.axis_patches.hide_known`."""
+    return np.array([fit.row for fit in fits if fit.measured]).reshape(-1, 10)
+
+
+def plausible(fit: PhotoFit, gate: float) -> bool:
+    """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
+    if fit.contrast > 1.0 and fit.llr >= 12:
+        return fit.seed_score >= gate or fit.measured
+    if fit.seed_score >= gate:
+        return fit.llr >= 30
+    return fit.llr >= 60 and fit.measured
+
+
+def without_open_diameter(fit: PhotoFit) -> PhotoFit:
+    """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
+    unsure its diameter, is not to be explained again by another seed."""
+    if not fit.measured or np.isnan(fit.lo_cm):
+        return fit
+    found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
+    if not found.refused:
+        return fit
+    return replace(fit, flag="reject", reasons=tuple(dict.fromkeys([*fit.reasons, *found.reasons])))
+
+
+def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoFit]:
+    """The fits that the network had a word on, less stems that swallow others: to it two stems side by side may be one.
+
+    by_edges: what edges alone gave. Where two certain thinner ones of these stand within a fit and have more edges
+    between them, they take its place; one alone leaves the fit ``ambiguous``, with half of the difference in its error,
+    and refused where that leaves the diameter open.
+    """
+    sure = [fit for fit in by_edges if fit.flag == "ok"]
+    out: list[PhotoFit] = []
+    for fit in fits:
+        inside = [
+            other
+            for other in sure
+            if fit.measured and np.hypot(*(other.axis.p - fit.axis.p)) < fit.r0 and other.dbh_cm < THINNER * fit.dbh_cm
+        ]
+        if not inside or sum(other.llr for other in inside) < fit.llr + SWALLOWED_LEAD:
+            out.append(fit)
+        elif len(inside) > 1:
+            out += inside
+        else:
+            off_cm = 0.5 * (fit.dbh_cm - inside[0].dbh_cm)
+            reasons = tuple(dict.fromkeys([*fit.reasons, "ambiguous"]))
+            se = float(np.hypot(fit.se_cm, off_cm))
+            half = HALF_WIDTH_SE * se
+            low, high = min(fit.dbh_cm - half, inside[0].dbh_cm), fit.dbh_cm + half
+            out.append(replace(fit, flag="check", reasons=reasons, se_cm=se, lo_cm=low, hi_cm=high))
+    return out
+
+
+def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
+    """What the second search found, less what the first look had refused as the same stem (place and lean) with another
+    diameter: neither is to be trusted. With the same diameter it is flagged (``ambiguous``)."""
+    kept = []
+    for fit in found:
+        before = [
+            other
+            for other in refused
+            if np.hypot(*(fit.axis.p - other.axis.p)) < APART_M and np.hypot(*(fit.axis.s - other.axis.s)) < SAME_LEAN
+        ]
+        if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
+            continue
+        unclear = bool(before) and fit.flag == "ok"
+        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if unclear else fit)
+    return kept
+
+
+def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
+    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
+    good and reads another diameter widens the error of the better one by half of the difference."""
+    kept: list[PhotoFit] = []
+    for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
+        near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
+        if not near:
+            kept.append(fit)
+            continue
+        best = kept[near[0]]
+        apart = abs(fit.dbh_cm - best.dbh_cm)
+        rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
+        if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
+            se = float(np.hypot(best.se_cm, 0.5 * apart))
+            low, high = best.dbh_cm - HALF_WIDTH_SE * se, best.dbh_cm + HALF_WIDTH_SE * se
+            reasons = tuple(dict.fromkeys([*best.reasons, "ambiguous"]))
+            kept[near[0]] = replace(best, flag="check", reasons=reasons, se_cm=se, lo_cm=max(low, 0.0), hi_cm=high)
+    return kept
+
+
+def single_llr(fit: PhotoFit) -> float:
+    """Edge score of the best single stem at the place: two stems explain any place better than one."""
+    return fit.llr - fit.gain if fit.gain > GAIN_MERGED else fit.llr

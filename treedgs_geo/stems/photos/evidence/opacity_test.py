@@ -1,0 +1,108 @@
+"""Photos that show the ground where a stem should stand. A stem is opaque: they say that there is none.
+
+Where other stems line up, before or behind a place, their edges make a stem there: four to six photos from different
+sides are enough, and silhouettes say the same, since something does hide the ground there. What such a stem cannot do
+is hide the ground from all the others. How often a photo merely lacks a stem says little (leaves hide it); how often
+the very ground behind is seen through it says nearly all. Colour alone does not tell ground from dry twigs: the pattern
+of the ground behind (:mod:`..images.background`) has to come again, as the correlation of the photo with it inside the
+outline. Figures: ``docs/evidence/photos.md``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from ..images.axis_patches import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis, fetch, project
+from ..images.background import Backdrop
+from ..images.background_kernels import ROW_M, TONES, across_view, behind_on_ground
+from ..images.crops import GroundGrid, PhotoStack
+
+#: No fastmath: places whose ground no photo shows are NaN.
+_EXACT = {"nogil": True, "cache": True}
+#: Correlation from which the ground counts as seen. Of stems that stand, hardly a photo exceeds it.
+SEEN_CORRELATION = 0.7
+#: Share of the radius that is looked at (edges are blurred), and the widest step between samples across it, metres.
+INNER, ACROSS_M = 0.7, 0.02
+#: Share of the outline that a photo has to hold.
+LEAST_HELD = 0.8
+
+
+@njit(parallel=True, **_EXACT)
+def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
+    """Correlation of luma with the ground's inside an outline, (V,); NaN where a photo holds too little of it."""
+    pixels, start, shape, corner, camera, centre = photos
+    bx0, by0, bcell, mean, _, layer = backdrop
+    rows, columns = mean.shape[1], mean.shape[2]
+    for v in prange(camera.shape[0]):
+        colour = np.empty(3, np.float32)
+        out[v] = np.nan
+        dx, dy = axis[P_X] - centre[v, 0], axis[P_Y] - centre[v, 1]
+        if dx * dx + dy * dy < 1.0:
+            continue
+        nx, ny, widen = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - centre[v, 2])
+        asked, n, s, g, ss, gg, sg = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(heights.size):
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            z = axis[GROUND_Z] + heights[i]
+            half = INNER * widen * radii[i]
+            steps = int(np.ceil(half / ACROSS_M))
+            for j in range(-steps, steps + 1):
+                asked += 1
+                x, y = ax + nx * half * j / steps, ay + ny * half * j / steps
+                u, w, depth = project(camera[v], x, y, z)
+                u -= 0.5 + corner[v, 1]
+                w -= 0.5 + corner[v, 0]
+                if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+                    continue
+                hx, hy = behind_on_ground(ground, centre[v], axis[GROUND_Z], x, y, z)
+                fy, fx = (hy - by0) / bcell, (hx - bx0) / bcell
+                if fy < 0.0 or fx < 0.0 or fy >= rows - 1 or fx >= columns - 1:
+                    continue
+                a, b = int(fy), int(fx)
+                fy -= a
+                fx -= b
+                m = mean[layer[v]]
+                behind = (m[a, b, 0] * (1 - fx) + m[a, b + 1, 0] * fx) * (1 - fy)
+                behind += (m[a + 1, b, 0] * (1 - fx) + m[a + 1, b + 1, 0] * fx) * fy
+                if not (behind > -9.0 and behind < 9.0):
+                    continue
+                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
+                n += 1
+                s += colour[0]
+                g += behind
+                ss += colour[0] * colour[0]
+                gg += behind * behind
+                sg += colour[0] * behind
+        if n >= LEAST_HELD * asked and n > 1:
+            spread = (ss - s * s / n) * (gg - g * g / n)
+            out[v] = (sg - s * g / n) / np.sqrt(max(spread, 1e-12))
+
+
+def ground_correlation(
+    stack: PhotoStack,
+    ground: GroundGrid,
+    backdrop: Backdrop,
+    axis: StemAxis,
+    radius: tuple[float, float],
+    band_m: tuple[float, float],
+) -> np.ndarray:
+    """(V,) correlation of each photo inside a stem's outline with the ground behind it; NaN where it holds too little
+    of either.
+
+    radius: at breast height (m) and its slope (m/m). band_m: heights above the ground that are looked at.
+    """
+    heights = np.arange(band_m[0], band_m[1], ROW_M)
+    radii = np.maximum(radius[0] + radius[1] * (heights - axis.bh_m), 0.01)
+    out = np.empty(len(stack))
+    _correlations(stack.arrays, ground, backdrop, TONES.lut, axis.row, heights, radii, out)
+    return out
+
+
+def share_through(correlation: np.ndarray, n_clear: int) -> float:
+    """Photos that show the ground through a stem, as a share of these and the ``n_clear`` that show the stem; 0 where
+    there are neither. correlation: of :func:`ground_correlation`."""
+    through = int((correlation > SEEN_CORRELATION).sum())
+    return through / max(through + n_clear, 1)

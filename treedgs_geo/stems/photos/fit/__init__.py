@@ -1,0 +1,1 @@
+"""One hypothesis fitted to the photos: search, sub-pixel adjustment, selection among several."""

@@ -1,0 +1,155 @@
+"""Which of several explanations of a place is the stem, and how probable that is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...quality.limits import bound_of
+from ...quality.priors import TAPER_SD, USUAL_TAPER
+from .edge_adjustment import FineFit
+from .search import Mode
+
+#: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel
+#: evidence (log likelihood, per 300), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (per 0.1 px). A
+#: conditional logit over the explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
+PLAIN_ODDS = np.array([1.06, 2.73, -1.7, -1.5])
+#: The same where the silhouettes are also those of the network.
+NETWORK_ODDS = np.array([4.1, 2.3, -0.6, -1.6])
+#: Explanations whose diameters differ less than this are one answer, cm.
+SAME_DBH_CM = 2.0
+#: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
+#: largest difference that was right on 93 stems: 29.
+FAR_BELOW = 60.0
+#: Lead in edge score over the next explanation up to which confidence is low: it is flagged for certain.
+LOW_CONFIDENCE_GAP = bound_of("photos", "gap", "check") - 1.0
+#: Edge scores per unit of log odds where edges are all there is: one more than :data:`LOW_CONFIDENCE_GAP` is nine to
+#: one.
+EDGES_A_LOG_ODD = 4.5
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One way to explain a place: edge score, silhouette contrast, where the search and the fit put the stem.
+
+    z: (V,) how clearly each photo sees it. evidence, rms_px: sub-pixel evidence and edge residual over the photos that
+    see a stem here under any explanation: each is judged by the same photos, also by those that speak against it.
+    mate: (1, 10) a companion that touches it (:mod:`..evidence.companion`), if there is one; skip: (V, 2) sides where
+    the companion stands in the way of its edges.
+    """
+
+    edges: float
+    contrast: float
+    mode: Mode
+    fine: FineFit
+    vector: np.ndarray
+    z: np.ndarray
+    evidence: float = 0.0
+    rms_px: float = 0.5
+    mate: np.ndarray | None = None
+    skip: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The explanation taken, and what was left of the others.
+
+    best: of those tried. gap: its lead in edge score over the next different one. sure: how probable its diameter is
+    among all that were tried (NaN where silhouettes say little: then the edges decide, and the lead). rivals: the
+    explanations of this very stem (not of a neighbour), ``best`` first; share: (N,) their probabilities, of sum 1.
+    against_cm: by how much the diameter of the explanation with the clearest edges differs, 0 where that is ``best``.
+    """
+
+    best: Explanation
+    gap: float
+    sure: float
+    rivals: tuple[Explanation, ...]
+    share: np.ndarray
+    against_cm: float = 0.0
+
+
+def log_odds(tried: list[Explanation], trust: float, chance: float, network: bool = False) -> np.ndarray:
+    """(N,) how well each explanation is supported by witnesses that fail in different ways.
+
+    Edges alone mistake the lit half of a stem for the stem, silhouettes alone a bush beside it for a part of it.
+    trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach. network: the
+    silhouettes are also those of the network (:mod:`..network.silhouettes`).
+    """
+    return witnesses(tried, trust, chance) @ (NETWORK_ODDS if network else PLAIN_ODDS)
+
+
+def witnesses(tried: list[Explanation], trust: float, chance: float) -> np.ndarray:
+    """(N, 4) silhouette contrast, sub-pixel evidence, taper, raggedness."""
+    return np.array(
+        [
+            [
+                trust * item.contrast / chance,
+                item.evidence / 300,
+                min(((item.fine.r1 - USUAL_TAPER) / (2 * TAPER_SD)) ** 2, 9.0),
+                10 * (item.rms_px - 0.5),
+            ]
+            for item in tried
+        ]
+    )
+
+
+def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray, network: bool = False) -> Choice:
+    """Which of the explanations of a place is the stem. trust, chance, network: as for :func:`log_odds`. sun:
+    (flights,) azimuth, rad from east, NaN = unknown."""
+    tried = plausible(tried)
+    solid = trust > 0.5
+    edges = np.array([item.edges for item in tried])
+    odds = log_odds(tried, trust, chance, network) if solid else edges / EDGES_A_LOG_ODD
+    best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
+    weight = np.exp(odds - odds.max())
+    same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])
+    sure = float(weight[same].sum() / weight.sum()) if solid else np.nan
+    rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
+    # A part of the chosen stem is no rival of the whole; where it won by far confidence is low all the same.
+    parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
+    gap = best.edges - max((edges[i] for i in rivals if i not in parts), default=0.0)
+    if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
+        gap = min(gap, LOW_CONFIDENCE_GAP)
+    listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
+    clearest = tried[max(listed, key=lambda i: edges[i])]
+    against_cm = 200 * abs(clearest.fine.r0 - best.fine.r0)
+    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum(), against_cm)
+
+
+def plausible(tried: list[Explanation]) -> list[Explanation]:
+    """Without those far below the clearest edges that neither hold it nor are part of it: between two limbs of a fork a
+    third stem would have the best silhouette."""
+    top = max(tried, key=lambda item: item.edges)
+    return [
+        item
+        for item in tried
+        if item.edges > top.edges - FAR_BELOW or contains(item.vector, top.vector) or contains(top.vector, item.vector)
+    ]
+
+
+def different(a: np.ndarray, b: np.ndarray) -> bool:
+    """Two refined explanations of one place that would give different diameters; a neighbour is no rival."""
+    distance = float(np.hypot(a[0] - b[0], a[1] - b[1]))
+    if distance > max(a[4], b[4]) + 0.3 * min(a[4], b[4]):
+        return False
+    return distance > 0.03 or abs(a[4] - b[4]) > 0.0125
+
+
+def contains(a: np.ndarray, b: np.ndarray) -> bool:
+    """Disc a holds disc b (within 2 cm) and is clearly larger."""
+    return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.02
+
+
+def prefer_whole(tried: list[Explanation], sun: np.ndarray) -> Explanation:
+    """The best explanation by its edges, or a larger one that holds it and explains nearly as much (the shaded part of
+    a stem is no stem); less is enough where the larger one grows towards the sun."""
+    best = tried[0]
+    for item in tried[1:]:
+        if not contains(item.vector, best.vector):
+            continue
+        grown = np.arctan2(item.vector[1] - best.vector[1], item.vector[0] - best.vector[0])
+        sunward = np.isfinite(sun).any() and np.nanmax(np.cos(grown - sun)) > 0.6
+        if item.edges > (0.6 if sunward else 0.8) * best.edges:
+            best = item
+    return best

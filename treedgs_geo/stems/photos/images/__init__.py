@@ -1,0 +1,1 @@
+"""What the photos show: crops, rectified images, patches along an axis, the background, the sun, sharpness."""

@@ -1,0 +1,359 @@
+"""Compiled parts of the ground behind the stems (:mod:`.background`): medians, likelihoods, contrasts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from .axis_patches import BH_M, C_X, C_Y, GROUND_Z, LUT_GAMMA, P_X, P_Y, S_X, S_Y, fetch, project
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+#: Photos a flight needs for a ground of its own, and how many of a flight are used at most.
+LEAST_VIEWS, MOST_VIEWS = 6, 32
+#: Noise floors and ceilings of the ground's colour: luma, and the two colour differences.
+FLOOR = np.array([0.030, 0.008, 0.008], np.float32)
+CEILING = np.array([0.060, 0.020, 0.020], np.float32)
+#: Share of ground pixels that look like their median, and the density of those over that of any other colour.
+_SHARE, _PEAK = 0.6, 40.0
+#: Log likelihood ratio of ground over the squared colour error: read from a table, so many entries a unit (to 1e-6).
+RATIO_STEPS = 128.0
+RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS)) + (1 - _SHARE)).astype(np.float32)
+
+
+class Tones(NamedTuple):
+    """What colours are compared by. lut: (256,) of the photos' values. floor, ceiling: (3,) limits of the ground's
+    noise. ratio: ``RATIO``."""
+
+    lut: np.ndarray
+    floor: np.ndarray
+    ceiling: np.ndarray
+    ratio: np.ndarray
+
+
+TONES = Tones(LUT_GAMMA, FLOOR, CEILING, RATIO)
+#: Stands for the ratio of a place whose ground no photo shows.
+UNKNOWN = np.float32(-99.0)
+#: Height of a row (m) and rows a block.
+ROW_M, BLOCK_ROWS = 0.05, 10
+#: Half width of the strips and sample spacing; how far beside the stem the ground is compared, metres.
+REACH_M, STEP_M, BESIDE_M = 0.75, 0.01, 0.25
+#: Blur of an edge: left out between two explanations, metres.
+_CLEAR_M = 0.014
+
+
+@njit(**_FAST)
+def sort_rows(values):
+    """Sort every column of (2^k, N) in place: Batcher's network, whose exchanges are vector code over the columns."""
+    n, width = values.shape
+    p = 1
+    while p < n:
+        k = p
+        while k >= 1:
+            for j in range(k % p, n - k, 2 * k):
+                for i in range(j, min(j + k, n - k)):
+                    if i // (2 * p) == (i + k) // (2 * p):
+                        one, other = values[i], values[i + k]
+                        for c in range(width):
+                            low, high = min(one[c], other[c]), max(one[c], other[c])
+                            one[c] = low
+                            other[c] = high
+            k //= 2
+        p *= 2
+
+
+@njit(parallel=True, **_FAST)
+def ground_medians(photos, x, y, z, lut, least, mean, spread):
+    """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
+    pixels, start, shape, corner, camera, _ = photos
+    n_views = camera.shape[0]
+    size = 1
+    while size < n_views:
+        size *= 2
+    away = np.float32(1e9)
+    half = np.float32(0.5)
+    for block in prange((x.size + 63) // 64):
+        first = block * 64
+        width = min(64, x.size - first)
+        colours = np.full((3, size, 64), away, np.float32)
+        count = np.zeros(64, np.int64)
+        out = np.empty(3, np.float32)
+        for v in range(n_views):
+            for c in range(width):
+                u, w, depth = project(camera[v], x[first + c], y[first + c], z[first + c])
+                u -= 0.5 + corner[v, 1]
+                w -= 0.5 + corner[v, 0]
+                if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+                    continue
+                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, out)
+                count[c] += 1
+                for channel in range(3):
+                    colours[channel, v, c] = out[channel]
+        middle = np.empty(64, np.float32)
+        for channel in range(3):
+            values = colours[channel]
+            for turn in range(2):
+                sort_rows(values)
+                for c in range(width):
+                    n = count[c]
+                    if n > 0:
+                        middle[c] = half * (values[(n - 1) // 2, c] + values[n // 2, c])
+                    if n < least:
+                        mean[first + c, channel] = np.nan
+                        spread[first + c, channel] = np.nan
+                    elif turn == 0:
+                        mean[first + c, channel] = middle[c]
+                    else:
+                        spread[first + c, channel] = np.float32(1.4826) * middle[c]
+                if turn == 0:
+                    for v in range(size):
+                        for c in range(width):
+                            values[v, c] = abs(values[v, c] - middle[c]) if v < count[c] else away
+
+
+@njit(inline="always", **_FAST)
+def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
+    """Log likelihood ratio of "this is the ground ``f`` at cell (a, b)"; :data:`UNKNOWN` where none is known."""
+    error = np.float32(0.0)
+    for k in range(3):
+        s = spread[f, a, b, k]
+        if not (s >= np.float32(0.0) and s < np.float32(9.0)):
+            return UNKNOWN
+        s = min(s, ceiling[k])
+        error += (colour[k] - mean[f, a, b, k]) ** 2 / (s * s + floor[k] * floor[k])
+    place = min(error, np.float32((ratio.size - 1.001) / RATIO_STEPS)) * np.float32(RATIO_STEPS)
+    cell = int(place)
+    part = place - np.float32(cell)
+    return ratio[cell] * (np.float32(1.0) - part) + ratio[cell + 1] * part
+
+
+@njit(inline="always", **_FAST)
+def across_view(axis, dx, dy, dz):
+    """Direction across the view of an axis row, nx and ny, and silhouette half width over radius (lean); dx, dy, dz:
+    from the camera to breast height, metres."""
+    flat = np.sqrt(dx * dx + dy * dy)
+    nx, ny = -dy / flat, dx / flat
+    along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / np.sqrt(flat * flat + dz * dz)
+    a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
+    across = axis[S_X] * nx + axis[S_Y] * ny
+    return nx, ny, np.sqrt(a2 / max(a2 - across * across, 1e-9))
+
+
+@njit(inline="always", **_FAST)
+def behind_on_ground(ground, centre, start_z, x, y, z):
+    """x and y where the viewing ray through a point meets the ground behind it. start_z: a first guess of its height;
+    centre: (3,) of the camera."""
+    gx0, gy0, gcell, gz = ground
+    behind = 1.0 / (z - centre[2])
+    hx, hy, zg = x, y, start_z
+    for _ in range(2):
+        share = (zg - z) * behind
+        hx = x + share * (x - centre[0])
+        hy = y + share * (y - centre[1])
+        a = min(max(int((hy - gy0) / gcell + 0.5), 0), gz.shape[0] - 1)
+        b = min(max(int((hx - gx0) / gcell + 0.5), 0), gz.shape[1] - 1)
+        zg = gz[a, b]
+    return hx, hy
+
+
+@njit(parallel=True, **_FAST)
+def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
+    """Fill ``outline`` (a :class:`.background.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
+    pixels, start, shape, corner, camera, centre = photos
+    lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
+    bx0, by0, bcell, mean, spread, layer = backdrop
+    total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
+    per_block = heights.size // total.shape[1]
+    rows, columns = mean.shape[1], mean.shape[2]
+    for v in prange(camera.shape[0]):
+        colour = np.empty(3, np.float32)
+        sums = np.zeros(us.size)
+        dx = axis[P_X] - centre[v, 0]
+        dy = axis[P_Y] - centre[v, 1]
+        flat = np.sqrt(dx * dx + dy * dy)
+        if flat < 1.0:
+            blind[v] = True
+            continue
+        nx, ny, widen[v] = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - centre[v, 2])
+        normal[v, 0], normal[v, 1] = nx, ny
+        for i in range(heights.size):
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            z = axis[GROUND_Z] + heights[i]
+            for j in range(us.size):
+                x = ax + us[j] * nx
+                y = ay + us[j] * ny
+                u, w, depth = project(camera[v], x, y, z)
+                u -= 0.5 + corner[v, 1]
+                w -= 0.5 + corner[v, 0]
+                if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+                    blind[v] = True
+                    break
+                hx, hy = behind_on_ground(ground, centre[v], axis[GROUND_Z], x, y, z)
+                a = int((hy - by0) / bcell + 0.5)
+                b = int((hx - bx0) / bcell + 0.5)
+                if a < 0 or b < 0 or a >= rows or b >= columns:
+                    blind[v] = True
+                    break
+                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
+                value = ground_ratio(colour, mean, spread, layer[v], a, b, floor, ceiling, ratio)
+                if value == UNKNOWN:
+                    blind[v] = True
+                    break
+                sums[j] += value
+            if blind[v]:
+                break
+            if (i + 1) % per_block == 0:
+                block = i // per_block
+                running = 0.0
+                for j in range(us.size):
+                    running += sums[j] / per_block
+                    total[v, block, j + 1] = running
+                    sums[j] = 0.0
+
+
+@njit(inline="always", **_FAST)
+def sum_at(total, v, b, place):
+    """Running sum of view v, block b at a place between samples."""
+    k = int(place)
+    share = place - k
+    return total[v, b, k] * (1.0 - share) + total[v, b, min(k + 1, total.shape[2] - 1)] * share
+
+
+@njit(inline="always", **_FAST)
+def step_contrast(total, v, b, first, last, u0):
+    """How much less ground shows from place ``first`` to ``last`` (m) than beside it, weighted; 0 at the rim."""
+    left = (first - u0) / STEP_M + 0.5
+    right = (last - u0) / STEP_M + 0.5
+    low = max((first - BESIDE_M - u0) / STEP_M + 0.5, 0.0)
+    high = min((last + BESIDE_M - u0) / STEP_M + 0.5, total.shape[2] - 1 - 1e-6)
+    inside = right - left
+    beside = high - low - inside
+    if left < low or right > high or inside < 1.0 or beside < 1.0:
+        return 0.0
+    within = sum_at(total, v, b, right) - sum_at(total, v, b, left)
+    around = sum_at(total, v, b, high) - sum_at(total, v, b, low) - within
+    step = around / beside - within / inside
+    return inside * beside / (inside + beside) * step * abs(step)
+
+
+@njit(**_FAST)
+def contrast_of(outline, p):
+    """:meth:`.background.Silhouette.contrast` of (5,) x, y, lx, ly, r."""
+    total, u0, qs, normal, widen, blind, taper = outline
+    x, y, lx, ly, r = p[0], p[1], p[2], p[3], p[4]
+    result = 0.0
+    for v in range(total.shape[0]):
+        if blind[v]:
+            continue
+        for b in range(total.shape[1]):
+            c = (x + lx * qs[b]) * normal[v, 0] + (y + ly * qs[b]) * normal[v, 1]
+            half = widen[v] * max(r + taper * qs[b], 0.015)
+            result += step_contrast(total, v, b, c - half, c + half, u0)
+    return result
+
+
+@njit(**_FAST)
+def mean_between(total, v, b, a, c, u0):
+    """Mean over the samples from place a to place c (m), NaN outside the strip or with less than half a sample."""
+    if c < a:
+        a, c = c, a
+    low = (a - u0) / STEP_M + 0.5
+    high = (c - u0) / STEP_M + 0.5
+    if low < 0 or high > total.shape[2] - 1 or high - low < 0.5:
+        return np.nan, 0.0
+    return (sum_at(total, v, b, high) - sum_at(total, v, b, low)) / (high - low), high - low
+
+
+@njit(**_FAST)
+def ring_of(outline, inner, outer):
+    """Summed ground likelihood ratio between two discs' edges, and how many samples it is of."""
+    total, u0, qs, normal, widen, blind, taper = outline
+    summed, count = 0.0, 0.0
+    for v in range(total.shape[0]):
+        if blind[v]:
+            continue
+        nx, ny = normal[v, 0], normal[v, 1]
+        for b in range(total.shape[1]):
+            q = qs[b]
+            ci = (inner[0] + inner[2] * q) * nx + (inner[1] + inner[3] * q) * ny
+            co = (outer[0] + outer[2] * q) * nx + (outer[1] + outer[3] * q) * ny
+            ri = widen[v] * max(inner[4] + taper * q, 0.015)
+            ro = widen[v] * max(outer[4] + taper * q, 0.015)
+            for side in (-1.0, 1.0):
+                ui = ci + side * ri
+                uo = co + side * ro
+                if side * (uo - ui) < _CLEAR_M + 0.012:
+                    continue
+                beyond, _ = mean_between(total, v, b, uo + side * 0.01, uo + side * 0.06, u0)
+                within, _ = mean_between(total, v, b, ui - side * 0.01, ui - side * min(0.06, ri), u0)
+                if not beyond > 1.0 or not within < 1.0:
+                    continue
+                value, samples = mean_between(total, v, b, ui + side * 0.5 * _CLEAR_M, uo - side * 0.5 * _CLEAR_M, u0)
+                if samples > 0.0:
+                    summed += value * samples
+                    count += samples
+    return summed, count
+
+
+@njit(parallel=True, **_FAST)
+def grid_contrasts(outline, offsets, radii, score):
+    """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R).
+
+    A photo sees of a place only how far it lies across the view: its contrast is tabled along that line, one entry a
+    sample, and read between the entries.
+    """
+    total, u0, qs, normal, widen, blind, taper = outline
+    n = offsets.size
+    last = total.shape[2] - 1
+    reach = 0.0
+    for p in range(n):
+        reach = max(reach, abs(offsets[p]))
+    entries = int(np.ceil(2 * reach * np.sqrt(2.0) / STEP_M)) + 3
+    first = -0.5 * STEP_M * (entries - 1)
+    for k in prange(radii.size):
+        line, table = np.zeros(n * n), np.empty(entries)
+        for v in range(total.shape[0]):
+            if blind[v]:
+                continue
+            table[:] = 0.0
+            for b in range(total.shape[1]):
+                sums = total[v, b]
+                half = widen[v] * max(radii[k] + taper * qs[b], 0.015) / STEP_M
+                inside = 2 * half
+                if inside < 1.0:
+                    continue
+                for p in range(entries):
+                    middle = (first + STEP_M * p - u0) / STEP_M + 0.5
+                    left = middle - half
+                    right = middle + half
+                    low = max(left - BESIDE_M / STEP_M, 0.0)
+                    high = min(right + BESIDE_M / STEP_M, last - 1e-6)
+                    beside = high - low - inside
+                    valid = left >= low and right <= high and beside >= 1.0
+                    at = max(left, 0.0)
+                    i = min(int(at), last - 1)
+                    s1 = sums[i] + (sums[i + 1] - sums[i]) * (at - i)
+                    at = max(min(right, float(last)), 0.0)
+                    i = min(int(at), last - 1)
+                    s2 = sums[i] + (sums[i + 1] - sums[i]) * (at - i)
+                    at = min(low, float(last))
+                    i = min(int(at), last - 1)
+                    s0 = sums[i] + (sums[i + 1] - sums[i]) * (at - i)
+                    at = max(high, 0.0)
+                    i = min(int(at), last - 1)
+                    s3 = sums[i] + (sums[i + 1] - sums[i]) * (at - i)
+                    beside = max(beside, 1.0)
+                    within = s2 - s1
+                    step = (s3 - s0 - within) / beside - within / inside
+                    value = inside * beside / (inside + beside) * step * abs(step)
+                    table[p] += value if valid else 0.0
+            for p in range(n * n):
+                across = offsets[p % n] * normal[v, 0] + offsets[p // n] * normal[v, 1]
+                at = (across - first) / STEP_M
+                i = min(max(int(at), 0), entries - 2)
+                line[p] += table[i] + (table[i + 1] - table[i]) * (at - i)
+        for p in range(n * n):
+            score[p // n, p % n, k] = line[p]

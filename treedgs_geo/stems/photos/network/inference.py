@@ -1,0 +1,183 @@
+"""What each pixel of a photo shows, by a small network: stem, foliage, other wood, ivy on a stem or ground.
+
+The network sees photos as plumb maps (:mod:`..images.vertical_rectification`): every vertical line is a column, so
+that a stem stands upright wherever the camera was. It was trained on simulated photos only; how, and what it brings,
+is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is needed.
+"""
+
+from __future__ import annotations
+
+import base64
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from ....core.files import read_json
+from ..images.crops import PhotoArrays, PhotoStack
+from ..images.vertical_rectification import PlumbGrid, row_knots
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: Classes of the network, in the order of its outputs.
+CLASSES = ("ground", "stem", "foliage", "wood", "ivy")
+STEM = CLASSES.index("stem")
+#: Rows and columns of a map are multiples of this for the network.
+MULTIPLE = 16
+#: The network's file: JSON with the ONNX file as base64, because the QGIS plugin repository takes no binaries.
+WEIGHTS = Path(__file__).with_name("stem_net.json")
+#: Log odds are kept within this: the network knows no more.
+MOST_ODDS = 5.0
+#: Log odds are stored in this part of a unit, and this for a place outside of the photo.
+STEPS, OUTSIDE = 25.0, -128
+
+
+class OddsMaps(NamedTuple):
+    """Log odds of what a pixel shows, for V photos as plumb maps; the compiled kernels take it as it is.
+
+    odds: (N,) int8, all maps one after the other, row-major, in units of 1 / :data:`STEPS`; :data:`OUTSIDE` where the
+    photo shows nothing. start: (V,) int64 first entry. shape: (V, 2) int64 rows and columns. grid: (V, 4) float64
+    azimuth of column 0, column width, nadir angle of row 0, row height, rad. centre: (V, 3) cameras.
+    """
+
+    odds: np.ndarray
+    start: np.ndarray
+    shape: np.ndarray
+    grid: np.ndarray
+    centre: np.ndarray
+
+
+class NetworkMaps(NamedTuple):
+    """Log odds of bark, of ivy on a stem, and of either."""
+
+    bark: OddsMaps
+    ivy: OddsMaps
+    either: OddsMaps
+
+
+@njit(parallel=True, **_FAST)
+def _resample(photos, view, azimuth0, step_a, nadir0, step_n, colour, good):
+    cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
+    pixels, start, centre = photos.pixels, photos.start[view], photos.centre[view]
+    rows, columns = shape[0], shape[1]
+    n_rows, n_cols = good.shape
+    for i in prange(n_rows):
+        ku, kv = row_knots(cam, corner, centre, nadir0 + i * step_n, azimuth0, step_a, n_cols)
+        for j in range(n_cols):
+            k = j // 16
+            t = (j - k * 16) / 16.0
+            u = ku[k] + t * (ku[k + 1] - ku[k])
+            v = kv[k] + t * (kv[k + 1] - kv[k])
+            if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
+                continue
+            good[i, j] = True
+            top, left = min(int(v), rows - 2), min(int(u), columns - 2)
+            down, across = v - top, u - left
+            at = start + (top * columns + left) * 3
+            below = at + columns * 3
+            for channel in range(3):
+                value = (pixels[at + channel] * (1 - across) + pixels[at + 3 + channel] * across) * (1 - down) + (
+                    pixels[below + channel] * (1 - across) + pixels[below + 3 + channel] * across
+                ) * down
+                colour[i, j, 2 - channel] = np.uint8(value + 0.5)
+
+
+def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbGrid) -> tuple[np.ndarray, np.ndarray]:
+    """(rows, columns, 3) uint8 RGB of one photo on a grid, and (rows, columns) bool: inside it."""
+    rows, columns = (-(-n // MULTIPLE) * MULTIPLE for n in plumb.shape)
+    colour, good = np.zeros((rows, columns, 3), np.uint8), np.zeros((rows, columns), np.bool_)
+    _resample(photos, view, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, colour, good)
+    return colour, good
+
+
+@njit(**_FAST)
+def _tone(colour, good):
+    """Mean of each channel over a photo, 0..1, and the spread of the brightness; from whole numbers, so exact."""
+    sums, square, count = np.zeros(4, np.int64), np.int64(0), 0
+    for i in range(good.shape[0]):
+        for j in range(good.shape[1]):
+            if good[i, j]:
+                both = np.int64(0)
+                for channel in range(3):
+                    value = np.int64(colour[i, j, channel])
+                    sums[channel] += value
+                    both += value
+                sums[3] += both
+                square += both * both
+                count += 1
+    mean = sums[3] / max(count, 1)
+    spread = np.sqrt(max(square / max(count, 1) - mean * mean, 0.0)) / (3 * 255)
+    return sums[:3] / (255 * max(count, 1)), spread
+
+
+class Tone(NamedTuple):
+    """Of one photo's part that is looked at. mean: (3,) of each channel, 0..1. spread: of the brightness."""
+
+    mean: np.ndarray
+    spread: float
+
+
+def tone_of(colour: np.ndarray, good: np.ndarray) -> Tone:
+    """Tone of (rows, columns, 3) uint8 where it shows something, (rows, columns) bool."""
+    mean, spread = _tone(colour, good)
+    return Tone(mean.astype(np.float32), max(float(spread), 0.02))
+
+
+def normalised(colour: np.ndarray, good: np.ndarray, tone: Tone | None = None) -> np.ndarray:
+    """(rows, columns, 3) uint8 -> (3, rows, columns) float32 that exposure and white balance hardly change: each
+    channel about its mean, over the spread of the brightness; 0 outside. tone: of the whole photo, if this is a part.
+    """
+    tone = tone or tone_of(colour, good)
+    image = (colour.astype(np.float32) / 255 - tone.mean) / np.float32(tone.spread)
+    image[~good] = 0
+    return np.ascontiguousarray(image.transpose(2, 0, 1))
+
+
+@lru_cache(maxsize=1)
+def _network(path: Path) -> Any:
+    import cv2
+
+    packed = "".join(read_json(path)["onnx_base64"])
+    return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
+
+
+def class_odds(scores: np.ndarray, *wanted: str) -> np.ndarray:
+    """(5, rows, columns) scores of the network -> (rows, columns) log odds of the wanted classes against all others."""
+    share = np.exp(scores - scores.max(axis=0))
+    chosen = [CLASSES.index(name) for name in wanted]
+    yes = share[chosen].sum(axis=0)
+    no = np.delete(share, chosen, axis=0).sum(axis=0)
+    return np.clip(np.log(np.maximum(yes, 1e-12)) - np.log(np.maximum(no, 1e-12)), -MOST_ODDS, MOST_ODDS)
+
+
+def network_scores(image: np.ndarray) -> np.ndarray:
+    """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) scores of the classes, by the network."""
+    network = _network(WEIGHTS)
+    network.setInput(image[None])
+    return network.forward()[0]
+
+
+def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
+    """What the network sees in every photo of a stack, on the grids of its photos."""
+    shown: dict[tuple[str, ...], list[np.ndarray]] = {("stem",): [], ("ivy",): [], ("stem", "ivy"): []}
+    for view, plumb in enumerate(plumbs):
+        colour, good = plumb_colours(stack.arrays, view, plumb)
+        scores = network_scores(normalised(colour, good))
+        for wanted, maps in shown.items():
+            maps.append(quantised(class_odds(scores, *wanted), good))
+    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
+    return NetworkMaps(*(together(maps, grid, stack.centre) for maps in shown.values()))
+
+
+def quantised(odds: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """(rows, columns) log odds, and where the photo shows something -> int8 as :class:`OddsMaps` keeps them."""
+    return np.where(good, np.round(STEPS * odds).astype(np.int8), np.int8(OUTSIDE))
+
+
+def together(maps: list[np.ndarray], grid: np.ndarray, centre: np.ndarray) -> OddsMaps:
+    """Maps of V photos, (rows, columns) int8 each, as one; grid (V, 4), centre (V, 3)."""
+    shape = np.array([each.shape for each in maps], np.int64).reshape(-1, 2)
+    start = np.concatenate([[0], np.cumsum(shape.prod(axis=1))[:-1]]).astype(np.int64)
+    return OddsMaps(np.concatenate([each.ravel() for each in maps]), start, shape, grid, centre)

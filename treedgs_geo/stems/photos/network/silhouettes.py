@@ -1,0 +1,159 @@
+"""The network's word on a place: silhouettes against its maps, and what it alone finds (:mod:`.inference`)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from ..images.axis_patches import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
+from ..images.background import BAND, Silhouette, blank
+from ..images.background_kernels import across_view
+from ..images.crops import GroundGrid
+from .inference import OUTSIDE, STEPS, NetworkMaps, OddsMaps
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+#: Log odds of stem at an average pixel, and the share of photos that see a stem at a height.
+PRIOR_ODDS, SEEN = -2.5, 0.35
+#: Log odds that a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
+SHARE_WEIGHT = 4.0
+
+
+@njit(inline="always", **_FAST)
+def _column(maps, v, x, y):
+    """Column of a place in a photo's map, and its horizontal distance from the camera, metres."""
+    dx, dy = x - maps.centre[v, 0], y - maps.centre[v, 1]
+    swing = np.arctan2(dy, dx) - maps.grid[v, 0]
+    swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
+    return swing / maps.grid[v, 1], np.sqrt(dx * dx + dy * dy)
+
+
+@njit(inline="always", **_FAST)
+def odds_at(maps, v, x, y, z):
+    """Log odds at a point, bilinear; NaN where the photo shows nothing."""
+    column, flat = _column(maps, v, x, y)
+    return _odds(maps, v, column, flat, z)
+
+
+@njit(inline="always", **_FAST)
+def _odds(maps, v, column, flat, z):
+    """:func:`odds_at` a height above a place (:func:`_column`)."""
+    row = (np.arctan2(flat, maps.centre[v, 2] - z) - maps.grid[v, 2]) / maps.grid[v, 3]
+    rows, columns = maps.shape[v, 0], maps.shape[v, 1]
+    if row < 0 or column < 0 or row > rows - 1 or column > columns - 1:
+        return np.nan
+    i, j = min(int(row), rows - 2), min(int(column), columns - 2)
+    a, b = row - i, column - j
+    at = maps.start[v] + i * columns + j
+    p, q, s, t = maps.odds[at], maps.odds[at + 1], maps.odds[at + columns], maps.odds[at + columns + 1]
+    if p == OUTSIDE or q == OUTSIDE or s == OUTSIDE or t == OUTSIDE:
+        return np.nan
+    return ((p * (1 - b) + q * b) * (1 - a) + (s * (1 - b) + t * b) * a) / STEPS
+
+
+@njit(parallel=True, **_FAST)
+def _cut(maps, axis, heights, us, outline):
+    """Fill ``outline`` (a :class:`..images.background.Silhouette`) with the log odds of "no stem"."""
+    total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
+    per_block = heights.size // total.shape[1]
+    for v in prange(maps.centre.shape[0]):
+        sums = np.zeros(us.size)
+        dx, dy = axis[P_X] - maps.centre[v, 0], axis[P_Y] - maps.centre[v, 1]
+        flat = np.sqrt(dx * dx + dy * dy)
+        if flat < 1.0:
+            blind[v] = True
+            continue
+        nx, ny, widen[v] = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2])
+        normal[v, 0], normal[v, 1] = nx, ny
+        for i in range(heights.size):
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            for j in range(us.size):
+                value = odds_at(maps, v, ax + us[j] * nx, ay + us[j] * ny, axis[GROUND_Z] + heights[i])
+                if not (value > -99.0):
+                    blind[v] = True
+                    break
+                sums[j] -= SHARE_WEIGHT / (1.0 + np.exp(-value))
+            if blind[v]:
+                break
+            if (i + 1) % per_block == 0:
+                block = i // per_block
+                running = 0.0
+                for j in range(us.size):
+                    running += sums[j] / per_block
+                    total[v, block, j + 1] = running
+                    sums[j] = 0.0
+
+
+def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
+    """How little stem the network sees around an axis, in every photo: as a silhouette, so that contrast and peaks are
+    those of the ground's (:mod:`..images.background`). band: heights above the ground, metres."""
+    outline, heights, places = blank(len(maps.centre), axis, band)
+    _cut(maps, axis.row, heights, places, outline)
+    return outline
+
+
+def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
+    """Both silhouettes as one: their log likelihood ratios are added."""
+    return ground._replace(total=ground.total + bark.total, blind=ground.blind | bark.blind)
+
+
+@njit(parallel=True, **_FAST)
+def _shares(maps, axis, radii, heights, across, share):
+    for v in prange(share.shape[0]):
+        dx, dy = axis[P_X] - maps.centre[v, 0], axis[P_Y] - maps.centre[v, 1]
+        nx, ny, _ = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2])
+        for i in range(heights.size):
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            total = 0.0
+            for j in range(across.size):
+                u = across[j] * radii[i]
+                value = odds_at(maps, v, ax + u * nx, ay + u * ny, axis[GROUND_Z] + heights[i])
+                if not (value > -99.0):
+                    total = -1e9
+                    break
+                total += 1.0 / (1.0 + np.exp(-value))
+            share[v, i] = total / across.size
+
+
+def covered_share(maps: NetworkMaps, axis: StemAxis, r0: float, r1: float) -> float:
+    """Share of ivy in what the network takes for stem or ivy within a stem's outline about breast height, over the
+    photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
+    heights = axis.bh_m + np.arange(-0.6, 0.61, 0.1)
+    radii = np.maximum(r0 + r1 * (heights - axis.bh_m), 0.01)
+    found = []
+    for each in (maps.ivy, maps.either):
+        share = np.full((len(each.centre), len(heights)), np.nan)
+        _shares(each, axis.row, radii, heights, np.linspace(-0.75, 0.75, 7), share)
+        found.append(share)
+    ivy, either = found
+    known = (ivy >= 0) & (either >= 0)  # below: outside of the photo
+    return float(ivy[known].sum() / max(either[known].sum(), 1e-9)) if known.any() else np.nan
+
+
+@njit(parallel=True, **_FAST)
+def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
+    for i in prange(total.shape[1]):
+        found = np.empty(heights.size)
+        for j in range(total.shape[2]):
+            x, y = x0 + j * cell, y0 + i * cell
+            found[:] = 0.0
+            for v in range(maps.centre.shape[0]):
+                column, flat = _column(maps, v, x + shifts[v, 0], y + shifts[v, 1])
+                for m in range(heights.size):
+                    value = _odds(maps, v, column, flat, z[i, j] + heights[m])
+                    if value > -99.0:
+                        found[m] += np.log(1.0 - SEEN + SEEN * np.exp(value - PRIOR_ODDS))
+            for m in range(heights.size):
+                total[m, i, j] = found[m]
+
+
+def bark_layers(maps: OddsMaps, shifts: np.ndarray, cells: GroundGrid, heights: np.ndarray) -> np.ndarray:
+    """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it
+    with probability :data:`SEEN`. shifts: (V, 2) metres by which each photo is moved (decoys). cells: where, on the
+    ground; heights: above it, metres."""
+    total = np.zeros((len(heights), *cells.z.shape), np.float32)
+    _sum_layers(maps, shifts, cells.x0, cells.y0, cells.cell, cells.z, heights, total)
+    return total

@@ -1,0 +1,1 @@
+"""Where stems may stand: edge voting, space carving, the network's seeds."""

@@ -1,0 +1,377 @@
+"""Stems found without any dense cloud: edge pairs of many photos accumulated on a grid, in layers of height.
+
+Each view's pair scores are turned into normal scores by their own rank (so no threshold on contrast), each into the
+log likelihood ratio of "this view sees a stem here", and these are summed over views per layer. Layers are then added
+along straight, possibly leaning, lines. How high a sum chance reaches is measured on decoys: the same views, each
+shifted by a random offset, so that nothing agrees any more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+from scipy.special import ndtri
+
+from ..fit.search_kernels import SIGN_WEIGHT, SINGLE_WEIGHT
+from ..images.crops import GroundGrid
+from ..images.vertical_rectification import PlumbMap
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: Layers of the stem, metres above ground: first, height, count; evidence blocks a layer.
+LAYER_LOW, LAYER_M, N_LAYERS, BLOCKS = 0.5, 0.5, 9, 2
+#: Log likelihood ratio of a normal score: share of views that see, their mean score, the cap on a score.
+SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
+N_BINS = 512
+#: Width of a ring about a camera, metres.
+RING_M = 0.18
+#: Of so many rings one is counted for the ranks of scores, in so many parts at once.
+_RINGS_COUNTED, _PARTS = 3, 8
+T_MAX = 2.2
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A possible stem: x, y at breast height; lx, ly lean (m/m); r radius; score in log likelihood units. sure: a stem
+    stands here, whatever its fit says."""
+
+    x: float
+    y: float
+    lx: float
+    ly: float
+    r: float
+    score: float
+    sure: bool = False
+
+
+class _Rings(NamedTuple):
+    """Distances from a camera: the first and the step, metres, and how many."""
+
+    first_m: float
+    step_m: float
+    n: int
+
+
+class _Tile(NamedTuple):
+    """The grid that evidence is summed on. mask: (rows, columns) bool, cells that count; row 0 at ``y0``."""
+
+    x0: float
+    y0: float
+    cell: float
+    mask: np.ndarray
+
+
+@njit(inline="always", **_FAST)
+def _ground(z, x0, y0, cell, x, y):
+    rows, columns = z.shape
+    u = min(max((x - x0) / cell, 0.0), columns - 1.001)
+    v = min(max((y - y0) / cell, 0.0), rows - 1.001)
+    i, j = int(v), int(u)
+    a, b = v - i, u - j
+    return (z[i, j] * (1 - a) + z[i + 1, j] * a) * (1 - b) + (z[i, j + 1] * (1 - a) + z[i + 1, j + 1] * a) * b
+
+
+@njit(inline="always", **_FAST)
+def _look_along(plumb, d, heights, ground_grid, look):
+    """The rows of the map that each height takes at one distance ``d`` from the camera: (heights, knots), -1 outside.
+    Ground is looked up every 16th column."""
+    azimuth0, step_a, nadir0, step_n, ridge, _, centre, _ = plumb
+    gx0, gy0, gcell, gz = ground_grid
+    n_rows, knots = ridge.shape[0], look.shape[1] + 1
+    before = 0.0
+    for m in range(knots):
+        a = azimuth0 + m * 16 * step_a
+        here = _ground(gz, gx0, gy0, gcell, centre[0] + d * np.cos(a), centre[1] + d * np.sin(a))
+        if m > 0:
+            for b in range(heights.size):
+                nadir = np.arctan2(d, centre[2] - 0.5 * (before + here) - heights[b])
+                row = int((nadir - nadir0) / step_n + 0.5)
+                look[b, m - 1] = row if 0 <= row < n_rows else -1
+        before = here
+
+
+@njit(inline="always", **_FAST)
+def _add_pairs(plumb, look, d, radii, share, edge, score):
+    """Pair scores of one height at a distance ``d``, times ``share``, onto ``score`` (radius, azimuth column).
+
+    look: (knots,) its rows. edge: (4, columns) to work with."""
+    step_a, ridge, unit = plumb[1], plumb[4], plumb[5]
+    n_cols = score.shape[1]
+    sign, single, zero = np.float32(SIGN_WEIGHT), np.float32(SINGLE_WEIGHT), np.float32(0.0)
+    e, f0, f1, f2 = edge[0], edge[1], edge[2], edge[3]
+    for m in range(look.size):
+        row, first, last = look[m], m * 16, min(m * 16 + 16, n_cols)
+        if row < 0:
+            for j in range(first, last):
+                e[j] = zero
+                f0[j] = zero
+                f1[j] = zero
+                f2[j] = zero
+        else:
+            for j in range(first, last):
+                value = ridge[row, j] * np.float32(1 / 255)
+                e[j] = value
+                value *= np.float32(1 / 127)
+                f0[j] = value * unit[row, j, 0]
+                f1[j] = value * unit[row, j, 1]
+                f2[j] = value * unit[row, j, 2]
+    for r in range(radii.size):
+        half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)  # rounded to half columns
+        left = half // 2
+        n = n_cols - half
+        if n <= 0:
+            continue
+        out = score[r, left : left + n]
+        e1, e2 = e[:n], e[half : half + n]
+        a1, a2 = f0[:n], f0[half : half + n]
+        b1, b2 = f1[:n], f1[half : half + n]
+        c1, c2 = f2[:n], f2[half : half + n]
+        for j in range(n):
+            dot = a1[j] * a2[j] + b1[j] * b2[j] + c1[j] * c2[j]
+            out[j] += share * (e1[j] * e2[j] - sign * dot + single * (e1[j] + e2[j]))
+
+
+@njit(inline="always", **_FAST)
+def _layer_bins(plumb, look, d, radii, edge, score, bins):
+    """Pair scores of a layer at a distance ``d``, mean over its blocks, as histogram bins (radius, column).
+
+    look: (blocks, knots) as for :func:`_add_pairs`. score: as large as ``bins``, to work with."""
+    zero, top, scale = np.float32(0.0), np.float32(N_BINS - 1), np.float32(N_BINS / np.sqrt(T_MAX))
+    score[:] = zero
+    for b in range(len(look)):
+        _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / len(look)), edge, score)
+    for r in range(len(score)):
+        line, to = score[r], bins[r]
+        for j in range(line.size):
+            to[j] = np.uint16(min(np.sqrt(max(line[j], zero)) * scale, top))
+
+
+@njit(parallel=True, **_FAST)
+def _count_scores(plumb, rings, heights, blocks, radii, ground_grid, step, counts):
+    """Histograms of the pair scores, (part, layer, radius, bin), of every ``step``-th ring and every second column;
+    parts are those of the rings, whatever the number of threads."""
+    d0, dd, n_d = rings
+    parts, n_cols = len(counts), plumb.ridge.shape[1]
+    for part in prange(parts):
+        look = np.empty((heights.size, n_cols // 16 + 1), np.int64)
+        edge = np.empty((4, n_cols), np.float32)
+        score = np.empty((radii.size, n_cols), np.float32)
+        bins = np.empty((radii.size, n_cols), np.uint16)
+        for k in range(part * step, n_d, parts * step):
+            d = d0 + k * dd
+            _look_along(plumb, d, heights, ground_grid, look)
+            for layer in range(heights.size // blocks):
+                _layer_bins(plumb, look[layer * blocks : (layer + 1) * blocks], d, radii, edge, score, bins)
+                for r in range(radii.size):
+                    for j in range(0, n_cols, 2):
+                        counts[part, layer, r, bins[r, j]] += 1
+
+
+@njit(parallel=True, **_FAST)
+def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
+    """Log likelihood ratios on (distance, azimuth column, layer, radius): pair scores, mean over the blocks of a layer,
+    looked up by their bin."""
+    d0, dd, n_d = rings
+    n_cols = plumb.ridge.shape[1]
+    for k in prange(n_d):
+        d = d0 + k * dd
+        look = np.empty((heights.size, n_cols // 16 + 1), np.int64)
+        edge = np.empty((4, n_cols), np.float32)
+        score = np.empty((radii.size, n_cols), np.float32)
+        bins = np.empty((radii.size, n_cols), np.uint16)
+        _look_along(plumb, d, heights, ground_grid, look)
+        for layer in range(heights.size // blocks):
+            _layer_bins(plumb, look[layer * blocks : (layer + 1) * blocks], d, radii, edge, score, bins)
+            values = lut[layer]
+            for j in range(n_cols):
+                to = out[k, j, layer]
+                for r in range(radii.size):
+                    to[r] = values[r, bins[r, j]]
+
+
+@njit(parallel=True, **_FAST)
+def _accumulate(llr, unknown, plumb, rings, tile, shift_x, shift_y, total):
+    """Add one photo's ratios, (rings, columns, values), to every cell of the tile, seen from a shifted camera."""
+    azimuth0, step_a, centre = plumb.azimuth0, plumb.step_a, plumb.centre
+    cx, cy, d0, dd = centre[0], centre[1], rings.first_m, rings.step_m
+    x0, y0, cell, mask = tile
+    n_y, n_x = mask.shape
+    n_d, n_cols, n_values = llr.shape
+    for i in prange(n_y):
+        for j in range(n_x):
+            if not mask[i, j]:
+                continue
+            x = x0 + j * cell + shift_x - cx
+            y = y0 + i * cell + shift_y - cy
+            swing = np.arctan2(y, x) - azimuth0
+            swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
+            column = int(swing / step_a + 0.5)
+            k = int((np.sqrt(x * x + y * y) - d0) / dd + 0.5)
+            to = total[i, j]
+            if column < 0 or column >= n_cols or k < 0 or k >= n_d:
+                for m in range(n_values):
+                    to[m] += unknown[m]
+            else:
+                values = llr[k, column]
+                for m in range(n_values):
+                    to[m] += values[m]
+
+
+@njit(parallel=True, **_FAST)
+def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r):
+    """Best sum of layers along straight lines through every cell. layers: (M, Y, X, R), a row of cells contiguous."""
+    n_layers, n_y, n_x, n_r = layers.shape
+    for i in prange(n_y):
+        line = np.empty(n_x * n_r, np.float32)
+        for k in range(leans.shape[0]):
+            line[:] = -penalty * (leans[k, 0] ** 2 + leans[k, 1] ** 2)
+            for m in range(n_layers):
+                aside = int(np.round(leans[k, 0] * lever[m] / cell))
+                a = i + int(np.round(leans[k, 1] * lever[m] / cell))
+                first, last = max(0, -aside), min(n_x, n_x - aside)
+                if a < 0 or a >= n_y or last <= first:
+                    continue
+                values = layers[m, a].reshape(-1)[(first + aside) * n_r : (last + aside) * n_r]
+                to = line[first * n_r : last * n_r]
+                for c in range(values.size):
+                    to[c] += values[c]
+            for j in range(n_x):
+                if not mask[i, j]:
+                    continue
+                for r in range(n_r):
+                    if line[j * n_r + r] > best[i, j]:
+                        best[i, j] = line[j * n_r + r]
+                        which_lean[i, j] = k
+                        which_r[i, j] = r
+
+
+def rank_lut(counts: np.ndarray) -> np.ndarray:
+    """(..., N_BINS) histogram of scores -> (..., N_BINS + 1) log likelihood ratio of each bin, by the rank of its
+    middle; the last is the median over all scores, which stands for "nothing known"."""
+    cumulative = np.cumsum(counts, axis=-1)
+    total = np.maximum(cumulative[..., -1:], 1)
+    rank = (cumulative - 0.5 * counts) / total
+    z = ndtri(np.clip(rank, 1e-6, 1 - 1e-6))
+    z = np.clip(np.where(counts.sum(axis=-1, keepdims=True) > 0, z, 0.0), -4, CAP_Z)
+    llr = np.log(1 - SEEN + SEEN * np.exp(MEAN_Z * z - 0.5 * MEAN_Z**2))
+    middle = np.take_along_axis(llr, (rank >= 0.5).argmax(axis=-1)[..., None], axis=-1)
+    return np.concatenate([llr, middle], axis=-1).astype(np.float32)
+
+
+def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
+    """(K, 2) leans in m/m on a hexagonal grid, upright first."""
+    limit = np.tan(np.radians(max_lean_deg)) + 1e-9
+    n = int(limit / step) + 2
+    points = []
+    for a in range(-n, n + 1):
+        for b in range(-n, n + 1):
+            point = np.array([a + 0.5 * b, b * np.sqrt(0.75)]) * step
+            if np.hypot(*point) <= limit:
+                points.append(point)
+    grid = np.array(points)
+    return grid[np.argsort(np.hypot(grid[:, 0], grid[:, 1]), kind="stable")]
+
+
+def _rings_of(plumb: PlumbMap) -> _Rings:
+    first = float(plumb.distance[0])
+    return _Rings(first, RING_M, int((plumb.distance[1] - first) / RING_M) + 2)
+
+
+@dataclass
+class Detector:
+    """The evidence of all views on one tile of ground.
+
+    maps: of each view; each is read once, so that they need not all be in memory.
+    """
+
+    maps: Iterable[PlumbMap]
+    radii: np.ndarray
+    ground: GroundGrid
+    x0: float
+    y0: float
+    cell: float
+    mask: np.ndarray
+    bh_m: float
+
+    @property
+    def block_heights(self) -> np.ndarray:
+        """(layers * BLOCKS,) heights above ground."""
+        n = N_LAYERS * BLOCKS
+        return LAYER_LOW + (np.arange(n) + 0.5) * LAYER_M / BLOCKS
+
+    @property
+    def lever(self) -> np.ndarray:
+        """(layers,) layer centres above breast height."""
+        return LAYER_LOW + (np.arange(N_LAYERS) + 0.5) * LAYER_M - self.bh_m
+
+    def accumulate(self, rng: np.random.Generator, decoy: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Sum the views' evidence: (ny, nx, layers, radii) and the same for shifted views (decoys)."""
+        shape = (*self.mask.shape, N_LAYERS, len(self.radii))
+        total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
+        tile = _Tile(self.x0, self.y0, self.cell, self.mask)
+        # One photo's ratios at a time, in memory that is kept from one to the next.
+        each = N_LAYERS * len(self.radii)
+        store = np.empty(0, np.float32)
+        for plumb in self.maps:
+            rings, n_cols = _rings_of(plumb), plumb.ridge.shape[1]
+            if rings.n * n_cols * each > store.size:
+                store = np.empty(rings.n * n_cols * each, np.float32)
+            scores = plumb, rings, self.block_heights, BLOCKS, self.radii, self.ground
+            counts = np.zeros((_PARTS, N_LAYERS, len(self.radii), N_BINS), np.int64)
+            _count_scores(*scores, _RINGS_COUNTED, counts)
+            lut = rank_lut(counts.sum(axis=0))
+            by_layer = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, N_LAYERS, len(self.radii))
+            _ratios(*scores, lut, by_layer)
+            llr = by_layer.reshape(rings.n, n_cols, each)
+            unknown = lut[..., N_BINS].ravel()
+            where = llr, unknown, plumb, rings, tile
+            _accumulate(*where, 0.0, 0.0, total.reshape(*self.mask.shape, -1))
+            if decoy:
+                angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
+                _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance.reshape(*self.mask.shape, -1))
+        return total, chance
+
+    def seeds(
+        self, total: np.ndarray, leans: np.ndarray, apart_m: float = 0.4, penalty: float = 60.0, most: int = 400
+    ) -> list[Seed]:
+        """Local maxima of the line sums, best first."""
+        return self.peaks(self.lines(total, leans, penalty), leans, apart_m, most)
+
+    def lines(self, total: np.ndarray, leans: np.ndarray, penalty: float) -> tuple[np.ndarray, ...]:
+        """Best sum of layers along a line through every cell, and the index of its lean and of its radius.
+
+        The radius may fall one step above breast height + 1 m.
+        """
+        best = np.full(self.mask.shape, -np.inf, np.float32)
+        lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
+        layers = np.ascontiguousarray(total.transpose(2, 0, 1, 3))
+        for layer, lever in zip(layers, self.lever, strict=False):
+            if lever > 1.0:
+                np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
+        _lines(layers, self.mask, leans, self.lever, self.cell, penalty, best, lean, radius)
+        return best, lean, radius
+
+    def peaks(self, lines: tuple[np.ndarray, ...], leans: np.ndarray, apart_m: float, most: int = 400) -> list[Seed]:
+        """Local maxima of :meth:`lines`, best first, at least half of ``apart_m`` apart along each axis."""
+        from scipy.ndimage import maximum_filter
+
+        best, lean, radius = lines
+        size = 2 * int(apart_m / self.cell / 2) + 1
+        peaks = np.argwhere((best >= maximum_filter(best, size)) & np.isfinite(best))
+        values = best[tuple(peaks.T)]
+        order = np.argsort(-values, kind="stable")[:most]
+        return [
+            Seed(
+                self.x0 + j * self.cell,
+                self.y0 + i * self.cell,
+                float(leans[lean[i, j]][0]),
+                float(leans[lean[i, j]][1]),
+                float(self.radii[radius[i, j]]),
+                float(best[i, j]),
+            )
+            for i, j in peaks[order]
+        ]

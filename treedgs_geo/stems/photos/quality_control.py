@@ -1,0 +1,164 @@
+"""Accept a fitted stem, flag it or refuse it: what the photos show, held against
+:mod:`treedgs_geo.stems.quality.limits`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..quality.findings import Findings, Flag
+from ..quality.limits import bound_of, judge
+from ..quality.priors import START_TAPER
+from .options import PhotoStemOptions
+
+#: Gain of "another stem touches it" over one stem (log likelihood units) from which the tree is flagged, and from which
+#: the pair is taken for true.
+GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
+#: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_LOW_CONFIDENCE` it
+#: is one in ten, at :data:`GAIN_MERGED` nine in ten.
+GAIN_WEIGHED = 30.0
+#: Edge scores below which ragged edges count where no silhouette stands out, and count more.
+RAGGED_LLR, RAGGED_WEAK_LLR = 100.0, 50.0
+#: Edge score below which the network has to see the stem clearly.
+WEAK_LLR = bound_of("photos", "llr", "check")
+#: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
+#: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
+OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
+#: Share of a difference that the verdict flags, added to the standard error (:func:`widened_cm`).
+DISAGREE_SHARE = 0.5
+#: Reasons that together refuse a stem that the network sees.
+TOGETHER_SEEN = 3
+#: Lead in edge score of another explanation from which the network does not decide alone.
+OUTVOTED_GAP = -10.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitQuality:
+    """What a fit is judged by; fields as in :class:`.fit.photo_fit.PhotoFit`. sure, contrast, outline_cm: NaN where no
+    silhouette is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was
+    asked. through: share of photos that show the ground through it (:mod:`.evidence.opacity_test`). oval: by how much
+    its section is off a circle, share of the radius. twins, twins_share: gain and share of
+    :class:`.evidence.double_stem.Twins`. against_cm: as in :class:`.fit.selection.Choice`."""
+
+    dbh_cm: float
+    polish_cm: float
+    r1: float
+    lean_deg: float
+    llr: float
+    gap: float
+    n_views: int
+    kish: float
+    se_cm: float
+    rms_px: float
+    sure: float = np.nan
+    contrast: float = np.nan
+    outline_cm: float = np.nan
+    through: float = 0.0
+    oval: float = 0.0
+    gain: float = 0.0
+    twins: float = np.nan
+    twins_share: float = np.nan
+    network: bool = False
+    against_cm: float = 0.0
+
+    @property
+    def outvoted(self) -> bool:
+        """The network's silhouettes chose an explanation that the edges clearly do not."""
+        return self.network and not self.pair and self.gap < OUTVOTED_GAP
+
+    @property
+    def outline_off_cm(self) -> float:
+        """By how much the silhouette is thicker than the edges say, cm."""
+        return self.outline_cm + (NETWORK_OFFSET_CM if self.network else OUTLINE_OFFSET_CM) - self.dbh_cm
+
+    @property
+    def solid(self) -> bool:
+        """The silhouette stands out from what chance reaches."""
+        return self.contrast > 1.0
+
+    @property
+    def pair(self) -> bool:
+        """Taken for one of two stems that touch."""
+        return self.gain > GAIN_MERGED
+
+    @property
+    def twins_likely(self) -> bool:
+        """It may be two full stems."""
+        return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
+
+    def measured(self) -> dict[str, float]:
+        """The quantities that apply, for :func:`treedgs_geo.stems.quality.limits.judge`."""
+        found = {
+            "dbh_cm": self.dbh_cm,
+            "n_views": self.n_views,
+            "kish": self.kish,
+            "taper_off": abs(self.r1 - START_TAPER),
+            "slope": self.r1,
+            "gain": self.gain,
+            "twins": self.twins,
+            "twins_share": self.twins_share,
+            "lean_deg": self.lean_deg,
+            "through": self.through,
+            "oval": self.oval,
+            "pair_se_cm" if self.pair else "se_cm": self.se_cm,
+        }
+        if self.outvoted:
+            found |= {"against_cm": self.against_cm}
+        if self.network and self.llr < RAGGED_LLR:
+            found |= {"rms_network_px": self.rms_px}
+            found |= {"weak_contrast": self.contrast} if self.llr < WEAK_LLR else {}
+        # With a silhouette, that is the second witness; without one, the coarse stage has to do.
+        if self.solid:
+            found |= {"llr": self.llr, "outline_off_cm": abs(self.outline_off_cm)}
+        else:
+            found |= {"llr_alone": self.llr, "coarse_off_cm": abs(self.dbh_cm - self.polish_cm)}
+            found |= {"contrast": self.contrast}
+            found |= {"rms_px": self.rms_px} if self.llr < RAGGED_LLR else {}
+            found |= {"rms_weak_px": self.rms_px} if self.llr < RAGGED_WEAK_LLR else {}
+        return found | ({"sure": self.sure} if np.isfinite(self.sure) else {"gap": self.gap})
+
+
+def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...]]:
+    """Flag and reasons. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette of
+    another width."""
+    settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
+    found = judge("photos", quality.measured(), quality.dbh_cm, settings)
+    count = _independent(found, bool(np.isfinite(quality.sure)))
+    return found.flag("photos", count, TOGETHER_SEEN if quality.network and quality.solid else None), found.reasons
+
+
+def widened_cm(se_cm: float, quality: FitQuality, reasons: tuple[str, ...]) -> float:
+    """Standard error of the diameter (cm) with what the reasons of its verdict say it may be off besides: a share
+    (:data:`DISAGREE_SHARE`) of what silhouette and edges differ by, of what the section is off a circle, and of what
+    the edges' own best explanation is away. Never smaller than ``se_cm``."""
+    parts = [se_cm]
+    if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
+        parts.append(DISAGREE_SHARE * quality.outline_off_cm)
+    if "not_round" in reasons:
+        # No stem's section is that oval: something beside it is taken for a part of it.
+        parts.append(DISAGREE_SHARE * quality.oval * quality.dbh_cm)
+    if quality.outvoted:
+        parts.append(DISAGREE_SHARE * quality.against_cm)
+    return math.hypot(*parts)
+
+
+def _independent(found: Findings, weighed: bool) -> int:
+    """How many reasons flag the tree by themselves. weighed: its explanations were weighed against each other.
+
+    A possible companion counts only where the diameter is unsure as well; and where explanations were weighed, a low
+    edge score and a silhouette somewhat off are in that balance already.
+    """
+    flagged = set(found.flagged)
+    count = len(flagged) - ("merged" in flagged and not {"ambiguous", "disagree"} & flagged)
+    if weighed:
+        few = bool({"n_views", "kish"} & found.quantities)
+        count -= ("few_views" in flagged and not few) + ("disagree" in flagged and "merged" not in flagged)
+    return count
+
+
+def companion_share(gain: float) -> float:
+    """Probability that another stem touches this one, from the gain of the pair (log likelihood units)."""
+    middle, spread = 0.5 * (GAIN_LOW_CONFIDENCE + GAIN_MERGED), (GAIN_MERGED - GAIN_LOW_CONFIDENCE) / (2 * np.log(9))
+    return float(1 / (1 + np.exp((middle - gain) / spread)))

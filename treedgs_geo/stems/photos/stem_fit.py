@@ -1,0 +1,233 @@
+"""One seed -> one fitted stem with its error, or the reason why not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..quality.priors import START_TAPER
+from .evidence.companion import Pair, crowded, find_companion, pair_contrast, pair_z
+from .evidence.diameter_uncertainty import Others
+from .evidence.double_stem import find_twins
+from .evidence.upper_band import reading_above
+from .fit.edge_adjustment import NO_STEMS, FineFit, Sighting, refine
+from .fit.null_model import BREAST, coarse_strips
+from .fit.photo_fit import PhotoFit, seen_probability
+from .fit.search import Mode, Search, distinct
+from .fit.selection import Explanation, choose
+from .fit.silhouette_search import moved_to_edges
+from .images.axis_patches import StemAxis
+from .images.background import Silhouette, cut_silhouette
+from .measurement import Fitted, Shared, judged
+from .network.silhouettes import cut_bark, with_bark
+from .propose.edge_voting import Seed
+from .quality_control import GAIN_MERGED, GAIN_WEIGHED
+
+#: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
+MIN_RAW, MIN_POLISHED = 38.0, 50.0
+#: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
+WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
+#: Silhouettes, clearest first, that are followed as they are.
+MOST_SETTLED = 2
+
+
+class _Place(NamedTuple):
+    """About a seed. known: (K, 10) stems found before; shapes: (5,) each, what stands out from the ground, clearest
+    first; clearest: contrast of the first, minus infinity where there is none."""
+
+    start: StemAxis
+    known: np.ndarray
+    search: Search
+    outline: Silhouette | None
+    shapes: list[np.ndarray]
+    clearest: float
+
+    def vector(self, fine: FineFit) -> np.ndarray:
+        """(5,) x, y, lx, ly, r of a fit, relative to the start."""
+        return np.array([*(fine.axis.p - self.start.p), *(fine.axis.s - self.start.s), fine.r0])
+
+
+class Fitter(Shared):
+    """Fits stems on one stack of photos."""
+
+    def outline(self, axis: StemAxis, band: tuple[float, float] | None = None) -> Silhouette:
+        """Silhouettes about an axis: where no ground is seen and, with ``shown``, where the network sees a stem. band:
+        heights above the ground, metres; ``None``: those of ``self.bands``."""
+        assert self.backdrop is not None
+        band = band or self.bands.outline
+        outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
+        return outline if self.shown is None else with_bark(outline, cut_bark(self.shown.bark, axis, band))
+
+    def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
+        """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's
+        (:func:`.images.axis_patches.hide_known`). quick: only the best explanation (a first look).
+
+        None where nothing can be fitted at all.
+        """
+        place = self._place(seed, known, quick)
+        modes = self._modes(place, quick)
+        if modes is None:
+            return None
+        finalists = distinct(modes)[:1] if quick else self._finalists(place, modes)
+        tried = self._tried(place, finalists, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
+        if not tried:
+            return None
+        if quick:
+            best = max(tried, key=lambda item: item.edges)
+            return judged(self, seed, Fitted(best, best.fine, best.edges))
+        found = self._chosen(place, self._compared(tried, known), modes)
+        best, hidden, window = found.best, known, WINDOWS_PX[2:]
+        if best.mate is not None:
+            hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
+        fine, seen = best.fine, seen_probability(best.z)
+        fine = (
+            self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip, oval=best.mate is None) or fine
+        )
+        above_cm = np.nan
+        if self.bands is BREAST:
+            above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
+        return judged(self, seed, found._replace(fine=fine, above_cm=above_cm))
+
+    def refused(self, seed: Seed) -> PhotoFit:
+        """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
+        nothing: dict[str, Any] = dict.fromkeys(("se_cm", "rms_px", "polish_cm"), np.nan)
+        counts: dict[str, Any] = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
+        return PhotoFit(
+            axis=self._start(seed),
+            r0=seed.r,
+            r1=START_TAPER,
+            dbh_cm=200 * seed.r,
+            flag="reject",
+            reasons=("occluded",),
+            seed_score=seed.score,
+            n_views=0,
+            seen=np.zeros(len(self.stack)),
+            **nothing,
+            **counts,
+        )
+
+    def _start(self, seed: Seed) -> StemAxis:
+        """A seed's axis, from the ground below it."""
+        ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
+        return StemAxis(
+            np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
+        )
+
+    def _place(self, seed: Seed, known: np.ndarray, quick: bool) -> _Place:
+        """Edges and silhouettes about a seed; quick: the silhouettes are not searched."""
+        start = self._start(seed)
+        strips, ridge, unit, border = coarse_strips(self.stack, start, self.options, self.sun, known, self.bands.coarse)
+        search = Search(strips, ridge, unit, border, self.null, self.prior)
+        outline = None if self.backdrop is None else self.outline(start)
+        shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
+        clearest = outline.contrast(shapes[0]) if outline is not None and shapes else -np.inf
+        return _Place(start, known, search, outline, shapes, clearest)
+
+    def _modes(self, place: _Place, quick: bool) -> list[Mode] | None:
+        """Stems by their edges, polished, best first; ``None`` where neither edges nor silhouettes are worth more."""
+        stands_out = place.clearest > self.chance
+        raw = place.search.modes(0.24)
+        if (not raw or raw[0].score < MIN_RAW) and not stands_out:
+            return None
+        share = 0.8 if quick else 0.3
+        modes = place.search.polish_all([m for m in raw if m.score > share * raw[0].score])
+        modes.sort(key=lambda m: -m.score)
+        return modes if stands_out or (modes and modes[0].score >= MIN_POLISHED) else None
+
+    def _finalists(self, place: _Place, modes: list[Mode]) -> list[Mode]:
+        """The best of the edges' stems, wholes of which they may be parts, and what the silhouettes draw; less those
+        that neither edges nor silhouettes speak for."""
+        search, outline = place.search, place.outline
+        best = [mode for mode in distinct(modes)[:5] if mode.score > 0.4 * modes[0].score]
+        drawn = search.polish_all([Mode(*[*map(float, shape), 0.0]) for shape in place.shapes])
+        if outline is not None and place.clearest > self.chance:
+            drawn += [self._settled(search, outline, shape) for shape in place.shapes[:MOST_SETTLED]]
+        finalists = distinct(best + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
+        score = max((mode.score for mode in finalists), default=0.0)
+        contrast = [0.0 if outline is None else outline.contrast(mode.vector) for mode in finalists]
+        most = max(contrast, default=0.0) if outline is not None else np.inf
+        return [m for m, c in zip(finalists, contrast, strict=True) if m.score > 0.5 * score or c > 0.75 * most]
+
+    def _tried(self, place: _Place, finalists: list[Mode], windows_px: tuple[float, ...]) -> list[Explanation]:
+        """Each of them refined in the photos that show it."""
+        search, start, tried = place.search, place.start, []
+        for mode in finalists:
+            seen = seen_probability(search.z(mode.vector))
+            axis = StemAxis(
+                start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), start.ground_z, start.bh_m
+            )
+            fine = self._refine(axis, mode.r, START_TAPER, seen, place.known, windows_px)
+            if fine is None or fine.r0 < 0.015:
+                continue
+            vector = place.vector(fine)
+            contrast = 0.0 if place.outline is None else place.outline.contrast(vector)
+            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector, search.z(vector)))
+        return tried
+
+    def _chosen(self, place: _Place, tried: list[Explanation], modes: list[Mode]) -> Fitted:
+        """The stem among the explanations tried, and whether it is one. modes: what else a companion may touch."""
+        search, outline = place.search, place.outline
+        trust = float(np.clip(place.clearest / self.chance, 0.0, 1.0)) if place.shapes else 0.0
+        choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
+        best, sure = choice.best, choice.sure
+        pair = find_companion(search, place.start, [item.vector for item in tried] + [mode.vector for mode in modes])
+        gain = 0.0 if pair is None else pair.gain
+        touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_WEIGHED else None
+        if touched is not None and self.shown is not None and touched.contrast < best.contrast:
+            # The silhouettes do not want the second stem.
+            gain = min(gain, GAIN_MERGED)
+        if touched is not None and gain > GAIN_MERGED:
+            best = touched
+            # Which single disc would be the next best is no longer the question.
+            sure = 1.0 if np.isfinite(sure) else sure
+        # A companion may be the other one of two full stems: the disc that holds both is asked, too.
+        twins = find_twins(search, best.vector, outline)
+        if best is not choice.best:
+            twins = twins.clearest(find_twins(search, choice.best.vector, outline))
+        return Fitted(best, best.fine, choice.gap, sure, outline, gain, Others(choice, touched, gain), twins=twins)
+
+    def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
+        """The same with evidence and residual over the same photos for all."""
+        seen = np.max([seen_probability(item.z) for item in tried], axis=0)
+        out = []
+        for item in tried:
+            fine = item.fine
+            again = self._refine(fine.axis, fine.r0, fine.r1, seen, known, WINDOWS_PX[2:])
+            if again is not None:
+                out.append(replace(item, evidence=again.evidence, rms_px=again.rms_px))
+        return out or tried
+
+    def _refine(
+        self,
+        axis: StemAxis,
+        r0: float,
+        r1: float,
+        seen: np.ndarray,
+        known: np.ndarray,
+        windows_px: tuple[float, ...],
+        skip: np.ndarray | None = None,
+        oval: bool = False,
+    ) -> FineFit | None:
+        sighting, sd_px = Sighting(seen, known, skip), self.options.offset_sd_px
+        return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, sd_px, windows_px, oval)
+
+    def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
+        p = moved_to_edges(search, outline, self.chance, shape)
+        return Mode(*[*map(float, p), search.score(p)])
+
+    def _with_companion(self, place: _Place, pair: Pair) -> Explanation | None:
+        """The place as a stem that another one touches, measured by the edges that are its own."""
+        search, start, v, mate = place.search, place.start, pair.vector, pair.mate_row(place.start)
+        axis = StemAxis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
+        fine = self._refine(axis, v[4], START_TAPER, seen, np.vstack([place.known, mate]), PAIR_WINDOWS_PX, skip)
+        if fine is None or fine.r0 < 0.015:
+            return None
+        vector = place.vector(fine)
+        both = np.concatenate([vector, v[5:]])
+        contrast = 0.0 if place.outline is None else pair_contrast(place.outline, both)
+        mode = Mode(*[*map(float, v[:5]), pair.score])
+        z = pair_z(search, v)
+        return Explanation(pair.score, contrast, mode, fine, vector, z, mate=mate, skip=skip)

@@ -1,0 +1,165 @@
+"""What the search of a piece of ground learns first - where the sun stood, how thick the stand's stems are, how much
+contrast chance reaches, how soft the photos are - and what is kept of it, so that a further stem is fitted there as
+the others were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.progress import Reporter
+from ...reconstruction.area import Area
+from .fit.null_model import build_null
+from .fit.search import Prior
+from .images.axis_patches import StemAxis
+from .images.background import Silhouette, make_backdrop
+from .images.crops import GroundGrid, PhotoStack
+from .images.sharpness import soft_px
+from .images.sun import sun_azimuths
+from .network.inference import NetworkMaps
+from .options import PhotoStemOptions
+from .propose.edge_voting import Seed
+from .stem_fit import Fitter
+
+#: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
+FIRST_LOOK = 30
+#: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
+#: these; and how many are needed.
+MORE_PLACES, STEM_FREE_M, LEAST_PLACES = 32, 0.7, 8
+#: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
+BACKDROP_MARGIN_M = 3.0
+
+
+@dataclass(frozen=True)
+class Look:
+    """Of one piece of ground. network: what the network was asked in the end (``off``, ``ivy``, ``low-confidence`` or
+    ``full``). sun: (flights,) azimuth, rad from east, NaN = unknown. r, r_sd: of the stand's radii at breast height, m.
+    chance: silhouette contrast that places without a stem reach, infinite where silhouettes say nothing. gate: score
+    from which a seed counts. places: (N, 2) random places that chance is measured at, local frame. soft_px: of the
+    photos (:func:`.images.sharpness.soft_px`)."""
+
+    network: str
+    sun: np.ndarray
+    r: float
+    r_sd: float
+    chance: float
+    gate: float
+    places: np.ndarray
+    soft_px: float = 0.0
+
+    def record(self) -> dict[str, Any]:
+        """As JSON."""
+        return {
+            "network": self.network,
+            "sun": [None if np.isnan(value) else float(value) for value in self.sun],
+            "r": self.r,
+            "r_sd": self.r_sd,
+            "chance": self.chance if np.isfinite(self.chance) else None,
+            "gate": self.gate,
+            "places": self.places.tolist(),
+            "soft_px": self.soft_px,
+        }
+
+    @classmethod
+    def of_record(cls, plain: dict[str, Any]) -> Look:
+        """What :meth:`record` wrote.
+
+        Raises:
+            KeyError, TypeError, ValueError: another record.
+        """
+        sun = np.array([np.nan if value is None else value for value in plain["sun"]], float)
+        chance = np.inf if plain["chance"] is None else float(plain["chance"])
+        numbers = (float(plain["r"]), float(plain["r_sd"]), chance, float(plain["gate"]))
+        places = np.array(plain["places"], float).reshape(-1, 2)
+        # Records from before it was measured: their stems were fitted without.
+        return cls(str(plain["network"]), sun, *numbers, places, float(plain.get("soft_px", 0.0)))
+
+    def fitter(
+        self,
+        stack: PhotoStack,
+        grid: GroundGrid,
+        tile: Area,
+        options: PhotoStemOptions,
+        shown: NetworkMaps | None = None,
+    ) -> Fitter:
+        """The fitter that the search used. stack, grid: of the same piece of ground, with the same options. shown: the
+        network's maps, which a piece with ``full`` needs."""
+        null = build_null(stack, grid, self.places, options, self.sun)
+        prior = Prior(r=self.r, r_sd=self.r_sd)
+        backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
+        known = stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown
+        return Fitter(*known, soft_px=self.soft_px)
+
+
+def look_of(fitter: Fitter, gate: float, places: np.ndarray) -> Look:
+    """What to keep of a search. places: (N, 2) at which its null scores were measured."""
+    prior, network = fitter.prior, fitter.options.stem_network
+    return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), gate, places, fitter.soft_px)
+
+
+def first_look(
+    stack: PhotoStack,
+    grid: GroundGrid,
+    tile: Area,
+    seeds: list[Seed],
+    gate: float,
+    places: np.ndarray,
+    options: PhotoStemOptions,
+    reporter: Reporter,
+) -> Fitter:
+    """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are. places: (N, 2)
+    random ones. Says where the photos are soft."""
+    unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
+    fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
+    clear = [
+        fit
+        for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
+        if fit and fit.llr > 40
+    ]
+    sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
+    prior = Prior()
+    radii = np.array([fit.r0 for fit in clear])
+    if len(radii) >= 6:
+        prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
+    soft = soft_px(stack, reporter)
+    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, gate, places, soft)
+    return with_chance(look.fitter(stack, grid, tile, options), places)
+
+
+def with_chance(fitter: Fitter, places: np.ndarray) -> Fitter:
+    """The same, with the contrast that chance reaches at (N, 2) places."""
+    if fitter.backdrop is None:
+        return fitter
+    chance = chance_contrast(fitter.outline, fitter.ground, places, fitter.null.radii, fitter.options.bh_m)
+    return replace(fitter, chance=chance)
+
+
+def away_from(seeds: list[Seed], places: np.ndarray) -> np.ndarray:
+    """Those of (N, 2) places that lie away from all seeds; all, if there are few of these."""
+    if not seeds:
+        return places
+    gap = np.min([np.hypot(places[:, 0] - seed.x, places[:, 1] - seed.y) for seed in seeds], axis=0)
+    return places[gap > STEM_FREE_M] if (gap > STEM_FREE_M).sum() >= LEAST_PLACES else places
+
+
+def chance_contrast(
+    outline_of: Callable[[StemAxis], Silhouette], ground: GroundGrid, places: np.ndarray, radii: np.ndarray, bh_m: float
+) -> float:
+    """Silhouette contrast that a place without a stem hardly reaches: twice the median of the best at (N, 2) random
+    places (a few of which may well hold a stem)."""
+    best = []
+    for place in places:
+        foot = float(ground.at(place[:1], place[1:])[0])
+        outline = outline_of(StemAxis(place, np.zeros(2), np.zeros(2), foot, bh_m))
+        best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
+    return 2.0 * max(float(np.median(best)), 1e-6)
+
+
+def random_places(tile: Area, rng: np.random.Generator, n: int = 16) -> np.ndarray:
+    """(n, 2) places spread evenly over the circles of a piece of ground, local frame."""
+    k = rng.integers(len(tile.radii_m), size=n)
+    angle, far = rng.uniform(0, 2 * np.pi, n), np.sqrt(rng.uniform(size=n))
+    return tile.centres[k] + (tile.radii_m[k] * far)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])

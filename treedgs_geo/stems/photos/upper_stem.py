@@ -1,0 +1,86 @@
+"""Stems that nothing shows at breast height: measured farther up, and the diameter carried down by a taper that is the
+plot's own (:mod:`.evidence.taper_prior`) more than the stem's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.progress import Reporter
+from ..quality.limits import judge
+from .deduplicate import known_rows
+from .evidence.error_budget import SE_FORMAL, formal_error_cm
+from .evidence.taper_prior import stand_taper
+from .fit.edge_adjustment import USUAL, FineFit, Sighting, TaperPrior, refine
+from .fit.null_model import ABOVE
+from .fit.photo_fit import PhotoFit
+from .propose.edge_voting import Seed
+from .stem_fit import WINDOWS_PX, Fitter
+
+#: What refuses a stem for good: farther up it is no other.
+_FOR_GOOD = frozenset({"too_small", "too_large", "lean", "covered"})
+#: What leaves it open which stem that is: not to be carried anywhere. Nor is what more than one reason speaks against.
+_OPEN = frozenset({"ambiguous", "merged"})
+#: The stem found above stands this close to where it was looked for, m.
+_NEAR_M = 0.3
+
+
+def carried_down(fits: list[PhotoFit], fitter: Fitter, reporter: Reporter) -> list[PhotoFit]:
+    """The fits; refused ones that can be measured 2 to 5 m above the ground are measured there.
+
+    Their diameters are those at breast height by the taper of the plot's stems, their errors larger; they are flagged
+    (``carried_down``). fitter: as the fits were made.
+    """
+    known, above, out = known_rows(fits), replace(fitter, bands=ABOVE), []
+    taper = stand_taper(fits)
+    for done, fit in enumerate(fits):
+        reporter.progress(done / len(fits))
+        found = None if fit.measured or set(fit.reasons) <= _FOR_GOOD else measured_above(fit, above, known)
+        if found is None:
+            out.append(fit)
+            continue
+        found = held_to(taper, found, above, known)
+        out.append(found)
+        known = np.vstack([known, found.row])
+    return out
+
+
+def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit | None:
+    """The stem as its upper part shows it, carried down by its own taper; ``None`` where that is refused too. above:
+    the fitter at the heights of :data:`.fit.null_model.ABOVE`. known: (K, 10) other stems."""
+    (x, y), (lx, ly) = fit.axis.p, fit.axis.s
+    found = above.fit(Seed(float(x), float(y), float(lx), float(ly), fit.r0, fit.seed_score, True), known)
+    if found is None or not found.measured or np.hypot(*(found.axis.p - fit.axis.p)) > _NEAR_M:
+        return None
+    if _OPEN & set(found.reasons) or len(found.reasons) > 1:
+        return None
+    far = judge("photos", {"carried_m": sum(ABOVE.fine) / 2 - found.axis.bh_m})
+    return replace(found, flag="check", reasons=(*found.reasons, *far.reasons), carried=True)
+
+
+def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit:
+    """What :func:`measured_above` found, with its slope held to ``taper``, and its error for that.
+
+    Formal errors are :data:`.evidence.error_budget.SE_FORMAL` times too small, since edges of one stem err together:
+    so is what its few edges say of the slope, and the spread of the prior is divided by as much. The error of the
+    diameter is then that of both, over the 2.2 m that it is carried.
+    """
+    free, held = (_refined(found, above, known, prior) for prior in (USUAL, _as_formal(taper)))
+    if free is None or held is None:
+        return found
+    free_cm, held_cm = formal_error_cm(free), formal_error_cm(held)
+    moved_m = held.r0 - free.r0
+    se_cm = float(np.sqrt(max(found.se_cm**2 + held_cm**2 - free_cm**2, held_cm**2)))
+    dbh_cm = found.dbh_cm + 200 * moved_m
+    return replace(found, r0=found.r0 + moved_m, r1=held.r1, dbh_cm=dbh_cm, se_cm=se_cm)
+
+
+def _as_formal(taper: TaperPrior) -> TaperPrior:
+    return taper._replace(sd=taper.sd / SE_FORMAL)
+
+
+def _refined(found: PhotoFit, above: Fitter, known: np.ndarray, taper: TaperPrior) -> FineFit | None:
+    sighting, sd_px = Sighting(found.seen, known), above.options.offset_sd_px
+    window = WINDOWS_PX[2:]
+    return refine(above.stack, found.axis, found.r0, found.r1, sighting, ABOVE.fine, sd_px, window, True, taper)

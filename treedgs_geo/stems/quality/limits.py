@@ -1,0 +1,305 @@
+"""Every limit that flags or refuses a tree, in one table: what is measured, from where on, and what set the limit.
+
+A route measures some quantities of a stem and hands them to :func:`judge`; the reasons come back in the table's order.
+``docs/analyst/quality-limits.md`` is written from this table (``tools/write_limits.py``). A new reason: add it to
+:data:`.reasons.REASONS`, add its row here, hand the quantity to :func:`judge` where it is known, write the page again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+from ...pointcloud.sanity import TALL_M, TALL_SHARE
+from .findings import Bound, Findings, Level, Limit, Route, Settings
+
+
+def judge(
+    route: Route, measured: Mapping[str, float], dbh_cm: float = float("nan"), settings: Settings | None = None
+) -> Findings:
+    """What the measured quantities of a stem say about it.
+
+    measured: quantity -> value; quantities that are not there are not judged. dbh_cm: for limits that are shares of
+    the diameter. settings: for limits that are settings.
+
+    Raises:
+        KeyError: a quantity without a row, or a limit's setting is missing.
+    """
+    rows = LIMITS[route]
+    if unknown := measured.keys() - {limit.quantity for limit in rows}:
+        raise KeyError(f"no limit of the route {route!r}: {', '.join(sorted(unknown))}")
+    found = []
+    for limit in rows:
+        if limit.quantity in measured:
+            level = limit.level(measured[limit.quantity], dbh_cm, settings)
+            if level is not None:
+                found.append((limit, level))
+    return Findings(tuple(found))
+
+
+def bound_of(route: Route, quantity: str, level: Level) -> float:
+    """A limit that is a plain number, for code that needs the number itself.
+
+    Raises:
+        KeyError: there is no such limit. ValueError: it is a share of the diameter or a setting.
+    """
+    for limit in LIMITS[route]:
+        bound = limit.check if level == "check" else limit.reject
+        if limit.quantity == quantity and bound is not None:
+            if bound.value is None or bound.share is not None:
+                raise ValueError(f"{route}, {quantity}: the limit is no plain number")
+            return bound.value
+    raise KeyError(f"{route}, {quantity}: no limit for {level}")
+
+
+_OF_A_SETTING = "setting"
+_RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
+_HARD = "six simulated plots with ivy, shrubs, oval and mossy stems, seeds 401 to 406 (docs/evidence/stem-network.md)"
+_HARDER = "hard simulated plots, seeds 421 to 426 (docs/evidence/photos.md)"
+_IVY = "simulated stems under ivy, seeds 601 to 603 and 12 (docs/evidence/stem-network.md)"
+_IVIED = "simulated stems under ivy, drone LiDAR, seeds 501 to 503 (docs/evidence/point-clouds.md)"
+_STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
+_TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
+_LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
+_CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
+_SPARSE = "simulated drone LiDAR of 250 to 1,400 points/m² (docs/evidence/point-clouds.md)"
+_BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
+_GROUND = "clouds cut above their ground (docs/results/ground_cut.json)"
+_THROUGH = "stems and a place without one, rendered and simulated plots (docs/evidence/photos.md)"
+_TWINS = "34 stems of plot_a and a simulated plot: at most 11; two touching pairs taken for one: 62, 113"
+_TWINS_SHARE = "two touching pairs that few photos see: 0.49 and more; other stems: docs/evidence/photos.md"
+_OVAL = "three standard deviations of stems' sections; 73 stems of three rendered plots: at most 0.046"
+_BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
+_SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
+_SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
+_STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that tall (docs/evidence/point-clouds.md)"
+_SECOND = "stems of the stability suite and rendered plots (benchmarks/photos/second_measurement.py)"
+
+
+#: As rows give their bounds: a number, the name of a setting, a :class:`Bound`, or none.
+_Given = Bound | float | str | None
+
+
+def _above(check: _Given, reject: _Given) -> tuple[Literal["above"], Bound | None, Bound | None]:
+    return "above", _bound(check), _bound(reject)
+
+
+def _below(check: _Given, reject: _Given) -> tuple[Literal["below"], Bound | None, Bound | None]:
+    return "below", _bound(check), _bound(reject)
+
+
+def _bound(value: _Given) -> Bound | None:
+    if value is None or isinstance(value, Bound):
+        return value
+    return Bound(setting=value) if isinstance(value, str) else Bound(float(value))
+
+
+#: The share at which :mod:`...pointcloud.sanity` warns is flagged too.
+_JUST_BELOW_TALL = math.nextafter(TALL_SHARE, 0.0)
+_TOO_LARGE = Limit("too_large", "dbh_cm", "diameter", "cm", *_above(None, "max_dbh_cm"), _OF_A_SETTING)
+
+#: route -> its limits, in the order in which their reasons are listed in ``qc_reason``.
+LIMITS: dict[Route, tuple[Limit, ...]] = {
+    "photos": (
+        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(10, "min_dbh_cm"), _RENDERED),
+        _TOO_LARGE,
+        Limit("few_views", "n_views", "photos that see the stem clearly", "", *_below(5, 3), _RENDERED),
+        Limit("few_views", "kish", "effective photos (Kish)", "", *_below(4, 2.5), _RENDERED),
+        Limit("few_views", "llr", "edge score, clear silhouette", "", *_below(35, 18), _RENDERED),
+        Limit(
+            "few_views",
+            "llr_alone",
+            "edge score, no clear silhouette (chance: 45 to 50)",
+            "",
+            *_below(60, 52),
+            _RENDERED,
+        ),
+        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.23, 0.26), _IVY),
+        Limit("occluded", "rms_px", "edge residual, edge score below 100", "px", *_above(0.535, 0.555), _RENDERED),
+        Limit(
+            "occluded",
+            "rms_network_px",
+            "edge residual, edge score below 100, seen by the network",
+            "px",
+            *_above(0.542, 0.55),
+            _HARD,
+        ),
+        Limit(
+            "few_views",
+            "weak_contrast",
+            "silhouette over what chance reaches, edge score below 35, seen by the network",
+            "",
+            *_below(None, 1.5),
+            _HARD,
+        ),
+        Limit("occluded", "rms_weak_px", "edge residual, edge score below 50", "px", *_above(None, 0.535), _RENDERED),
+        Limit("occluded", "contrast", "silhouette over what chance reaches", "", *_below(0.7, None), _RENDERED),
+        Limit("ambiguous", "sure", "probability of the diameter (selection.py)", "", *_below(0.9, 0.5), _RENDERED),
+        Limit("ambiguous", "gap", "lead in edge score, no clear silhouette", "", *_below(10, 4), _RENDERED),
+        Limit(
+            "disagree",
+            "outline_off_cm",
+            "edges against silhouette",
+            "cm",
+            *_above(Bound(2.5, 0.10), Bound(4.0, 0.18)),
+            _RENDERED,
+        ),
+        Limit(
+            "disagree",
+            "coarse_off_cm",
+            "fine against coarse fit, no clear silhouette",
+            "cm",
+            *_above(2.8, 4),
+            _RENDERED,
+        ),
+        Limit("no_taper", "taper_off", "slope of the radius, off the usual", "m/m", *_above(0.006, 0.008), _RENDERED),
+        Limit("no_taper", "slope", "slope of the radius: no thinner upwards", "m/m", *_above(0.0, None), _HARDER),
+        Limit(
+            "ambiguous",
+            "against_cm",
+            "against the diameter of the clearest edges, where the network chose another explanation",
+            "cm",
+            *_above(Bound(1.0, 0.04), None),
+            _HARDER,
+        ),
+        Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
+        Limit(
+            "see_through",
+            "through",
+            "photos that show the ground through the stem, share of these and the clear ones",
+            "",
+            *_above(0.25, 0.4),
+            _THROUGH,
+        ),
+        Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(38, None), _TOUCHED),
+        Limit("merged", "twins", "gain of two stems inside one (log likelihood)", "", *_above(15, 30), _TWINS),
+        Limit(
+            "merged",
+            "twins_share",
+            "the same by edges alone, over the score of one",
+            "",
+            *_above(0.45, None),
+            _TWINS_SHARE,
+        ),
+        Limit("not_round", "oval", "section off a circle, share of its radius", "", *_above(0.054, None), _OVAL),
+        Limit("lean", "lean_deg", "lean", "°", *_above(None, 27), _LEANING),
+        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.06), Bound(share=0.25)), _RENDERED),
+        Limit(
+            "wide_error",
+            "pair_se_cm",
+            "standard error, measured as a pair",
+            "cm",
+            *_above(None, Bound(share=0.25)),
+            _TOUCHED,
+        ),
+        Limit(
+            "wide_error",
+            "open_se_cm",
+            "standard error over all explanations",
+            "cm",
+            *_above(None, Bound(share=0.15)),
+            _STABILITY,
+        ),
+        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.5, 5), _BLOCK),
+    ),
+    "points": (
+        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(None, "min_dbh_cm"), _OF_A_SETTING),
+        Limit("not_round", "stray", "share of the points outside the bark", "", *_above(0.25, 0.5), _CLOUDS),
+        Limit("short_arc", "clear_arc_deg", "well covered arc, with stray points", "°", *_below(None, 240), _SPARSE),
+        Limit("short_arc", "arc_deg", "arc covered by bark", "°", *_below(180, 90), _CLOUDS),
+        Limit("not_round", "deep", "share of the points inside the bark", "", *_above(0.12, 0.25), _CLOUDS),
+        Limit("not_round", "lobes", "waves of the section over its radius", "", *_above(0.1, 0.15), _CLOUDS),
+        Limit("lean", "lean_deg", "lean", "°", *_above(15, "max_lean_deg"), _CLOUDS),
+        Limit("lean", "bowed_lean_deg", "lean of a bowed stem at breast height", "°", *_above(15, None), _BOWED),
+        Limit("few_slices", "n_slices", "slices with a circle", "", *_below(5, None), _CLOUDS),
+        Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_above(2, None), _CLOUDS),
+        Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_below(-6, None), _CLOUDS),
+        Limit("disagree", "slices_off_se", "slices against cone, in standard errors", "", *_above(4, None), _CLOUDS),
+        Limit(
+            "disagree",
+            "bowed_share",
+            "straightened against short cone, share of the DBH",
+            "",
+            *_above(None, 0.2),
+            _BOWED,
+        ),
+        Limit(
+            "covered",
+            "ring_ratio",
+            "thickness of the ring of points, over that of the plot's other stems",
+            "",
+            *_above(1.45, 1.8),
+            _IVIED,
+        ),
+        Limit("occluded", "purity", "bark among the points on the stem, share", "", *_below(0.6, 0.35), _CLOUDS),
+        Limit("occluded", "solid_purity", "the same, stem filled with points", "", *_below(0.6, None), _CLOUDS),
+        Limit("few_points", "n_points", "points on the bark", "", *_below(None, "least_points"), _SPARSE),
+        Limit(
+            "few_points",
+            "n_at_bh",
+            "points within 0.5 m of breast height",
+            "",
+            *_below("least_at_bh", None),
+            _SPARSE,
+        ),
+        _TOO_LARGE,
+        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(1, 0.06), Bound(2, 0.1)), _CLOUDS),
+        Limit("not_round", "on_cylinder", "share of the points on the cylinder", "", *_below(0.2, None), _CLOUDS),
+        Limit("occluded", "explained", "opacity that the cone explains, share", "", *_below(None, 0.1), _SPLATS),
+        Limit("occluded", "clutter", "points just outside bark with gaps, share", "", *_above(0.25, None), _CLOUDS),
+        Limit("occluded", "n_above", "parts of a thick stem above the band", "", *_below(2, None), _CLOUDS),
+        Limit("edge", "rim_m", "bark to the edge of the data", "m", *_below(0.02, None), "two centimetres of bark"),
+        Limit("merged", "gap_m", "bark to the next stem's bark", "m", *_below(0.05, None), _CLOUDS),
+        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.25, 5), _GROUND),
+    ),
+    "gaussians": (
+        Limit("few_views", "n_views", "photos that show both edges", "", *_below(4, 2), _SPLATS),
+        Limit(
+            "ambiguous", "gap", "lead in mean loss over the next explanation", "", *_below(3 * 0.0004, 0.0004), _SPLATS
+        ),
+        Limit("occluded", "evidence", "lead in mean loss over the bare ground", "", *_below(0.02, 0.01), _SPLATS),
+        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.1), Bound(share=0.25)), _SPLATS),
+        Limit(
+            "merged",
+            "apart",
+            "distance to a better primitive over the sum of their radii",
+            "",
+            *_below(None, 0.7),
+            _SPLATS,
+        ),
+        Limit(
+            "disagree",
+            "other_off_cm",
+            "against the diameter of the photos",
+            "cm",
+            *_above(Bound(2.5, 0.1), None),
+            _SPLATS,
+        ),
+        Limit("too_small", "dbh_cm", "diameter (thinner ones are mostly twigs)", "cm", *_below(None, 7.5), _SPLATS),
+    ),
+    "second measurement": (
+        Limit("disagree", "other_off_cm", "photos against Gaussians", "cm", *_above(Bound(1.5, 0.06), None), _SECOND),
+    ),
+    "survey": (
+        Limit(
+            "too_short",
+            "height_share",
+            "height over the survey's own at that DBH, 4 spreads below it",
+            "",
+            *_below(0.75, None),
+            _SHORT,
+        ),
+        Limit(
+            "odd_heights", "slenderness", "height over diameter, median of the trees", "", *_above(150, None), _STANDS
+        ),
+        Limit(
+            "odd_heights",
+            "tall_share",
+            f"share of the points more than {TALL_M:g} m above the ground",
+            "",
+            *_above(_JUST_BELOW_TALL, None),
+            _STANDS,
+        ),
+    ),
+}

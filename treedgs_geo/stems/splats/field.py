@@ -1,0 +1,192 @@
+"""The Gaussian field: what is fitted, stored and sampled.
+
+Parameters are those of 3D Gaussian splatting (Kerbl et al. 2023; ``paper.tex`` sec:radegs): centre, orientation,
+scales, opacity and a colour. Colour is spherical-harmonic degree 0, one RGB value a Gaussian: a stem band lit by the
+sky does not pay for more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.errors import InputError
+
+#: Columns of the packed parameter matrix that the kernels and the optimiser work on.
+MEAN, QUATERNION, LOG_SCALE, LOGIT, COLOUR = slice(0, 3), slice(3, 7), slice(7, 10), 10, slice(11, 14)
+N_PARAMETERS = 14
+
+#: float32 coordinates beyond this lose more than half a millimetre (24 bits of mantissa).
+LARGEST_COORDINATE_M = 1e4
+
+
+@dataclass(frozen=True)
+class GaussianField:
+    """N Gaussians in the local frame.
+
+    means: (N, 3) float32, metres, local frame. quaternions: (N, 4) float32, w x y z, unit length. log_scales: (N, 3)
+    float32, natural logarithm of the standard deviations in metres. opacity_logits: (N,) float32. colours: (N, 3)
+    float32, RGB 0..1 as in the photos (gamma space). groups: (N,) int32, the stem (seed index) each Gaussian was
+    fitted for, -1 where it belongs to none.
+
+    Raises:
+        InputError: wrong shapes, non-finite values, zero quaternions, or coordinates too large for float32.
+    """
+
+    means: np.ndarray
+    quaternions: np.ndarray
+    log_scales: np.ndarray
+    opacity_logits: np.ndarray
+    colours: np.ndarray
+    groups: np.ndarray
+
+    def __post_init__(self) -> None:
+        n = len(self.means)
+        shapes = {
+            "means": (n, 3),
+            "quaternions": (n, 4),
+            "log_scales": (n, 3),
+            "opacity_logits": (n,),
+            "colours": (n, 3),
+            "groups": (n,),
+        }
+        for name, shape in shapes.items():
+            value = np.asarray(getattr(self, name))
+            if value.shape != shape:
+                raise InputError(
+                    f"Gaussian field: {name} has shape {value.shape}, expected {shape}; rebuild the field."
+                )
+            if not np.all(np.isfinite(value)):
+                raise InputError(f"Gaussian field: {name} holds values that are not finite; fit the field again.")
+            object.__setattr__(self, name, np.ascontiguousarray(value, np.int32 if name == "groups" else np.float32))
+        if n and np.abs(self.means).max() > LARGEST_COORDINATE_M:
+            raise InputError(
+                f"Gaussian field: coordinates reach {np.abs(self.means).max():.3g} m, expected a local frame within "
+                f"{LARGEST_COORDINATE_M:g} m of its origin; subtract a local origin first."
+            )
+        length = np.linalg.norm(self.quaternions, axis=1, keepdims=True)
+        if n and length.min() <= 0:
+            raise InputError("Gaussian field: a quaternion has zero length; fit the field again.")
+        object.__setattr__(self, "quaternions", (self.quaternions / np.maximum(length, 1e-30)).astype(np.float32))
+
+    def __len__(self) -> int:
+        return len(self.means)
+
+    @property
+    def opacities(self) -> np.ndarray:
+        """(N,) float32 opacity 0..1."""
+        return (1 / (1 + np.exp(-self.opacity_logits.astype(float)))).astype(np.float32)
+
+    @property
+    def scales(self) -> np.ndarray:
+        """(N, 3) float32 standard deviations, metres."""
+        return np.exp(self.log_scales)
+
+    @property
+    def rotations(self) -> np.ndarray:
+        """(N, 3, 3) float64 rotation matrices, Gaussian axes -> local frame."""
+        return quaternion_matrices(self.quaternions)
+
+    @property
+    def packed(self) -> np.ndarray:
+        """(N, 14) float64 parameter matrix in the column order of :data:`MEAN` ... :data:`COLOUR`."""
+        return np.concatenate(
+            [self.means, self.quaternions, self.log_scales, self.opacity_logits[:, None], self.colours], axis=1
+        ).astype(float)
+
+    @classmethod
+    def from_packed(cls, parameters: np.ndarray, groups: np.ndarray | int = -1) -> GaussianField:
+        """Field from an (N, 14) parameter matrix and a group per Gaussian (or one for all)."""
+        p = np.asarray(parameters)
+        return cls(
+            p[:, MEAN],
+            p[:, QUATERNION],
+            p[:, LOG_SCALE],
+            p[:, LOGIT],
+            p[:, COLOUR],
+            np.broadcast_to(np.asarray(groups, np.int32), (len(p),)),
+        )
+
+    def select(self, which: np.ndarray) -> GaussianField:
+        """The Gaussians that ``which`` (mask or indices) names."""
+        return GaussianField(
+            self.means[which],
+            self.quaternions[which],
+            self.log_scales[which],
+            self.opacity_logits[which],
+            self.colours[which],
+            self.groups[which],
+        )
+
+
+def smoothed(parameters: np.ndarray, filter_m: float) -> np.ndarray:
+    """(N, 14) after the 3D smoothing filter (Mip-Splatting, arXiv 2311.16493): every Gaussian convolved with an
+    isotropic one of ``filter_m``, its opacity lowered so that opacity times volume stays.
+
+    Nothing is then finer than the photos can show, and a field looks the same from nearer by. 0: unchanged.
+    """
+    if filter_m <= 0:
+        return parameters
+    out = parameters.copy()
+    square = np.exp(2 * parameters[:, LOG_SCALE])
+    kept = square / (square + filter_m**2)
+    out[:, LOG_SCALE] = 0.5 * np.log(square + filter_m**2)
+    opacity = np.sqrt(kept.prod(axis=1)) / (1 + np.exp(-parameters[:, LOGIT]))
+    opacity = np.clip(opacity, 1e-9, 1 - 1e-9)
+    out[:, LOGIT] = np.log(opacity / (1 - opacity))
+    return out
+
+
+def smoothed_backward(parameters: np.ndarray, filter_m: float, gradient: np.ndarray) -> np.ndarray:
+    """Chain rule of :func:`smoothed`: (N, 14) gradient with respect to ``parameters``."""
+    if filter_m <= 0:
+        return gradient
+    out = gradient.copy()
+    square = np.exp(2 * parameters[:, LOG_SCALE])
+    kept = square / (square + filter_m**2)
+    own = 1 / (1 + np.exp(-parameters[:, LOGIT]))
+    opacity = np.clip(np.sqrt(kept.prod(axis=1)) * own, 1e-9, 1 - 1e-9)
+    # d logit / d log opacity of the smoothed one is 1 / (1 - opacity).
+    by_log = gradient[:, LOGIT] / (1 - opacity)
+    out[:, LOGIT] = by_log * (1 - own)
+    out[:, LOG_SCALE] = gradient[:, LOG_SCALE] * kept + by_log[:, None] * (1 - kept)
+    return out
+
+
+def empty_field() -> GaussianField:
+    """A field without Gaussians."""
+    return GaussianField.from_packed(np.zeros((0, N_PARAMETERS)))
+
+
+def merge_fields(fields: Sequence[GaussianField]) -> GaussianField:
+    """One field from many; groups are kept."""
+    if not fields:
+        return empty_field()
+    return GaussianField(
+        *(
+            np.concatenate([getattr(f, name) for f in fields])
+            for name in ("means", "quaternions", "log_scales", "opacity_logits", "colours", "groups")
+        )
+    )
+
+
+def quaternion_matrices(quaternions: np.ndarray) -> np.ndarray:
+    """(N, 4) quaternions w x y z of any length -> (N, 3, 3) float64 rotation matrices."""
+    q = np.asarray(quaternions, float)
+    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+    return np.stack(
+        [
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - w * z),
+            2 * (x * z + w * y),
+            2 * (x * y + w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - w * x),
+            2 * (x * z - w * y),
+            2 * (y * z + w * x),
+            1 - 2 * (x * x + y * y),
+        ],
+        axis=1,
+    ).reshape(-1, 3, 3)

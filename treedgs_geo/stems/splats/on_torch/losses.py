@@ -1,0 +1,125 @@
+"""The losses of ``stems/splats/loss.py`` in torch operations: the same values, with torch's own gradients, on the
+tensors' device; and what one writes a loss of one's own beside."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+import torch
+from torch.nn.functional import conv2d
+
+from ..project import CropCamera
+from .rasterize import Rendered
+
+_C1, _C2 = 0.01**2, 0.03**2
+#: Window of the structural similarity: pixels and their standard deviation (as OpenCV's, and the published one).
+_WINDOW, _SIGMA = 11, 1.5
+
+
+def l1(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor, softness: float = 0.01) -> torch.Tensor:
+    """Weighted mean of sqrt(d^2 + softness^2) - softness. shown, image: (H, W, 3). weight: (H, W)."""
+    size = ((shown - image) ** 2 + softness**2).sqrt() - softness
+    return (size * _share(weight)).sum()
+
+
+def d_ssim(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
+    """Weighted mean of (1 - SSIM) / 2 (11 x 11 Gaussian window, zero borders). shown, image: (H, W, 3)."""
+    mu_x, mu_y = _blur(shown), _blur(image)
+    xx, yy, xy = _blur(shown * shown), _blur(image * image), _blur(shown * image)
+    over = (2 * mu_x * mu_y + _C1) * (2 * (xy - mu_x * mu_y) + _C2)
+    under = (mu_x**2 + mu_y**2 + _C1) * (xx - mu_x**2 + yy - mu_y**2 + _C2)
+    return 0.5 * ((1 - over / under) * _share(weight)).sum()
+
+
+def photometric(
+    shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor, d_ssim_share: float = 0.2
+) -> torch.Tensor:
+    """(1 - l) L1 + l D-SSIM, as published (3DGS, RaDe-GS)."""
+    return (1 - d_ssim_share) * l1(shown, image, weight) + d_ssim_share * d_ssim(shown, image, weight)
+
+
+def normal_consistency(
+    planes: torch.Tensor,
+    rays: torch.Tensor,
+    weight: torch.Tensor,
+    least_alpha: float = 0.5,
+    distance: torch.Tensor | None = None,
+) -> torch.Tensor:
+    """Rendered normals against those of a surface of distances: weighted mean of 1 - cos.
+
+    planes: (8, H, W) of :class:`.rasterize.Rendered`. rays: (H, W, 3) unit directions, camera axes
+    (``CropCamera.pixel_rays``). weight: (H, W). distance: (H, W) from the camera centre, NaN where there is none
+    (``Rendered.median_depth``); default: the expected distance. Pixels with alpha below ``least_alpha`` or without a
+    distance, and the border, are left out.
+    """
+    alpha = planes[3]
+    solid = alpha >= least_alpha
+    if distance is None:
+        distance = planes[4] / alpha.clamp_min(1e-3)
+    else:
+        solid = solid & torch.isfinite(distance)
+        distance = torch.where(solid, distance, torch.ones_like(distance))
+    points = distance[..., None] * rays
+    along, down = points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1]
+    cross = torch.linalg.cross(along, down)
+    rendered = planes[5:].permute(1, 2, 0)[1:-1, 1:-1]
+    size, length = ((vector**2).sum(dim=-1) for vector in (cross, rendered))
+    use = solid[1:-1, 1:-1] & solid[1:-1, 2:] & solid[1:-1, :-2] & solid[2:, 1:-1] & solid[:-2, 1:-1]
+    use = use & (size > 1e-24) & (length > 1e-12)
+    # The inner where keeps the gradient of pixels that are left out finite.
+    norm = torch.where(use, size * length, torch.ones_like(size)).sqrt()
+    # x right, y down, z forward: (right x down) points away from the camera, the normals face it.
+    cosine = -(cross * rendered).sum(dim=-1) / norm
+    return (torch.where(use, 1 - cosine, 0.0) * weight[1:-1, 1:-1]).sum() / weight.sum().clamp_min(1e-6)
+
+
+def depth_normal(rendered: Rendered, rays: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
+    """The depth-normal term of RaDe-GS: 0.4 x against the expected depth + 0.6 x against the median depth."""
+    expected = normal_consistency(rendered.planes, rays, weight)
+    median = normal_consistency(rendered.planes, rays, weight, distance=rendered.median_depth)
+    return 0.4 * expected + 0.6 * median
+
+
+def unit_rays(camera: CropCamera, device: torch.device) -> torch.Tensor:
+    """(H, W, 3) float32 ``CropCamera.pixel_rays`` on a device."""
+    x = (torch.arange(camera.width, device=device) + 0.5 - camera.cx) / camera.fx
+    y = (torch.arange(camera.height, device=device) + 0.5 - camera.cy) / camera.fy
+    down, along = torch.meshgrid(y, x, indexing="ij")
+    rays = torch.stack([along, down, torch.ones_like(along)], dim=-1)
+    return rays / (1 + along**2 + down**2).sqrt()[..., None]
+
+
+def _share(weight: torch.Tensor) -> torch.Tensor:
+    return weight[..., None] / (3 * weight.sum()).clamp_min(1e-6)
+
+
+class _Blur(torch.autograd.Function):
+    """(H, W, 3) smoothed, zeros beyond the border; such a filter is its own adjoint. OpenCV's on the CPU, where torch's
+    convolutions of one channel take twenty times as long."""
+
+    @staticmethod
+    def forward(ctx: Any, image: torch.Tensor) -> torch.Tensor:
+        return _smoothed(image)
+
+    @staticmethod
+    def backward(ctx: Any, *given: torch.Tensor) -> torch.Tensor:
+        return _smoothed(given[0])
+
+
+def _blur(image: torch.Tensor) -> torch.Tensor:
+    return _Blur.apply(image)
+
+
+def _smoothed(image: torch.Tensor) -> torch.Tensor:
+    if image.device.type == "cpu":
+        plain = np.ascontiguousarray(image.detach().numpy())
+        window = (_WINDOW, _WINDOW)
+        return torch.from_numpy(cv2.GaussianBlur(plain, window, _SIGMA, borderType=cv2.BORDER_CONSTANT))
+    at = torch.arange(_WINDOW, dtype=image.dtype, device=image.device) - _WINDOW // 2
+    line = torch.exp(-0.5 * (at / _SIGMA) ** 2)
+    line = line / line.sum()
+    moved = image.detach().permute(2, 0, 1).unsqueeze(1)
+    moved = conv2d(moved, line.view(1, 1, -1, 1), padding=(_WINDOW // 2, 0))
+    return conv2d(moved, line.view(1, 1, 1, -1), padding=(0, _WINDOW // 2)).squeeze(1).permute(1, 2, 0)

@@ -1,0 +1,84 @@
+"""The projection of ``stems/splats/project.py`` in torch operations: differentiable, on the tensors' device.
+
+The path of tensors that live on a GPU, and in float64 what gradients are checked with. Tensors of the CPU go through
+the compiled twin (one kernel for values, one for gradients); a test holds both together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+
+from ..project import CropCamera
+from ..raster import ALPHA_MIN
+
+
+def turned(quats: torch.Tensor) -> torch.Tensor:
+    """(N, 4) quaternions w x y z of any length -> (N, 3, 3) rotations, Gaussian axes -> world."""
+    w, x, y, z = (quats / quats.norm(dim=1, keepdim=True).clamp_min(1e-30)).unbind(1)
+    rows = [
+        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+    ]  # fmt: skip
+    return torch.stack(rows, 1).reshape(-1, 3, 3)
+
+
+def projected_rows(
+    parts: Sequence[torch.Tensor], camera: CropCamera, dilation_px2: float = 0.0, alpha_min: float = ALPHA_MIN
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """(17, N) rows of ``project.py`` (U .. BLUE) of every Gaussian, in the order given, and (N,) bool which of them
+    are drawn at all; rows of the others may be anything, not finite too.
+
+    parts: means (N, 3), quats (N, 4), log_scales (N, 3), opacity_logits (N,), colours (N, 3). Computed in their dtype.
+    """
+    means, quats, log_scales, opacity_logits, colours = parts
+    turn = torch.as_tensor(camera.rotation, dtype=means.dtype, device=means.device)
+    centre = means @ turn.T + torch.as_tensor(camera.translation, dtype=means.dtype, device=means.device)
+    x, y, z = centre.unbind(1)
+    length, zero = centre.norm(dim=1), torch.zeros_like(z)
+    axes = turn @ turned(quats) * torch.exp(log_scales)[:, None, :]
+    jac_u = torch.stack([camera.fx / z, zero, -camera.fx * x / z**2], 1)
+    jac_v = torch.stack([zero, camera.fy / z, -camera.fy * y / z**2], 1)
+    jac_r = centre / length[:, None]
+    along, down, ray = ((jac[:, :, None] * axes).sum(1) for jac in (jac_u, jac_v, jac_r))
+    a0, b, c0 = (along * along).sum(1), (along * down).sum(1), (down * down).sum(1)
+    a, c = a0 + dilation_px2, c0 + dilation_px2
+    # As in the compiled twin: a needle's conic would lose its determinant in float32.
+    hair = torch.where(a * c - b * b < 1e-4 * a * c, 1e-5 * (a + c), zero)
+    a, c = a + hair, c + hair
+    det = a * c - b * b
+    opacity = torch.sigmoid(opacity_logits)
+    if dilation_px2 > 0:
+        opacity = opacity * ((a0 * c0 - b * b).clamp_min(1e-30) / det).sqrt()
+    ka, kb, kc = c / det, -b / det, a / det
+    e, f = (along * ray).sum(1), (down * ray).sum(1)
+    slope_x, slope_y = ka * e + kb * f, kb * e + kc * f
+    variance = (ray * ray).sum(1) - (e * slope_x + f * slope_y)
+    variance = torch.maximum(variance, (0.01 * length / camera.fx) ** 2)
+    normal = -(jac_r - slope_x[:, None] * jac_u - slope_y[:, None] * jac_v)
+    normal = normal / normal.norm(dim=1, keepdim=True)
+    u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
+    cut = 2 * torch.log(opacity.clamp_min(1e-30) / alpha_min)
+    rows = [u, v, ka, kb, kc, opacity, length, slope_x, slope_y, *normal.unbind(1), 1 / variance, cut]
+    with torch.no_grad():
+        reach_u, reach_v = (cut.clamp_min(0) * a).sqrt(), (cut.clamp_min(0) * c).sqrt()
+        drawn = (z > 0) & (z > 3 * axes[:, 2].norm(dim=1)) & (det > 1e-12 * a * c) & (det < 1e30)
+        drawn = drawn & (opacity > alpha_min) & (u + reach_u > 0.5) & (u - reach_u < camera.width - 0.5)
+        drawn = drawn & (v + reach_v > 0.5) & (v - reach_v < camera.height - 0.5)
+    return torch.stack([*rows, *colours.unbind(1)]), drawn
+
+
+def project(
+    parts: Sequence[torch.Tensor], camera: CropCamera, dilation_px2: float, alpha_min: float
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """(17, n) rows of the Gaussians that are drawn, front to back, and (n,) int64 their numbers. parts: the five
+    tensors of :func:`projected_rows`."""
+    with torch.no_grad():
+        rows, drawn = projected_rows(parts, camera, dilation_px2, alpha_min)
+        index = torch.nonzero(drawn)[:, 0]
+        index = index[torch.argsort(rows[6, index], stable=True)]
+    # Once more for those alone: gradients of what is behind the camera would not be finite.
+    rows, _ = projected_rows([part[index] for part in parts], camera, dilation_px2, alpha_min)
+    return rows, index

@@ -1,0 +1,155 @@
+"""Read and write the standard 3DGS PLY, the format every splat viewer opens (``docs/analyst/gaussians.md``).
+
+float32 positions in full projected coordinates would lose decimetres, so the file holds local coordinates; the header
+comment names the local origin and CRS, and ``<name>.frame.json`` beside it holds them in full precision.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ...core.crs import LocalFrame
+from ...core.errors import InputError
+from ...core.files import atomic_path
+from .field import GaussianField
+
+#: Zeroth spherical-harmonic basis function; the PLY stores (rgb - 0.5) / SH_0.
+SH_0 = 0.28209479177387814
+
+_COLUMNS = (
+    "x",
+    "y",
+    "z",
+    "nx",
+    "ny",
+    "nz",
+    "f_dc_0",
+    "f_dc_1",
+    "f_dc_2",
+    "opacity",
+    "scale_0",
+    "scale_1",
+    "scale_2",
+    "rot_0",
+    "rot_1",
+    "rot_2",
+    "rot_3",
+)
+
+
+def frame_path(path: Path) -> Path:
+    """Where the frame of a field file is kept: ``field.ply`` -> ``field.frame.json``."""
+    return Path(path).with_suffix(".frame.json")
+
+
+def write_field(path: Path, field: GaussianField, frame: LocalFrame) -> None:
+    """Write ``field`` as binary little-endian 3DGS PLY, and its frame beside it.
+
+    The extra integer property ``group`` (the stem a Gaussian was fitted for) is ignored by viewers.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    path = Path(path)
+    rows = np.zeros(len(field), [(name, "<f4") for name in _COLUMNS] + [("group", "<i4")])
+    for axis, name in enumerate("xyz"):
+        rows[name] = field.means[:, axis]
+        rows[f"f_dc_{axis}"] = (field.colours[:, axis] - 0.5) / SH_0
+        rows[f"scale_{axis}"] = field.log_scales[:, axis]
+    for axis in range(4):
+        rows[f"rot_{axis}"] = field.quaternions[:, axis]
+    rows["opacity"], rows["group"] = field.opacity_logits, field.groups
+    origin = " ".join(f"{value:.3f}" for value in frame.origin)
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment TreeDGS Gaussian field, local metres, z up",
+        f"comment local_origin {origin}",
+        f"comment crs {' '.join(frame.crs.to_string().split())[:200]}",
+        f"element vertex {len(field)}",
+    ]
+    header += [f"property float {name}" for name in _COLUMNS] + ["property int group", "end_header", ""]
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        stream.write("\n".join(header).encode("ascii", "replace"))
+        stream.write(rows.tobytes())
+    frame.save(frame_path(path))
+
+
+def read_field(path: Path) -> tuple[GaussianField, LocalFrame | None]:
+    """Read a 3DGS PLY (ours or another trainer's, any SH degree: the higher bands are dropped).
+
+    Returns the field and its frame; the frame is None where no ``.frame.json`` lies beside the file.
+
+    Raises:
+        InputError: missing, truncated or not a binary little-endian 3DGS PLY.
+    """
+    path = Path(path)
+    try:
+        raw = path.read_bytes()
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read ({problem.strerror}); run fit-gaussians first.") from None
+    end = raw.find(b"end_header\n")
+    lines = raw[: max(end, 0)].decode("ascii", "replace").split("\n")
+    if not raw.startswith(b"ply") or end < 0 or "format binary_little_endian 1.0" not in lines:
+        raise InputError(f"{path}: is not a binary little-endian PLY file; give a field written by fit-gaussians.")
+    kinds = {
+        "float": "<f4",
+        "float32": "<f4",
+        "double": "<f8",
+        "float64": "<f8",
+        "int": "<i4",
+        "int32": "<i4",
+        "uint": "<u4",
+        "uint32": "<u4",
+        "uchar": "u1",
+        "uint8": "u1",
+        "char": "i1",
+        "int8": "i1",
+        "short": "<i2",
+        "int16": "<i2",
+        "ushort": "<u2",
+        "uint16": "<u2",
+    }
+    count, inside = 0, False
+    dtype: list[tuple[str, str]] = []
+    for line in lines:
+        words = line.split()
+        if words[:1] == ["element"]:
+            if dtype:
+                break
+            inside = words[1] == "vertex"
+            count = int(words[2]) if inside else count
+        elif words[:1] == ["property"] and inside:
+            if words[1] not in kinds:
+                raise InputError(f"{path}: vertex property type {words[1]!r} is not supported, expected a 3DGS PLY.")
+            dtype.append((words[2], kinds[words[1]]))
+    names = {name for name, _ in dtype}
+    missing = [name for name in _COLUMNS if name not in names and name not in ("nx", "ny", "nz")]
+    if missing:
+        raise InputError(
+            f"{path}: lacks the vertex properties {', '.join(missing[:4])}; expected a 3DGS field, not a plain cloud."
+        )
+    layout, start = np.dtype(dtype), end + len(b"end_header\n")
+    if len(raw) - start < count * layout.itemsize:
+        raise InputError(
+            f"{path}: is truncated ({len(raw) - start} bytes of data, expected {count * layout.itemsize}); "
+            "run fit-gaussians again."
+        )
+    rows = np.frombuffer(raw, layout, count, start)
+
+    def columns(*wanted: str) -> np.ndarray:
+        return np.column_stack([rows[name] for name in wanted]).astype(np.float32)
+
+    groups = rows["group"].astype(np.int32) if "group" in names else np.full(count, -1, np.int32)
+    field = GaussianField(
+        columns("x", "y", "z"),
+        columns("rot_0", "rot_1", "rot_2", "rot_3"),
+        columns("scale_0", "scale_1", "scale_2"),
+        rows["opacity"].astype(np.float32),
+        0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2"),
+        groups,
+    )
+    beside = frame_path(path)
+    return field, LocalFrame.load(beside) if beside.exists() else None

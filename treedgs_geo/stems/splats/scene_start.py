@@ -1,0 +1,104 @@
+"""Where the Gaussians of a whole plot start: its box, and points of the dense prior in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...core.errors import InputError
+from ...core.progress import Reporter
+from ...reconstruction.area import Area
+from ...reconstruction.cameras import View
+from ...reconstruction.dense import DenseOptions, densify_band
+from .options import SceneOptions
+from .project import CropCamera
+
+#: Layers that stereo is made in, metres above ground: disparities of one layer stay few.
+_LAYERS_M = ((-1.0, 5.0), (5.0, 12.0), (12.0, 20.0), (20.0, 30.0))
+#: Cell in which two reference photos must agree, as a share of a pixel's footprint, and its bounds in metres.
+_VOXEL_PX, _VOXEL_M = 2.0, (0.03, 0.2)
+
+
+@dataclass(frozen=True)
+class Box:
+    """What of the world is modelled. low, high: (3,) local metres."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, area: Area, ground: Callable[[np.ndarray, np.ndarray], np.ndarray], options: SceneOptions) -> Box:
+        """The box about the plots.
+
+        Raises:
+            InputError: the ground is not known there.
+        """
+        x0, y0, x1, y1 = area.bounds(options.margin_m)
+        x, y = (part.ravel() for part in np.meshgrid(np.linspace(x0, x1, 9), np.linspace(y0, y1, 9)))
+        height = np.asarray(ground(x, y), float)
+        if not np.isfinite(height).any():
+            raise InputError("The ground under the plots is not known, so there is no box to model; give --dtm.")
+        low, high = np.nanmin(height) + options.low_m, np.nanmax(height) + options.high_m
+        return cls(np.array([x0, y0, low]), np.array([x1, y1, high]))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """(N, 3) -> (N,) bool."""
+        return np.all((points >= self.low) & (points <= self.high), axis=1)
+
+    def seen(self, camera: CropCamera) -> np.ndarray:
+        """(H, W) bool: the pixel's ray passes through the box in front of the camera."""
+        rays = camera.pixel_rays() @ camera.rotation
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sides = np.stack([(self.low - camera.centre) / rays, (self.high - camera.centre) / rays])
+        near, far = np.fmin(*sides).max(axis=-1), np.fmax(*sides).min(axis=-1)
+        return (far > 0) & (near < far)
+
+
+def dense_prior(
+    views: Sequence[View],
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    area: Area,
+    box: Box,
+    reporter: Reporter | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(M, 3) local points of our own multi-view stereo over the plots, from the ground to the crowns, and (M, 3) their
+    colours 0..1."""
+    reporter = reporter or Reporter()
+    pixel = float(np.median([np.linalg.norm(v.centre - (box.low + box.high) / 2) / v.camera.fx for v in views]))
+    voxel_m = float(np.clip(_VOXEL_PX * pixel, *_VOXEL_M))
+    points, colours = [np.empty((0, 3))], [np.empty((0, 3))]
+    jobs = [(place, radius, layer) for place, radius in zip(area.centres, area.radii_m, strict=True)
+            for layer in _LAYERS_M]  # fmt: skip
+    for number, (place, radius, (low, high)) in enumerate(jobs):
+        options = DenseOptions(low_m=low, high_m=high, voxel_m=voxel_m, max_views=500)
+        with reporter.stage("stereo", number / len(jobs), (number + 1) / len(jobs)):
+            xyz, rgb, _ = densify_band(list(views), ground, np.asarray(place), float(radius) + 2.0, options, reporter)
+        points.append(xyz)
+        colours.append(rgb / 255)
+    return np.concatenate(points), np.concatenate(colours)
+
+
+def thinned(points: np.ndarray, colours: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """One point (the mean) a cell, the cells just so large that at most ``most`` are left."""
+    cell = 0.01
+    while True:
+        place = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+        _, owner, count = np.unique(place, axis=0, return_inverse=True, return_counts=True)
+        if len(count) <= most:
+            break
+        cell *= max(1.05, (len(count) / most) ** 0.5)
+    sums = np.zeros((len(count), 6))
+    np.add.at(sums, owner.ravel(), np.hstack([points, colours]))
+    mean = sums / count[:, None]
+    return mean[:, :3], mean[:, 3:]
+
+
+def start_scales(points: np.ndarray) -> np.ndarray:
+    """(N,) standard deviations, metres, as published: the root mean square distance to the three nearest neighbours."""
+    if len(points) < 4:
+        return np.full(len(points), 0.1)
+    away = cKDTree(points).query(points, k=4)[0][:, 1:]
+    return np.maximum(np.sqrt((away**2).mean(axis=1)), 1e-3)

@@ -1,0 +1,125 @@
+"""``benchmark``: speed against accuracy, stability where methods fail, and what work costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+
+#: ``--quick`` begins nothing new after this many minutes: what has begun ends within two more.
+QUICK_MIN = 9.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkSettings:
+    """Options of ``benchmark``."""
+
+    plots: Path | None = param(
+        None, kind="folder", help="simulated plot, or a folder of them, to measure on; without it plots are simulated"
+    )
+    output: Path = param(
+        kind="output_folder",
+        help="folder for charts and tables; finished runs are kept there, so that a stopped benchmark resumes",
+    )
+    quick: bool = param(
+        False, kind="flag", help="one small plot and a dozen configurations: about 10 minutes on two idle cores"
+    )
+    stability: bool = param(
+        False,
+        kind="flag",
+        help="instead of the chart: the stability suite, one factor at a time from harmless to hopeless",
+    )
+    cost: bool = param(
+        False,
+        kind="flag",
+        help="instead of the chart: seconds and memory of each stage against "
+        "photos, megapixels, stems and points, fitted",
+    )
+    repeats: int = param(1, kind="integer", minimum=1, maximum=20, help="runs of each configuration")
+    seeds: str = param("1,2,3", kind="text", help="seeds of the stability suite", advanced=True)
+    factors: str = param("", kind="text", help="only these factors of the stability suite, by commas", advanced=True)
+    methods: str = param("", kind="text", help="only these methods of the stability suite, by commas", advanced=True)
+    only: str = param("", kind="text", help="only these configurations of the chart, by commas", advanced=True)
+    budget_min: float = param(
+        0.0,
+        kind="number",
+        unit="min",
+        minimum=0,
+        help="begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes",
+    )
+    fresh: bool = param(
+        False, kind="flag", help="stability: measure again what other measuring code had measured", advanced=True
+    )
+
+
+def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
+    """Chart, suite or cost model."""
+    from treedgs_lab.benchmarking import run as runner
+
+    from ..core.errors import InputError
+
+    def words(text: str) -> list[str]:
+        return [word.strip() for word in text.split(",") if word.strip()]
+
+    if settings.stability and settings.cost:
+        raise InputError("--stability and --cost: are two benchmarks; give one of them.")
+    if settings.stability:
+        try:
+            seeds = [int(word) for word in words(settings.seeds)]
+        except ValueError:
+            raise InputError(f"--seeds: found {settings.seeds!r}, expected whole numbers by commas.") from None
+        if not seeds:
+            raise InputError("--seeds: is empty, expected at least one whole number.")
+        if settings.quick:
+            seeds = seeds[:1]
+        budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
+        chosen = runner.StabilityChoice(seeds, words(settings.factors), words(settings.methods))
+        return runner.run_stability(settings.output, chosen, settings.fresh, budget, reporter)
+    if settings.cost:
+        from treedgs_lab.benchmarking.cost import run_cost
+
+        return run_cost(settings.output, settings.plots, settings.budget_min, reporter)
+    budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
+    return runner.run_chart(
+        settings.output, settings.plots, settings.quick, settings.repeats, words(settings.only), budget, reporter
+    )
+
+
+COMMAND = Command(
+    name="benchmark",
+    qgis_id="benchmark",
+    title="Benchmark speed and accuracy",
+    group="Tools",
+    summary="Chart seconds against DBH error for every preset and method; or test where they fail.",
+    help=(
+        "Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated "
+        "plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a "
+        "recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, "
+        "pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree "
+        "that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown "
+        "and a page without outside files. Compare seconds only within one run on an idle machine."
+    ),
+    settings=BenchmarkSettings,
+    run=run,
+    example="treedgs benchmark --quick --output benchmark",
+    outputs={
+        "output": "folder",
+        "page": "the page to open",
+        "chart": "the chart (SVG)",
+        "n_runs": "runs of the chart",
+        "recommended": "configuration for each preset",
+        "left_out": "what there was no time for",
+        "n_cases": "cases of the stability suite",
+        "n_wanted": "cases that it has",
+        "n_ok": "trees accepted by the photo method",
+        "n_lies": "of them more than 5 cm off",
+        "coverage_90": "of them inside the stated 90 % interval, 0 to 1",
+        "claim_holds": "at most 2 % of the accepted trees are more than 5 cm off",
+        "predicted_min": "the paper's own case on this machine, minutes",
+        "seconds": "seconds it took",
+    },
+)

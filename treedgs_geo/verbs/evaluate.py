@@ -1,0 +1,230 @@
+"""``evaluate``: accuracy of measured DBH against field (or true) DBH."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+
+if TYPE_CHECKING:
+    from ..inventory.accuracy.plot_files import PlotFiles
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluateSettings:
+    """Options of ``evaluate``."""
+
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="several plots at once: CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and "
+        "where there are any lidar, splats, dtm, workspace_in; paths count from the CSV's folder",
+        suffixes=("csv",),
+    )
+    pairs: Path | None = param(None, kind="file", help="pairs layer of match-plots, checked by you", suffixes=("gpkg",))
+    trees: Path | None = param(
+        None,
+        kind="file",
+        help="instead of pairs: a tree layer of a simulated plot",
+        suffixes=("gpkg", "shp", "geojson"),
+    )
+    truth: Path | None = param(None, kind="file", help="with --trees: the plot's truth/trees.csv", suffixes=("csv",))
+    min_clear_views: int = param(
+        0,
+        kind="integer",
+        minimum=0,
+        advanced=True,
+        help="with --truth: only stems with at least this many clear views count",
+    )
+    against: Path | None = param(
+        None,
+        kind="file",
+        help="pairs layer of another method for the same field trees: both are also scored on the trees both measured",
+        suffixes=("gpkg",),
+    )
+    min_dbh_cm: float = param(
+        0.0,
+        kind="number",
+        unit="cm",
+        minimum=0,
+        help="smallest DBH that the field crew tallied; thinner measured trees are not counted as false",
+    )
+    lidar: Path | None = param(
+        None,
+        kind="file",
+        help="LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)",
+        suffixes=("laz", "las"),
+    )
+    splats: Path | None = param(
+        None,
+        kind="file",
+        help="surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points",
+        suffixes=("laz", "las"),
+    )
+    dtm: Path | None = param(
+        None, kind="file", help="terrain for both clouds; without it each finds its own", suffixes=("tif", "tiff")
+    )
+    workspace_in: Path | None = param(
+        None, kind="folder", help="workspace of photos-to-dbh: adds visibility of breast height and runtime by stage"
+    )
+    paper: bool = param(
+        False,
+        kind="flag",
+        help="also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, "
+        "with these data, or why not",
+        advanced=True,
+    )
+    holdout_pct: float = param(
+        10.0,
+        kind="number",
+        unit="%",
+        minimum=1,
+        maximum=90,
+        advanced=True,
+        help="stems held out to choose the exponent p, the same for every method",
+    )
+    output: Path = param(kind="output_folder", help="folder for metrics.json, tables, charts and evaluation.html")
+    seed: int = param(
+        0, kind="integer", minimum=0, advanced=True, help="seed of the bootstrap and of the held-out stems"
+    )
+
+
+def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, score, write."""
+    from treedgs_lab.published.experiments import ExperimentOptions, run_experiments
+    from treedgs_lab.published.paper_document import write_paper
+    from treedgs_lab.published.paper_inputs import PaperInputs
+
+    from .. import __version__
+    from ..core.errors import InputError
+    from ..core.files import ensure_writable, fingerprint
+    from ..inventory.accuracy.compare import compare
+    from ..inventory.accuracy.plot_files import pooled_evidence
+    from ..inventory.accuracy.report import write_evaluation
+    from ..inventory.accuracy.tables import evidence_from_pairs, metrics_of
+
+    ensure_writable(settings.output / "metrics.json")
+    plots = _plots(settings)
+    with reporter.stage("read", 0.0, 0.2):
+        evidence = pooled_evidence([plot.evidence(settings.min_dbh_cm, settings.min_clear_views) for plot in plots])
+    with reporter.stage("score", 0.2, 0.4):
+        metrics = metrics_of(evidence, settings.seed)
+    given = [path for plot in plots for path in plot.scored]
+    names = [path.name for path in given]
+    metrics["inputs"] = {path.name if names.count(path.name) == 1 else str(path): fingerprint([path]) for path in given}
+    metrics["version"] = __version__
+    if settings.against is not None:
+        if settings.pairs is None:
+            raise InputError("--against: compares pairs layers, so it needs --pairs.")
+        other = evidence_from_pairs(settings.against, settings.min_dbh_cm)
+        metrics["against"] = {
+            "file": settings.against.name,
+            **compare(evidence, other, settings.seed),
+        }
+    more, paper = "", None
+    if settings.paper or any(plot.has_experiments for plot in plots):
+        options = ExperimentOptions(settings.holdout_pct / 100, settings.seed)
+        with reporter.stage("experiments", 0.4, 0.85):
+            found = run_experiments(plots, options, settings.output, reporter)
+        metrics |= found.found
+        more = found.section
+    if settings.paper:
+        with reporter.stage("figures of the paper", 0.85, 0.9):
+            drawn = PaperInputs(
+                evidence, metrics, plots, found.references, found.sources, settings.output, found.labelled
+            )
+            paper = write_paper(drawn)
+    for note in metrics["notes"]:
+        reporter.warn(note)
+    if metrics["bootstrap"]["note"]:
+        reporter.info(f"Intervals: {metrics['bootstrap']['note']}.")
+    with reporter.stage("write", 0.9, 1.0):
+        facts = {
+            "inputs": ", ".join(f"{name} ({mark})" for name, mark in metrics["inputs"].items()),
+            "reference": evidence.reference,
+            "TreeDGS": __version__,
+        }
+        paths = write_evaluation(settings.output, evidence, metrics, facts, more)
+    return {
+        "output": str(settings.output),
+        "page": paths["page"],
+        "paper": None if paper is None else str(paper),
+        "metrics": paths["metrics"],
+        **{
+            name: metrics[name]
+            for name in (
+                "n",
+                "n_reference",
+                "success_rate",
+                "rmse_cm",
+                "rrmse_pct",
+                "mae_cm",
+                "me_cm",
+                "n_false",
+                "coverage_90",
+            )
+        },
+    }
+
+
+def _plots(settings: EvaluateSettings) -> list[PlotFiles]:
+    """The plot of the single files, or those of the table.
+
+    Raises:
+        InputError: both, or neither.
+    """
+    from ..core.errors import InputError
+    from ..inventory.accuracy.plot_files import FILES, PlotFiles, read_plot_files
+
+    given = {name: getattr(settings, name) for name in FILES if getattr(settings, name) is not None}
+    if settings.plots is not None:
+        if given or settings.against is not None:
+            one = next(iter(given), "against").replace("_", "-")
+            raise InputError(f"--plots: names the files of every plot, so --{one} cannot be given beside it.")
+        return read_plot_files(settings.plots)
+    plot = PlotFiles(**given)
+    plot.check("Nothing to evaluate")
+    return [plot]
+
+
+COMMAND = Command(
+    name="evaluate",
+    qgis_id="evaluate",
+    title="Evaluate DBH accuracy",
+    group="Inventory",
+    summary="Accuracy tables and charts of measured DBH against field DBH.",
+    help=(
+        "From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of "
+        "trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, "
+        "mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per "
+        "plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, "
+        "table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are "
+        "named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With "
+        "--lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, "
+        "densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With "
+        "--workspace-in: how many photos show breast height, and runtime. Units: centimetres and per "
+        "cent; rates in metrics.json are 0 to 1."
+    ),
+    settings=EvaluateSettings,
+    run=run,
+    example="treedgs evaluate --pairs pairs.gpkg --output evaluation",
+    outputs={
+        "output": "folder",
+        "page": "the page to open",
+        "paper": "page with the paper's tables and figures",
+        "metrics": "metrics.json",
+        "n": "trees measured and compared",
+        "n_reference": "field trees",
+        "success_rate": "measured of field trees, 0 to 1",
+        "rmse_cm": "RMSE, cm",
+        "rrmse_pct": "RMSE, per cent of the mean field DBH",
+        "mae_cm": "mean absolute error, cm",
+        "me_cm": "mean error, cm",
+        "n_false": "measured trees that are no field tree",
+        "coverage_90": "share inside the stated 90 % interval, 0 to 1",
+    },
+)

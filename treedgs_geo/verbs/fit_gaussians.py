@@ -1,0 +1,188 @@
+"""``fit-gaussians``: the Gaussian field of the stem band."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core import workspace as names
+from ..core.command import Command
+from ..core.errors import InputError
+from ..core.files import fingerprint
+from ..core.progress import Reporter
+from ..core.settings import param, to_json
+from ..core.tables import SafeWriter
+from ..core.workspace import Workspace
+from ..stems.splats.options import GaussianOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitGaussiansSettings(GaussianOptions):
+    """Parameters of ``fit-gaussians``."""
+
+    workspace: Path = param(kind="folder", help="Workspace with sfm/ and dtm.tif; field.ply is written there.")
+    photos: Path | None = param(
+        None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json."
+    )
+    seeds: Path | None = param(
+        None,
+        kind="file",
+        suffixes=(".gpkg", ".csv", ".shp", ".geojson"),
+        help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; "
+        "without it trees.gpkg of the workspace.",
+    )
+    dense: Path | None = param(
+        None,
+        kind="file",
+        suffixes=(".laz", ".las", ".ply"),
+        advanced=True,
+        help="Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of "
+        "sfm/; without it dense.laz of the workspace, if there.",
+    )
+
+
+def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
+    """Fit and write ``field.ply``; the record goes to ``run.json``."""
+    with open_workspace(settings.workspace) as space:
+        return _fit(settings, space, reporter)
+
+
+def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
+    from ..reconstruction.model import load_views
+    from ..stems.splats.ply import frame_path, write_field
+    from ..stems.splats.seeds import read_dense, read_seeds
+    from ..stems.splats.train import fit_with_report
+    from ..terrain.dtm import read_dtm
+
+    frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
+    dtm_file = space.path(names.DTM)
+    if not dtm_file.exists():
+        raise InputError(f"{dtm_file}: not found; run the terrain step first (treedgs terrain) or copy a DTM there.")
+    ground = read_dtm(dtm_file, frame.crs).local(frame)
+    seeds_file = settings.seeds or space.path(names.TREES)
+    if settings.seeds is None and not seeds_file.exists():
+        raise InputError(
+            f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first."
+        )
+    seeds = read_seeds(seeds_file, frame)
+    dense_file = settings.dense or space.path(names.DENSE)
+    dense = read_dense(dense_file, frame) if settings.dense or dense_file.exists() else None
+    target = space.path(names.FIELD)
+    read = [dtm_file, seeds_file, *([dense_file] if dense is not None else [])]
+    with space.running("fit-gaussians", fingerprint(read), to_json(settings)) as result:
+        field, report = fit_with_report(views, frame, ground, seeds, dense, settings, reporter)
+        write_field(target, field, frame)
+        result.update(
+            field=str(target),
+            frame=str(frame_path(target)),
+            gaussians=len(field),
+            stems=len(report.stems),
+            photos=report.photos,
+            megapixels=report.megapixels,
+            pairs=report.pairs,
+            per_stem=report.stems,
+            stem_table=_write_stems(space, report, frame, settings.bh_m),
+            warnings=report.warnings,
+        )
+    reporter.info(
+        f"{len(field)} Gaussians for {len(report.stems)} of {len(seeds)} stems, {report.megapixels} megapixels in crops"
+    )
+    return dict(result)
+
+
+def _write_stems(space, report, frame, bh_m: float) -> str | None:
+    """``stem_primitives.csv``: one row per fitted primitive; its path, None where none was fitted."""
+    from dataclasses import asdict
+
+    from ..core.files import atomic_path
+    from ..stems.splats.trees import trees_of_primitives
+
+    trees = trees_of_primitives(report.primitives, frame, bh_m)
+    if not trees:
+        return None
+    columns = (
+        "tree_id",
+        "x",
+        "y",
+        "z_ground",
+        "dbh_cm",
+        "dbh_se_cm",
+        "dbh_lo_cm",
+        "dbh_hi_cm",
+        "bh_m",
+        "lean_deg",
+        "taper_cm_m",
+        "n_views",
+        "qc_flag",
+        "qc_reason",
+    )
+    target = space.path("stem_primitives.csv")
+    with atomic_path(target) as temporary, open(temporary, "w", newline="") as stream:
+        writer = SafeWriter(stream, columns)
+        writer.header()
+        for tree in trees:
+            record = asdict(tree)
+            for name in ("x", "y", "z_ground"):
+                record[name] = round(record[name], 3)
+            writer.record(record)
+    return str(target)
+
+
+@contextmanager
+def open_workspace(folder: Path) -> Iterator[Workspace]:
+    """An existing workspace, for this process alone.
+
+    Raises:
+        InputError: the folder does not hold a reconstruction, or another run works there.
+    """
+    if not (folder / names.SFM).is_dir():
+        raise InputError(
+            f"{folder}: has no {names.SFM}/ folder, expected a workspace with a reconstruction; run reconstruct first."
+        )
+    with Workspace.held(folder) as space:
+        yield space
+
+
+def photo_folder(space, given: Path | None) -> Path:
+    """The photos' folder: given, or as recorded in ``run.json``.
+
+    Raises:
+        InputError: neither is there.
+    """
+    if given is not None:
+        if not given.is_dir():
+            raise InputError(f"{given}: is not a folder; give the folder of the reconstructed photos with --photos.")
+        return given
+    candidates = [space.record.get("parameters") or {}]
+    candidates += [stage.get("settings") or {} for stage in space.record["stages"].values()]
+    for candidate in candidates:
+        if isinstance(candidate, dict) and candidate.get("photos") and Path(candidate["photos"]).is_dir():
+            return Path(candidate["photos"])
+    raise InputError(f"{space.folder}: run.json does not say where the photos are (or they moved); give --photos.")
+
+
+COMMAND = Command(
+    name="fit-gaussians",
+    qgis_id="fitgaussians",
+    title="Fit Gaussians to the stem band",
+    group="Single steps",
+    summary="3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.",
+    help=(
+        "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a "
+        "few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to "
+        "crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. "
+        "Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its "
+        "origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published."
+    ),
+    settings=FitGaussiansSettings,
+    run=fit_gaussians,
+    example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg --preset balanced",
+    outputs={
+        "field": "Gaussian field (3DGS PLY, local metres)",
+        "gaussians": "number of Gaussians",
+        "stems": "stems fitted",
+    },
+)

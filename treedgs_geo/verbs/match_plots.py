@@ -1,0 +1,152 @@
+"""``match-plots``: field trees and measured trees, paired by position."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+from ..inventory.field_trees import FieldProtocol
+from ..inventory.pairing import PairingOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchPlotsSettings(PairingOptions, FieldProtocol):
+    """Options of ``match-plots``."""
+
+    trees: Path = param(
+        kind="file",
+        help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm",
+        suffixes=("gpkg", "shp", "geojson", "csv"),
+    )
+    field: Path = param(
+        kind="file",
+        help="field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm",
+        suffixes=("csv",),
+    )
+    plots: Path = param(
+        kind="file", help="plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m", suffixes=("csv",)
+    )
+    trees_dbh_unit: str = param(
+        "auto",
+        kind="choice",
+        choices=("auto", "cm", "mm", "m", "in"),
+        advanced=True,
+        help="unit of a DBH column in a CSV of measured trees that does not say it (auto: from a name like dbh_cm)",
+    )
+    crs: str | None = param(None, kind="crs", help="CRS of measured trees in a CSV, or of a layer without one")
+    output: Path = param(
+        kind="output_file", help="pairs layer; pairs locked in an existing file are kept", suffixes=("gpkg",)
+    )
+
+
+def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, place the field trees, co-register, pair, write."""
+    from ..core.crs import check_projected, project_crs
+    from ..core.errors import CRSError
+    from ..core.files import ensure_writable
+    from ..core.geopackage import ensure_unlocked
+    from ..core.map_scale import check_place
+    from ..core.plots import read_plots
+    from ..inventory.azimuth_offset import is_stuck, turn_advice
+    from ..inventory.field_trees import place, read_field_trees
+    from ..inventory.match import match_plots, read_measured
+    from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
+    from ..inventory.reviewed import reviewed
+    from ..inventory.unplaced import drop_unplaced
+
+    ensure_writable(settings.output)
+    ensure_unlocked(settings.output, OWN_LAYERS)
+    crs = project_crs(settings.crs) if settings.crs else None
+    measured, review = reviewed(read_measured(settings.trees, crs, settings.trees_dbh_unit), settings.trees)
+    for sentence in review.sentences(settings.trees.name):
+        reporter.info(sentence)
+    if measured.crs is None:
+        if crs is None:
+            raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
+        measured = measured.set_crs(crs)
+    check_projected(measured.crs, str(settings.trees))
+    check_place(measured.crs, measured[["x", "y"]].to_numpy(float), str(settings.trees), reporter)
+    plots = read_plots(settings.plots, measured.crs)
+    tally, left_out = drop_unplaced(read_field_trees(settings.field, settings), settings.field)
+    tally = place(tally, plots, measured.crs, settings, settings.field)
+    locked = read_locked(settings.output)
+    if locked.pairs or locked.plots:
+        reporter.info(f"{len(locked.pairs)} locked pairs and {len(locked.plots)} confirmed plots are kept.")
+    with reporter.stage("pair trees", 0.1, 0.9):
+        matched = match_plots(tally, measured, plots, settings, locked)
+    advice = turn_advice(
+        matched.plots,
+        plots,
+        matched.field_trees,
+        measured[["x", "y"]].to_numpy(float),
+        settings,
+        settings,
+        measured.crs,
+    )
+    for sentence in [*left_out, *matched.warnings, *advice]:
+        reporter.warn(sentence)
+    write_pairs(
+        settings.output,
+        matched.pairs,
+        matched.suggested,
+        matched.field_trees,
+        matched.measured,
+        matched.plots,
+        measured.crs,
+    )
+    good = [pair for pair in matched.pairs if pair["pair_status"] != "rejected"]
+    for plot in matched.plots:
+        residual = plot["residual_m"]
+        reporter.info(
+            f"Plot {plot['plot_id']}: {plot['n_pairs']} of {plot['n_field']} field trees paired, moved "
+            f"({plot['offset_e_m']:+.2f}, {plot['offset_n_m']:+.2f}) m, turned {plot['rot_deg']:+.1f} degrees"
+            + ("." if residual is None else f", residual {residual:.2f} m.")
+        )
+    return {
+        "output": str(settings.output),
+        "n_field": len(matched.field_trees),
+        "n_pairs": len(good),
+        "n_reviewed": review.total,
+        "n_suggested": len(matched.suggested),
+        "n_plots": len(matched.plots),
+        "n_plots_to_check": sum(plot["status"] == "check" for plot in matched.plots),
+        "n_plots_at_turn_limit": sum(is_stuck(plot, settings) for plot in matched.plots),
+    }
+
+
+COMMAND = Command(
+    name="match-plots",
+    qgis_id="matchplots",
+    title="Pair field and measured trees",
+    group="Inventory",
+    summary="Pair field trees with measured trees by position, as an editable layer.",
+    help=(
+        "Turns bearing and distance into coordinates (true, grid or magnetic north; level or slope distance; to "
+        "the pith or the face), moves and turns each plot as a whole onto the measured trees, and pairs one to "
+        "one. DBH is never used to pair, so the pairs can judge it. Where two placings fit about equally well, as"
+        " in planted rows, the plot is left to you: the layer 'suggested' shows the best guess; set the plot's "
+        "status to ok, or draw two pairs in the layer 'pairs', and run again. In the layer 'pairs', set "
+        "pair_status to ok, moved (after dragging a line's end to another tree) or rejected: what you locked is "
+        "kept when you run again onto the same file. Unpaired trees of both sides stay in the layers "
+        "'field_trees' and 'measured_trees'. Units: metres, centimetres, degrees."
+    ),
+    settings=MatchPlotsSettings,
+    run=run,
+    order=("trees", "field", "plots", "output"),
+    example="treedgs match-plots --trees trees.gpkg --field field_trees.csv --plots plots.csv --output pairs.gpkg",
+    expert=("centre_error_m", "rotation_deg", "gate_m"),
+    outputs={
+        "output": "pairs layer",
+        "n_field": "field trees",
+        "n_pairs": "pairs made or confirmed",
+        "n_reviewed": "measured trees that a person decided on",
+        "n_suggested": "suggestions left to a hand check",
+        "n_plots": "plots",
+        "n_plots_to_check": "plots left to a hand check",
+        "n_plots_at_turn_limit": "plots that fit best at the largest turn searched",
+    },
+)

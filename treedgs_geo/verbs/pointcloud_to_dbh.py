@@ -1,0 +1,58 @@
+"""``pointcloud-to-dbh``: ground, stems and DBH of a LAS/LAZ cloud in one go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..run.settings import PointcloudToDbhSettings
+
+
+def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """Run the chain, or only check its inputs."""
+    if settings.dry_run:
+        from ..run.dry_run import check_cloud
+
+        return check_cloud(settings, reporter)
+    from ..run.cloud import run_cloud_chain
+
+    return run_cloud_chain(settings, reporter)
+
+
+COMMAND = Command(
+    name="pointcloud-to-dbh",
+    qgis_id="pointcloudtodbh",
+    title="Measure DBH from a point cloud",
+    group="Measure trees",
+    summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",
+    help=(
+        "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast "
+        "height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud "
+        "reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the "
+        "lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; "
+        "give --crs where it has none ('local' for a scan without a place on the map)."
+    ),
+    settings=PointcloudToDbhSettings,
+    run=run,
+    example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
+    expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
+    order=("input", "plots", "dtm", "crs", "output", "report"),
+    outputs={
+        "output": "tree layer",
+        "report": "the page to open",
+        "stems_output": "stem points",
+        "n_trees": "stems in the layer",
+        "n_measured": "stems with a DBH",
+        "n_ok": "without remark",
+        "n_check": "to check",
+        "n_reject": "refused",
+        "mean_dbh_cm": "mean DBH, cm",
+        "n_points": "points (dry run)",
+        "density_pts_m2": "points a square metre (dry run)",
+        "predicted_s": "estimated time, s (dry run)",
+        "needed_memory_gb": "estimated memory, GB (dry run)",
+        "needed_disk_gb": "estimated disk, GB (dry run)",
+        "status": "verdict (dry run)",
+    },
+)

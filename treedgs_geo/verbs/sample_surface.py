@@ -1,0 +1,124 @@
+"""``sample-surface``: surface points with opacity reliability from a Gaussian field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..core import workspace as names
+from ..core.command import Command
+from ..core.errors import InputError
+from ..core.files import fingerprint
+from ..core.progress import Reporter
+from ..core.settings import param, to_json
+from ..core.workspace import Workspace
+from ..stems.splats.options import PAPER_SAMPLING, SampleOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleSurfaceSettings(SampleOptions):
+    """Parameters of ``sample-surface``."""
+
+    workspace: Path = param(kind="folder", help="Workspace with sfm/ and field.ply; surface.laz is written there.")
+    photos: Path | None = param(
+        None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json."
+    )
+    preset: str = param(
+        "balanced",
+        kind="choice",
+        choices=("balanced", "paper"),
+        help="paper = every point of the published method, those that no view sees included.",
+    )
+    points: str = param(
+        "sampled",
+        kind="choice",
+        choices=("sampled", "volume", "means", "depth"),
+        advanced=True,
+        help="sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's "
+        "surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres "
+        "alone, depth = fused depth maps.",
+    )
+
+
+def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
+    """Sample, score and write ``surface.laz``."""
+    from .fit_gaussians import open_workspace
+
+    with open_workspace(settings.workspace) as space:
+        return _sample(settings, space, reporter)
+
+
+def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
+    import numpy as np
+
+    from ..pointcloud.cloud import PointCloud
+    from ..pointcloud.files import write_cloud
+    from ..reconstruction.model import load_views
+    from ..stems.splats.baseline_points import fuse_depth, means_only
+    from ..stems.splats.opacity_samples import sample_volume
+    from ..stems.splats.ply import read_field
+    from ..stems.splats.sample import sample_surface as sample
+    from .fit_gaussians import photo_folder
+
+    frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
+    field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
+    field, field_frame = read_field(field_file)
+    if field_frame is not None and (
+        abs(field_frame.origin - frame.origin).max() > 1e-6 or abs(field_frame.scale - frame.scale) > 1e-9
+    ):
+        raise InputError(
+            f"{field_file}: is in another local frame than {space.path(names.SFM)}; run fit-gaussians again."
+        )
+    options = replace(settings, **PAPER_SAMPLING) if settings.preset == "paper" else settings
+    with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
+        unseen = 0
+        if settings.points == "means":
+            xyz, groups = means_only(field)
+            attributes = {"opacity": field.opacities, "seed_id": groups}
+        elif settings.points == "depth":
+            xyz, groups, agree = fuse_depth(field, views)
+            attributes = {"n_views": agree, "seed_id": groups}
+        else:
+            points = (sample_volume if settings.points == "volume" else sample)(field, views, options, reporter)
+            xyz, unseen = points.xyz, points.n_dropped
+            attributes = {
+                "opacity": points.opacity,
+                "n_views": points.n_views,
+                "n_seen": points.n_seen,
+                "seed_id": points.groups,
+            }
+            if settings.points == "volume":
+                # Ready for measure-dbh; "even" says that the points lie where nothing is, too.
+                attributes |= {"tree_id": points.groups + 1, "even": np.ones(len(xyz), np.uint8)}
+        if len(xyz) == 0:
+            raise InputError(
+                f"{field_file}: its depth maps agree nowhere, so there is no point to write; use --points sampled."
+            )
+        write_cloud(target, PointCloud(frame.to_project(xyz), frame.crs, attributes))
+        result.update(
+            surface=str(target), points=len(xyz), gaussians=len(field), gaussians_unseen=unseen, views=len(views)
+        )
+    reporter.info(f"{len(xyz)} surface points from {len(field)} Gaussians, {len(views)} photos")
+    return dict(result)
+
+
+COMMAND = Command(
+    name="sample-surface",
+    qgis_id="samplesurface",
+    title="Sample surface points from Gaussians",
+    group="Single steps",
+    summary="Points drawn inside the Gaussians, each with its opacity reliability over the photos.",
+    help=(
+        "Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its "
+        "opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show "
+        "Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), "
+        "n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem "
+        "position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is "
+        "(tree_id = seed_id + 1)."
+    ),
+    settings=SampleSurfaceSettings,
+    run=sample_surface,
+    example="treedgs sample-surface --workspace work/plot1",
+    outputs={"surface": "surface points (LAZ with opacity, n_views)", "points": "number of points"},
+)

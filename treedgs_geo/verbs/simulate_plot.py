@@ -1,0 +1,60 @@
+"""``simulate-plot``: a synthetic plot with photos, PPK files, LiDAR, field table and truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from treedgs_lab.simulate.settings import SimulateSettings
+
+from ..core.command import Command
+from ..core.progress import Reporter
+
+
+def run(settings: SimulateSettings, reporter: Reporter) -> dict[str, Any]:
+    """Render the plot; see :func:`treedgs_lab.simulate.simulate.simulate_plot`."""
+    from treedgs_lab.simulate.simulate import simulate_plot
+
+    return simulate_plot(settings, reporter)
+
+
+COMMAND = Command(
+    name="simulate-plot",
+    qgis_id="simulateplot",
+    title="Simulate a plot",
+    group="Tools",
+    summary="Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.",
+    help=(
+        "Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding "
+        "crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the "
+        "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
+        "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
+        "a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a "
+        "real lens and sensor, grid flights over several plots and ground control are advanced options."
+    ),
+    settings=SimulateSettings,
+    run=run,
+    example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
+    expert=(
+        "dbh_sd_cm",
+        "lean_max_deg",
+        "leaf_area_m2",
+        "shrubs_per_m2",
+        "saplings_per_m2",
+        "slope_pct",
+        "roughness_m",
+        "image_width",
+        "image_height",
+        "sun_shift_min",
+        "float_epochs",
+        "lidar_density_m2",
+    ),
+    outputs={
+        "output": "the plot's folder",
+        "name": "plot name used in the files",
+        "n_photos": "photos rendered",
+        "n_stems": "stems inside the plot",
+        "n_lidar_points": "points of the LiDAR cloud",
+        "median_unoccluded_views": "photos that see a stem's breast height free (median over the stems)",
+        "seconds": "seconds it took",
+    },
+)

@@ -1,0 +1,238 @@
+"""``stand-table``: per-hectare tables with their errors, from measured trees or a field tally, and the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+from ..inventory.field_trees import FieldProtocol
+from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandTableSettings(FieldProtocol):
+    """Options of ``stand-table``."""
+
+    trees: Path | None = param(
+        None, kind="file", help="measured trees: the tree layer", suffixes=("gpkg", "shp", "geojson", "csv")
+    )
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is "
+        "one census",
+        suffixes=("csv", "gpkg", "geojson", "shp"),
+    )
+    boundary: Path | None = param(
+        None,
+        kind="file",
+        help="the stand's outline: finds plots that reach over its edge",
+        suffixes=("gpkg", "geojson", "shp"),
+    )
+    pairs: Path | None = param(
+        None,
+        kind="file",
+        help="pairs layer of match-plots: species and status of the measured trees",
+        suffixes=("gpkg",),
+    )
+    field: Path | None = param(
+        None,
+        kind="file",
+        help="field tally: heights of the paired trees; without --trees it is the tree list itself",
+        suffixes=("csv",),
+    )
+    taped: Path | None = param(
+        None,
+        kind="file",
+        help="the tape table of tape-sample, filled in: corrects trees, basal area, volume and biomass",
+        suffixes=("gpkg", "csv"),
+    )
+    taped_estimator: str = param(
+        "difference",
+        kind="choice",
+        choices=("difference", "ratio"),
+        advanced=True,
+        help="how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio",
+    )
+    units: str = param("metric", kind="choice", choices=("metric", "us"), help="units of the report")
+    class_width: float | None = param(
+        None,
+        kind="number",
+        unit="cm, or inches in US units",
+        minimum=0.1,
+        maximum=100,
+        help="width of a DBH class (5 cm or 2 inches where not given)",
+    )
+    min_dbh_cm: float = param(0.0, kind="number", unit="cm", minimum=0, help="smallest DBH that counts")
+    species: str | None = param(
+        None,
+        kind="text",
+        help="species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)",
+    )
+    origin: str = param("natural", kind="choice", choices=("natural", "planted"), help="how the stand came about")
+    missing: str = param(
+        "impute",
+        kind="choice",
+        choices=("impute", "exclude"),
+        help="stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's "
+        "measured trees, or leave them out (both results are reported)",
+    )
+    heights: str = param(
+        "fitted",
+        kind="choice",
+        choices=("fitted", "measured", "published"),
+        help="heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a "
+        "published regional curve",
+    )
+    height_unit: str = param(
+        "auto",
+        kind="choice",
+        choices=("auto", "m", "ft"),
+        advanced=True,
+        help="unit of a height column that does not say it (auto: from a name like height_m)",
+    )
+    equations: Path | None = param(
+        None, kind="file", advanced=True, help="your own equations, tried before the built-in ones", suffixes=("csv",)
+    )
+    volume_equation: str | None = param(
+        None,
+        kind="text",
+        advanced=True,
+        help="id of the volume equation for all trees (docs/technician/stand-table.md)",
+    )
+    biomass_equation: str | None = param(
+        None, kind="text", advanced=True, help="id of the biomass equation for all trees"
+    )
+    outside: str = param(
+        "flag",
+        kind="choice",
+        choices=("flag", "refuse"),
+        advanced=True,
+        help="trees outside an equation's range: use it and say so, or give no volume",
+    )
+    edge: str = param(
+        "zone",
+        kind="choice",
+        choices=("zone", "walkthrough", "area", "none"),
+        advanced=True,
+        help="trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it "
+        "that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only "
+        "flagged)",
+    )
+    plot_size: str = param(
+        "horizontal",
+        kind="choice",
+        choices=("horizontal", "slope"),
+        advanced=True,
+        help="plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)",
+    )
+    dbh_se_cm: float | None = param(
+        None,
+        kind="number",
+        unit="cm",
+        minimum=0,
+        maximum=50,
+        advanced=True,
+        help="standard error of DBH for trees that have none",
+    )
+    common_se_cm: float | None = param(
+        None,
+        kind="number",
+        unit="cm",
+        minimum=0,
+        maximum=20,
+        advanced=True,
+        help="standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)",
+    )
+    confidence_pct: float = param(
+        95.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
+    )
+    breast_height_m: float = param(
+        BREAST_HEIGHT_M,
+        kind="number",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+        advanced=True,
+        help="breast height of the height curve, for a field tally (a tree layer says its own)",
+    )
+    stand_id: str = param("stand", kind="text", help="name of the stand, in every file")
+    fvs_variant: str | None = param(None, kind="text", advanced=True, help="FVS variant, two letters (SN)")
+    year: int | None = param(
+        None, kind="integer", minimum=1800, maximum=2200, advanced=True, help="year of the inventory, for FVS"
+    )
+    crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
+    output: Path = param(kind="output_folder", help="folder for the report and the tables")
+
+
+def run(settings: StandTableSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, expand, estimate, write."""
+    from ..inventory.stand.run import make_report
+
+    return make_report(settings, reporter)
+
+
+COMMAND = Command(
+    name="stand-table",
+    qgis_id="standtable",
+    title="Stand table and report",
+    group="Inventory",
+    summary="Stand and stock tables per hectare with their errors, and a report for the client.",
+    help=(
+        "Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, "
+        "quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means "
+        "with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to "
+        "them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both "
+        "are reported. With --taped (tape-sample) trees, basal area, volume and biomass are corrected by taped "
+        "trees, and the interval is that of the tapes and the plots. Plots over the stand's edge are flagged and "
+        "weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines "
+        "first); give your own with --equations. From one "
+        "plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV "
+        "files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the "
+        "same numbers. Result figures are metric."
+    ),
+    settings=StandTableSettings,
+    run=run,
+    order=(
+        "trees",
+        "plots",
+        "species",
+        "pairs",
+        "field",
+        "boundary",
+        "taped",
+        "units",
+        "min_dbh_cm",
+        "class_width",
+        "missing",
+        "output",
+        "heights",
+        "origin",
+        "stand_id",
+        "crs",
+    ),
+    expert=("heights", "origin", "stand_id", "crs", "north", "declination_deg", "field_date", "distance", "to"),
+    example="treedgs stand-table --trees trees.gpkg --plots plots.csv --species PITA --output stand",
+    outputs={
+        "output": "folder",
+        "report": "the page to open",
+        "pdf": "the same as PDF",
+        "layers": "plots and trees as map layers",
+        "n_plots": "plots",
+        "n_trees": "trees measured in the plots",
+        "n_missing": "stems seen without a DBH",
+        "n_reviewed": "trees that a person decided on",
+        "trees_ha": "trees per hectare",
+        "ba_m2_ha": "basal area, m²/ha",
+        "ba_se_m2_ha": "its standard error, m²/ha",
+        "qmd_cm": "quadratic mean diameter, cm",
+        "lorey_m": "Lorey's mean height, m",
+        "dominant_m": "dominant height, m",
+        "volume_m3_ha": "volume, m³/ha",
+        "biomass_t_ha": "above-ground biomass, t/ha",
+    },
+)

@@ -1,0 +1,329 @@
+"""What work costs: seconds and peak memory of each stage against what it has to do, and what that means for a plot.
+
+Each stage is measured in a process of its own at several sizes, one size at a time, and a power law ``a size^b`` is
+fitted (``b`` within the limits that the algorithm allows). The prediction says what it was extrapolated from.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.files import atomic_path, write_json
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.core.tables import safe_frame
+from treedgs_geo.inventory.accuracy.charts import close, render
+from treedgs_geo.reconstruction.matching_levels import GUIDED_NEIGHBOURS
+from treedgs_geo.run.heights import MOST_COMPARED
+from treedgs_geo.run.routes import CHAIN_PRESETS
+from treedgs_geo.run.second_measurement import MOST_MEASURED_AGAIN
+
+from . import chart
+from .jobs import run_job
+from .plot import TruePlot
+
+#: The paper's case (tab:runtime_breakdown): one plot of 365 photos of 20 MP, 45 stems, 83 minutes on 192 threads + GPU.
+PAPER = {"photos": 365, "megapixels": 20.0, "stems": 45, "radius_m": 16.05, "minutes": 83.0}
+#: Stage -> (what its seconds grow with, limits of the exponent).
+GROWTH = {
+    "features": ("photos x min(megapixels, 12)", (0.8, 1.2)),
+    "reducing": ("photos x megapixels beyond 12", (0.8, 1.2)),
+    "matching": ("pairs", (0.8, 1.2)),
+    "mapping": ("photos", (0.8, 2.0)),
+    "adjustment": ("photos", (0.8, 2.0)),
+    "stems": ("area x photos used", (0.5, 1.2)),
+    "stem network": ("area x photos used", (0.5, 1.2)),
+    "second measurement": ("stems measured again x photos", (0.8, 1.2)),
+    "heights": ("area x photos used", (0.5, 1.2)),
+    "lidar": ("points", (0.8, 1.2)),
+}
+MOST_FEATURE_MP, MOST_VIEWS = 12.0, 96
+#: Reading large photos counts from this share of what their features take.
+_NOTICED = 0.02
+
+
+def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Reporter) -> dict[str, Any]:
+    """Measure, fit, predict; writes ``cost.{json,csv,md,svg,png}``.
+
+    Raises:
+        InputError: the plot given is none.
+    """
+    plot, *more = chart.plots_of(plots, output, True, reporter)
+    points = _measure(plot, more, output, reporter, budget_min)
+    if len(points) < 4:
+        raise InputError("Too few measurements were made to fit a cost model; give more time with --budget-min.")
+    table = split_reducing(pd.DataFrame(points))
+    fits = {
+        stage: fit_power(rows["size"].to_numpy(float), rows["seconds"].to_numpy(float), GROWTH[stage][1])
+        for stage, rows in table.groupby("stage")
+    }
+    memory = fit_memory(table)
+    prediction = predict(fits, memory, PAPER)
+    facts = {
+        "machine": chart.machine(),
+        "plot": plot.name,
+        "reconstructed_too": [other.name for other in more],
+        "points": _records(table),
+        "fits": fits,
+        "memory": memory,
+        "paper_case": {**PAPER, **prediction},
+    }
+    write_json(output / "cost.json", facts)
+    with atomic_path(output / "cost.csv") as path:
+        safe_frame(table).to_csv(path, index=False)
+    figure = draw(table, fits)
+    for kind in ("svg", "png"):
+        with atomic_path(output / f"cost.{kind}") as path:
+            path.write_bytes(render(figure, kind))
+    close(figure)
+    with atomic_path(output / "cost.md") as path:
+        path.write_text(markdown(facts), encoding="utf-8")
+    return {
+        "output": str(output),
+        "chart": str(output / "cost.svg"),
+        "predicted_min": round(prediction["total_s"] / 60, 1),
+    }
+
+
+def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
+    """Sizes of each kind of work on ``plot``, small ones first, and the reconstruction of ``more`` plots; kept runs are
+    not run again."""
+    import time
+
+    began = time.monotonic()
+    subsets = [("photos", share, 1.0) for share in (0.35, 0.6, 1.0)] + [("photos", 0.5, 0.6)]
+    points: list[dict] = []
+    truth = TruePlot.load(plot)
+    names = sorted(path.name for path in (plot / "images").iterdir())
+    runs: list[tuple[str, dict[str, Any]]] = []
+    for _, share, scale in subsets:
+        runs.append(
+            (f"sfm-{share:g}-{scale:g}", {"kind": "subset_sfm", "plot": str(plot), "share": share, "scale": scale})
+        )
+    for other in more:
+        whole = {"kind": "subset_sfm", "plot": str(other), "share": 1.0, "scale": 1.0}
+        runs.append((f"sfm-{other.name}", whole))
+    for radius in (0.5, 1.0, 1.4):
+        for views in (12, 24, 60):
+            runs.append(
+                (
+                    f"stems-{radius:g}-{views}",
+                    {"kind": "stems_cost", "plot": str(plot), "radius": radius, "views": views},
+                )
+            )
+    for photos, megapixels in ((6, 4.0), (6, 12.0), (4, 50.0)):
+        runs.append(
+            (
+                f"features-{photos}-{megapixels:g}",
+                {"kind": "features_cost", "plot": str(plot), "photos": photos, "megapixels": megapixels},
+            )
+        )
+    for stems, scale in ((1, 1.0), (3, 1.0), (6, 1.0), (3, 2.0)):
+        runs.append(
+            (f"second-{stems}-{scale:g}", {"kind": "second_cost", "plot": str(plot), "stems": stems, "scale": scale})
+        )
+    if (plot / "lidar").exists():
+        for radius, views in ((0.5, 24), (1.0, 24), (1.0, 60)):
+            heights = {"kind": "heights_cost", "plot": str(plot), "radius": radius, "views": views}
+            runs.append((f"heights-{radius:g}-{views}", heights))
+        for share in (0.25, 0.5, 1.0):
+            runs.append((f"lidar-{share:g}", {"kind": "lidar_cost", "plot": str(plot), "share": share}))
+    for number, (name, job) in enumerate(runs):
+        reporter.progress(number / len(runs), name)
+        kept = output / "cost-runs" / f"{name}.json"
+        record = json.loads(kept.read_text()) if kept.exists() else None
+        if record is None or "error" in record:
+            if budget_min and time.monotonic() - began > 60 * budget_min:
+                reporter.warn(f"Out of time before {name}; run again to add it.")
+                break
+            job["scratch"] = str(output / "cost-runs" / f"{name}-work")
+            record = run_job(job, kept)
+        if "error" in record:
+            reporter.warn(f"{name}: {record['error']}")
+            continue
+        if record["facts"].get("level", "guided") != "guided":
+            reporter.warn(
+                f"{name}: reconstructed at the level {record['facts']['level']}; only the guided one is fitted."
+            )
+            continue
+        for stage, seconds in record["stages"].items():
+            points.append(
+                {
+                    "run": name,
+                    "stage": stage,
+                    "size": record["sizes"][stage],
+                    "seconds": seconds,
+                    "peak_memory_mb": record["peak_memory_mb"],
+                    **record["facts"],
+                }
+            )
+    reporter.info(f"{len(points)} measurements on {len(names)} photos and {len(truth.trees)} stems.")
+    return points
+
+
+def split_reducing(table: pd.DataFrame) -> pd.DataFrame:
+    """Seconds of the features of photos beyond ``MOST_FEATURE_MP``, which are read whole and reduced: what they
+    take longer than smaller ones of the same feature pixels becomes a stage of its own, ``reducing``; none where they
+    take no longer."""
+    features = table["stage"] == "features"
+    large = features & (table["megapixels"] > 1.05 * MOST_FEATURE_MP)
+    small = table[features & ~large]
+    if not large.any() or not len(small):
+        return table[~large].reset_index(drop=True)
+    law = fit_power(small["size"].to_numpy(float), small["seconds"].to_numpy(float), GROWTH["features"][1])
+    more = table[large].copy()
+    own = law["a"] * (more["photos"] * MOST_FEATURE_MP) ** law["b"]
+    more["seconds"] -= own
+    more = more[more["seconds"] > _NOTICED * own].copy()
+    more["size"] = more["photos"] * (more["megapixels"] - MOST_FEATURE_MP)
+    more["stage"] = "reducing"
+    return pd.concat([table[~large], more], ignore_index=True)
+
+
+def _records(table: pd.DataFrame) -> list[dict]:
+    """Rows without what a run did not measure."""
+    return [{str(name): value for name, value in row.items() if not pd.isna(value)} for row in table.to_dict("records")]
+
+
+def fit_power(size: np.ndarray, seconds: np.ndarray, limits: tuple[float, float]) -> dict[str, Any]:
+    """``seconds = a size^b`` by least squares in logarithms, b clipped to ``limits``; ``spread``: largest factor that a
+    measurement lies off the fit."""
+    x, y = np.log(size), np.log(np.maximum(seconds, 1e-3))
+    b = float(np.clip(np.polyfit(x, y, 1)[0] if np.ptp(x) > 0.1 else 1.0, *limits))
+    a = float(np.exp(np.mean(y - b * x)))
+    off = float(np.exp(np.abs(y - np.log(a) - b * x).max()))
+    return {
+        "a": a,
+        "b": round(b, 3),
+        "from": float(size.min()),
+        "to": float(size.max()),
+        "n": len(size),
+        "spread": round(off, 2),
+    }
+
+
+def fit_memory(table: pd.DataFrame) -> dict[str, Any]:
+    """Peak memory: a base, plus what the crops of the photos used take (3 bytes a pixel) as measured; the same of the
+    second measurement, which holds its crops of each stem; and that of the features by the photos' megapixels."""
+
+    def line(stage: str, grows: str, least: float) -> tuple[float, float]:
+        rows = table[table["stage"] == stage]
+        if grows not in rows or not len(rows):
+            return 500.0, least
+        x, y = rows[grows].to_numpy(float), rows["peak_memory_mb"].to_numpy(float)
+        slope, base = np.polyfit(x, y, 1) if len(x) > 1 and np.ptp(x) > 1 else (least, float(y.max()))
+        return float(base), max(float(slope), least)
+
+    base, crops = line("stems", "crop_megapixels", 3.0)
+    second, stems = line("second measurement", "size", 0.0)
+    alone = table[table["run"].str.startswith("features-")].sort_values("megapixels")
+    return {
+        "base_mb": round(base),
+        "mb_per_crop_megapixel": round(crops, 2),
+        "second_base_mb": round(second),
+        "second_mb_per_stem_photo": round(stems, 3),
+        "features_mb": [[round(mp, 2), mb] for mp, mb in alone[["megapixels", "peak_memory_mb"]].to_numpy().tolist()],
+    }
+
+
+def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float]) -> dict[str, Any]:
+    """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
+    1.84 cm on the ground, and the guided level of reconstruction is enough. The network is asked for stems, as where
+    few are certain by their edges; every stem that may be measured a second time is (at most
+    :data:`~treedgs_geo.run.second_measurement.MOST_MEASURED_AGAIN`), and as many photos as are used show it: more
+    than a plot usually takes.
+    """
+    gsd_m = 0.0184
+    again = min(case["stems"], MOST_MEASURED_AGAIN)
+    used = min(case["photos"], MOST_VIEWS)
+    crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
+    sizes = {
+        "features": case["photos"] * min(case["megapixels"], MOST_FEATURE_MP),
+        "matching": case["photos"] * GUIDED_NEIGHBOURS / 2,
+        "mapping": case["photos"],
+        "adjustment": case["photos"],
+        "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
+        "stems": np.pi * case["radius_m"] ** 2 * used,
+        "stem network": np.pi * case["radius_m"] ** 2 * used,
+        "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MOST_COMPARED),
+        "second measurement": again * min(case["photos"], CHAIN_PRESETS["balanced"].second_views),
+    }
+    known = {name: size for name, size in sizes.items() if name in fits and size > 0}
+    stages = {name: round(fits[name]["a"] * size ** fits[name]["b"], 1) for name, size in known.items()}
+    beyond = {name: round(size / fits[name]["to"], 1) for name, size in known.items()}
+    megapixels, features_mb = np.array(memory.get("features_mb") or [[0.0, 0.0]]).T
+    peaks = (
+        float(np.interp(case["megapixels"], megapixels, features_mb)),
+        memory["base_mb"] + memory["mb_per_crop_megapixel"] * crop * used,
+        memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second measurement"],
+    )
+    return {
+        "stages_s": stages,
+        "total_s": round(sum(stages.values()), 1),
+        "times_beyond_measured": beyond,
+        "peak_memory_mb": round(max(peaks)),
+    }
+
+
+def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
+    """A panel a stage: measured seconds and the fitted law."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    from matplotlib.ticker import NullFormatter
+
+    stages = list(fits)
+    rows_needed = -(-len(stages) // 3)
+    figure, grid = plt.subplots(rows_needed, 3, figsize=(10, 2.5 * rows_needed), dpi=110, squeeze=False)
+    for axes in grid.flat[len(stages) :]:
+        axes.set_visible(False)
+    for axes, stage in zip(grid.flat, stages, strict=False):
+        rows, fit = table[table["stage"] == stage], fits[stage]
+        axes.scatter(rows["size"], rows["seconds"], color="#0072B2", zorder=3)
+        x = np.geomspace(fit["from"], fit["to"], 30)
+        axes.plot(x, fit["a"] * x ** fit["b"], color="#D55E00")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        marks = sorted({fit["from"], fit["to"]})
+        axes.set_xticks(marks, [f"{mark:,.0f}" for mark in marks])
+        ends = sorted({float(rows["seconds"].min()), float(rows["seconds"].max())})
+        axes.set_yticks(ends, [f"{end:.3g}" for end in ends])
+        axes.set_title(f"{stage}: exponent {fit['b']:.2f}", fontsize=9)
+        axes.set_xlabel(GROWTH[stage][0], fontsize=8)
+        axes.set_ylabel("s", fontsize=8)
+        axes.grid(alpha=0.25, which="both")
+    figure.tight_layout()
+    return figure
+
+
+def markdown(facts: dict[str, Any]) -> str:
+    """The laws and the prediction, for the docs."""
+    lines = ["| stage | grows with | seconds | measured from - to | worst misfit |", "|---|---|---|---|---|"]
+    for stage, fit in facts["fits"].items():
+        lines.append(
+            f"| {stage} | {GROWTH[stage][0]} | {fit['a']:.3g} size^{fit['b']:.2f} | {fit['from']:.0f} - "
+            f"{fit['to']:.0f} | x{fit['spread']:.2f} |"
+        )
+    case = facts["paper_case"]
+    stages = ", ".join(f"{name} {seconds / 60:.1f}" for name, seconds in case["stages_s"].items())
+    beyond = max(case["times_beyond_measured"].values(), default=1)
+    others = ", ".join(f"`{name}`" for name in facts["reconstructed_too"])
+    measured = f"`{facts['plot']}`" + (f" (reconstruction on {others}, too)" if others else "")
+    lines += [
+        "",
+        f"Measured on {measured}, {facts['machine']['cores']} cores. The paper's case "
+        f"({case['photos']} photos of {case['megapixels']:.0f} MP, radius {case['radius_m']} m): predicted "
+        f"**{case['total_s'] / 60:.0f} minutes** ({stages}) and {case['peak_memory_mb'] / 1024:.1f} GB, "
+        f"extrapolated up to {beyond:g} times beyond what was measured. The paper took {case['minutes']:.0f} "
+        "minutes on 192 threads and a GPU (another scene: context).",
+        "",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,84 @@
+"""Do the 90 % intervals hold factor by factor? Small numbers: chance is reckoned with."""
+
+from __future__ import annotations
+
+import pandas as pd
+from scipy.stats import binom, binomtest
+
+from treedgs_geo.core.intervals import LEVEL
+
+from .factors import FACTORS
+from .stability_report import COVERAGE, REPORTED
+
+#: A share is taken for missed where fewer than this of such samples would come out so, were it inside the range.
+CHANCE = 0.05
+
+
+def by_factor(table: pd.DataFrame) -> pd.DataFrame:
+    """One row a method and factor over its troubled levels.
+
+    table: :func:`.stability_report.tree_rows`. Columns: ``factor``, ``method``; ``ok`` and ``ok_inside``, accepted
+    trees that give an interval and those whose interval holds the truth; ``measured`` and ``inside``, the same with
+    the flagged ones; ``holds``: "holds", "missed", or "by chance" where the share of accepted trees is outside the
+    85 to 95 % asked, but no farther than chance takes so few.
+    """
+    rows = []
+    for factor in FACTORS:
+        part = table[(table["factor"] == factor.key) & (table["level"] != factor.levels[0]) & ~table["false"]]
+        for method in (name for name in REPORTED if (part["method"] == name).any()):
+            read = part[(part["method"] == method) & part["lo_cm"].notna() & part["error_cm"].notna()]
+            ok = read[read["flag"] == "ok"]
+            rows.append(
+                {
+                    "factor": factor.key,
+                    "method": method,
+                    "ok": len(ok),
+                    "ok_inside": int(ok["inside"].sum()),
+                    "measured": len(read),
+                    "inside": int(read["inside"].sum()),
+                    "holds": holds(int(ok["inside"].sum()), len(ok)),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def holds(inside: int, of: int) -> str:
+    """Whether ``inside`` of ``of`` intervals is 85 to 95 %; empty where there are none."""
+    if not of:
+        return ""
+    low, high = COVERAGE
+    share = inside / of
+    if low <= share <= high:
+        return "holds"
+    near, side = (low, "less") if share < low else (high, "greater")
+    return "missed" if binomtest(inside, of, near, side).pvalue < CHANCE else "by chance"
+
+
+def by_chance(of: int) -> tuple[int, int]:
+    """Fewest and most of ``of`` right intervals of 90 % that hold the truth, nine times in ten.
+
+    Were the trees strangers to each other: the levels of a factor share their stand, and what one stem has of its own
+    counts at each of them.
+    """
+    low, high = binom.interval(LEVEL, of, LEVEL)
+    return int(low), int(high)
+
+
+def factor_markdown(factors: pd.DataFrame) -> str:
+    """The same as a table of the page."""
+    lines = [
+        "",
+        "Intervals factor by factor, over the levels that trouble (`by chance`: outside 85 to 95 %, but no farther",
+        "than chance takes so few; right intervals give the number under `chance` nine times in ten):",
+        "",
+        "| factor | method | ok inside 90 % interval | chance | share | claim (85-95 %) | all measured, inside |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for _, row in factors[factors["measured"] > 0].iterrows():
+        share = f"{100 * row['ok_inside'] / row['ok']:.0f} %" if row["ok"] else "–"
+        chance = " to ".join(map(str, by_chance(row["ok"]))) if row["ok"] else "–"
+        lines.append(
+            f"| {row['factor']} | {row['method']} | {row['ok_inside']} of {row['ok']} | {chance} | {share} | "
+            f"{row['holds'] or '–'} | {100 * row['inside'] / row['measured']:.0f} % of {row['measured']} |"
+        )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,142 @@
+"""Charts of the method comparison: densities, trend over DBH, the choice of p, visibility."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from treedgs_geo.inventory.accuracy.charts import BLUE, GREY, VERMILION, new_axes
+
+#: One look a method: Okabe-Ito colours, and lines that differ in grey.
+LOOKS = {
+    "lidar, cylinder": ("#E69F00", "-"),
+    "lidar, circle": ("#CC79A7", ":"),
+    "lidar, weighted circle": ("#56B4E9", "--"),
+    "splats, cylinder": ("#009E73", "-."),
+    "splats, circle": ("#D55E00", ":"),
+    "splats, weighted circle": ("#0072B2", "-"),
+}
+
+
+def draw_densities(errors: dict[str, np.ndarray]) -> Any:
+    """Kernel density of the signed errors of each method (Silverman's width); a tick a stem where there are few."""
+    figure, axes = new_axes(6.6, 4.2)
+    every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
+    reach = float(np.clip(np.percentile(np.abs(every), 97) * 1.4, 2, 40)) if len(every) else 2.0
+    x = np.linspace(-reach, reach, 400)
+    for name, error in errors.items():
+        error = error[np.isfinite(error)]
+        colour, line = LOOKS.get(name, (GREY, "-"))
+        if 0 < len(error) < 3:
+            axes.plot(error, np.zeros(len(error)), "|", color=colour, ms=16, mew=2, label=f"{name} ({len(error)})")
+        if len(error) < 3:
+            continue
+        spread = min(error.std(), (np.percentile(error, 75) - np.percentile(error, 25)) / 1.34) or error.std()
+        width = max(0.9 * spread * len(error) ** -0.2, 0.05)
+        curve = np.exp(-0.5 * ((x[:, None] - error) / width) ** 2).sum(axis=1)
+        curve /= len(error) * width * np.sqrt(2 * np.pi)
+        axes.plot(x, curve, color=colour, ls=line, lw=1.8, label=f"{name} ({len(error)})")
+    axes.axvline(0, color="0.4", ls="--", lw=1)
+    axes.set_xlabel("estimate − reference, cm")
+    axes.set_ylabel("density")
+    axes.set_title("Signed errors", fontsize=11)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray, step_cm: float = 5.0, least: int = 2) -> np.ndarray:
+    """(B, 3): bin centre, median error, number of stems; bins with fewer than ``least`` stems are left out."""
+    good = np.isfinite(error_cm)
+    bins = np.floor(dbh_cm[good] / step_cm).astype(int)
+    rows = [
+        (step_cm * (b + 0.5), float(np.median(error_cm[good][bins == b])), int((bins == b).sum()))
+        for b in np.unique(bins)
+        if (bins == b).sum() >= least
+    ]
+    return np.array(rows, float).reshape(-1, 3)
+
+
+def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
+    """Signed error against DBH: dots a stem, lines through the bins' medians, dashed across empty bins."""
+    figure, axes = new_axes(6.6, 4.4)
+    every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
+    reach = float(np.clip(np.percentile(np.abs(every), 95) * 1.5, 2, 40)) if len(every) else 2.0
+    for name, error in errors.items():
+        colour, _ = LOOKS.get(name, (BLUE, "-"))
+        trend = robust_trend(reference_cm, error)
+        alone = name if np.isfinite(error).any() and not len(trend) else None
+        axes.scatter(
+            reference_cm, np.clip(error, -reach, reach), s=12, color=colour, alpha=0.35, linewidths=0, label=alone
+        )
+        for a, b in zip(trend[:-1], trend[1:], strict=True):
+            axes.plot([a[0], b[0]], [a[1], b[1]], color=colour, lw=2, ls="-" if b[0] - a[0] < 5.1 else "--")
+        if len(trend):
+            axes.plot(trend[:, 0], trend[:, 1], "o", ms=3.5, color=colour, label=name)
+    axes.axhline(0, color="black", lw=1)
+    axes.set_ylim(-reach * 1.05, reach * 1.05)
+    axes.set_xlabel("reference DBH, cm")
+    axes.set_ylabel("estimate − reference, cm")
+    axes.set_title("Error over DBH: medians of 5 cm bins", fontsize=11)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def draw_power(sweep: list[dict]) -> Any:
+    """RMSE (line) and MAE (dashed) on the held-out stems over the exponent p."""
+    figure, axes = new_axes(6.0, 3.8)
+    table = pd.DataFrame(sweep)
+    for source, colour, mark in (("lidar", VERMILION, "^"), ("splats", BLUE, "o")):
+        rows = table[(table["source"] == source) & table["rmse_cm"].notna()]
+        if len(rows):
+            axes.plot(rows["p"], rows["rmse_cm"], color=colour, marker=mark, label=f"{source}, RMSE")
+            axes.plot(rows["p"], rows["mae_cm"], color=colour, marker=mark, ls="--", alpha=0.6, label=f"{source}, MAE")
+    axes.set_xlabel("exponent p")
+    axes.set_ylabel("cm")
+    axes.set_title(f"Choice of p on {int(table['held_out'].max())} held-out stems", fontsize=11)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def draw_visibility(table: pd.DataFrame) -> Any:
+    """Absolute error against free views, their mean width, and the product; least-squares line and Pearson's r."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, grid = plt.subplots(1, 3, figsize=(10.2, 3.4), dpi=120, sharey=True)
+    known = table[table["error_cm"].notna() & (table["free_views"] > 0)]
+    for axes, (name, label) in zip(
+        grid,
+        (
+            ("free_views", "photos that show breast height"),
+            ("width_px", "mean width there, px"),
+            ("score", "photos × width, px"),
+        ),
+        strict=True,
+    ):
+        x, y = known[name].to_numpy(float), known["error_cm"].abs().to_numpy(float)
+        axes.scatter(x, y, s=16, color=BLUE, alpha=0.8)
+        axes.grid(alpha=0.25, linewidth=0.6)
+        if len(x) > 2 and x.std() > 0 and y.std() > 0:
+            slope, start = np.polyfit(x, y, 1)
+            ends = np.array([x.min(), x.max()])
+            axes.plot(
+                ends,
+                start + slope * ends,
+                color=VERMILION,
+                lw=1.6,
+                label=f"r = {np.corrcoef(x, y)[0, 1]:+.2f}, n = {len(x)}",
+            )
+            axes.legend(fontsize=8, frameon=False)
+        axes.set_xlabel(label)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+    grid[0].set_ylabel("|error|, cm")
+    figure.tight_layout()
+    return figure

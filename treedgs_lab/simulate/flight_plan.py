@@ -1,0 +1,69 @@
+"""Flights that somebody planned (``plan.gpkg`` of plan-flight), flown in the simulator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from treedgs_geo.core.errors import InputError
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+#: Layers of a plan.
+PHOTOS, PLOTS = "plan_photos", "plan_plots"
+
+
+@dataclass(frozen=True)
+class PlannedFlight:
+    """shots: photos about the middle of the plots, heights over the ground below. centres: (n, 2) of the plots;
+    radius_m: of the largest. width_px, height_px, focal_px: of the camera it is planned for."""
+
+    photos: np.ndarray
+    centres: np.ndarray
+    radius_m: float
+    width_px: int
+    height_px: int
+    focal_px: float
+
+
+def read_layer(path: Path, layer: str, columns: set[str]) -> gpd.GeoDataFrame:
+    """A layer of a flight plan.
+
+    Raises:
+        InputError: not readable, or not such a plan.
+    """
+    import geopandas as gpd
+
+    try:
+        table = gpd.read_file(path, layer=layer, engine="pyogrio")
+    except Exception as problem:
+        raise InputError(f"{path}: holds no layer {layer} ({problem}), expected plan.gpkg of plan-flight.") from None
+    missing = columns - set(table.columns)
+    if missing or not len(table):
+        what = f"lacks {', '.join(sorted(missing))}" if missing else "is empty"
+        raise InputError(f"{path}: its layer {layer} {what}; make the plan again with plan-flight.")
+    return table
+
+
+def read_flight(path: Path) -> PlannedFlight:
+    """The photos of a plan.
+
+    Raises:
+        InputError: not a flight plan.
+    """
+    photos = read_layer(path, PHOTOS, {"leg", "yaw_deg", "pitch_deg", "above_m", "width_px", "height_px", "focal_px"})
+    plots = read_layer(path, PLOTS, {"plot_id", "radius_m"})
+    centres = np.array([[shape.centroid.x, shape.centroid.y] for shape in plots.geometry])
+    middle = centres.mean(axis=0)
+    place = np.array([[shape.x, shape.y] for shape in photos.geometry]) - middle
+    angles = photos[["above_m", "yaw_deg", "pitch_deg"]].to_numpy(float)
+    first = photos.iloc[0]
+    return PlannedFlight(
+        np.column_stack([place, angles]), centres - middle, float(plots["radius_m"].max()), int(first["width_px"]),
+        int(first["height_px"]),
+        float(first["focal_px"]),
+    )  # fmt: skip

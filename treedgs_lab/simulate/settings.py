@@ -1,0 +1,251 @@
+"""What can be set about a synthetic plot, and the three sizes it comes in."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.settings import param
+
+from .options import CameraSettings, ControlSettings, FlightSettings, SensorSettings, WeatherSettings
+from .stand_options import StandSettings
+from .trouble import TroubleSettings
+
+PLOT_PRESETS = ("demo", "test", "plot", "micro")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateSettings(
+    TroubleSettings, StandSettings, FlightSettings, ControlSettings, CameraSettings, SensorSettings, WeatherSettings
+):
+    """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
+
+    output: Path = param(
+        kind="output_folder", help="folder for the plot; made if missing, replaced if it is a simulated plot"
+    )
+    preset: str = param(
+        "demo",
+        kind="choice",
+        choices=PLOT_PRESETS,
+        help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
+        "demo (6-9 stems), plot (0.03 ha, 62 photos)",
+    )
+    seed: int = param(
+        1, kind="integer", minimum=0, maximum=2**31, help="random seed; the same seed gives the same plot"
+    )
+    name: str | None = param(None, kind="text", help="plot name, used in file names; default: the folder's name")
+    radius_m: float | None = param(None, kind="number", unit="m", minimum=2, maximum=15, help="radius of the plot")
+    stems_per_ha: float = param(700.0, kind="number", unit="1/ha", minimum=100, maximum=2500, help="planting density")
+    dbh_mean_cm: float = param(
+        27.4, kind="number", unit="cm", minimum=8, maximum=70, help="mean diameter at breast height"
+    )
+    dbh_sd_cm: float = param(6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation")
+    lean_max_deg: float = param(4.0, kind="number", unit="deg", minimum=0, maximum=30, help="largest lean of any stem")
+    strong_leans: int = param(
+        0,
+        kind="integer",
+        minimum=0,
+        maximum=10,
+        help="in-plot stems that lean by 75-100 % of the largest lean",
+        advanced=True,
+    )
+    forks_below_bh: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked below breast height", advanced=True
+    )
+    forks_above_bh: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked above breast height", advanced=True
+    )
+    touching_saplings: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling", advanced=True
+    )
+    dead_trees: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees without needles", advanced=True
+    )
+    leaf_area_m2: float = param(
+        38.0,
+        kind="number",
+        unit="m2",
+        minimum=0,
+        maximum=200,
+        help="one-sided needle area of a tree of mean DBH; what hides the stems",
+    )
+    shrubs_per_m2: float = param(
+        0.13, kind="number", unit="1/m2", minimum=0, maximum=2, help="shrubs, up to --shrub-height-m"
+    )
+    saplings_per_m2: float = param(
+        0.025, kind="number", unit="1/m2", minimum=0, maximum=1, help="saplings below 7.5 cm DBH"
+    )
+    logs: int = param(5, kind="integer", minimum=0, maximum=50, help="logs lying about", advanced=True)
+    slope_pct: float = param(3.0, kind="number", unit="%", minimum=0, maximum=60, help="slope of the ground")
+    roughness_m: float = param(
+        0.10, kind="number", unit="m", minimum=0, maximum=1, help="standard deviation of the ground about its plane"
+    )
+    image_width: int | None = param(None, kind="integer", unit="px", minimum=320, maximum=8192, help="width of a photo")
+    image_height: int | None = param(
+        None, kind="integer", unit="px", minimum=240, maximum=8192, help="height of a photo"
+    )
+    photos: int | None = param(
+        None, kind="integer", minimum=8, maximum=400, help="number of photos, both flights together"
+    )
+    samples: int | None = param(None, kind="integer", minimum=1, maximum=16, help="rays a pixel", advanced=True)
+    gsd_cm: float = param(
+        1.84,
+        kind="number",
+        unit="cm",
+        minimum=0.3,
+        maximum=10,
+        help="ground sample distance straight down from 70 m; sets the focal length",
+    )
+    sun_shift_min: float = param(
+        0.0,
+        kind="number",
+        unit="min",
+        minimum=0,
+        maximum=240,
+        help="minutes by which the sun moves on between the flights; 0 = same shadows in both",
+    )
+    float_epochs: int = param(
+        3,
+        kind="integer",
+        minimum=0,
+        maximum=20,
+        help="photos that fall into a burst of PPK float solutions (0.3 m error)",
+    )
+    labels: bool = param(
+        False, kind="flag", help="write truth/labels: what every pixel of every photo shows", advanced=True
+    )
+    lidar_density_m2: float | None = param(
+        None, kind="number", unit="1/m2", minimum=0, maximum=5000, help="LiDAR pulses per square metre; 0 = no cloud"
+    )
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Lengths and counts that a preset fixes and the settings may override.
+
+    rings: (height m, pitch deg, share of the ring photos, flight). samples: rays a pixel. name: of the plot, for files.
+    """
+
+    radius_m: float
+    image_width: int
+    image_height: int
+    photos: int
+    nadir: int
+    nadir_step_m: float
+    rings: tuple[tuple[float, float, float, int], ...]
+    target_off_m: float
+    samples: int
+    lidar_density_m2: float
+    lidar_half_m: float
+    stand_radius_m: float
+    name: str = "plot"
+
+
+#: The presets.
+SIZES = {
+    "micro": Sizes(
+        3.6, 560, 440, 26, 1, 3.0, ((70.0, -57.0, 0.6, 0), (90.0, -53.0, 0.4, 1)), 0.8, 2, 1400.0, 5.0, 24.0
+    ),
+    "test": Sizes(
+        4.6, 720, 540, 28, 4, 3.0, ((70.0, -57.0, 0.67, 0), (90.0, -53.0, 0.33, 1)), 1.0, 4, 200.0, 7.0, 36.0
+    ),
+    "demo": Sizes(
+        6.0,
+        1024,
+        768,
+        40,
+        4,
+        5.0,
+        ((70.0, -75.0, 0.11, 0), (70.0, -57.0, 0.48, 0), (90.0, -53.0, 0.41, 1)),
+        2.0,
+        4,
+        600.0,
+        9.0,
+        42.0,
+    ),
+    "plot": Sizes(
+        10.0,
+        1280,
+        960,
+        62,
+        9,
+        7.5,
+        ((70.0, -75.0, 0.17, 0), (70.0, -57.0, 0.38, 0), (90.0, -53.0, 0.45, 1)),
+        3.0,
+        5,
+        1400.0,
+        12.0,
+        46.0,
+    ),
+}
+
+
+def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
+    """Fill what was left to the preset; returns complete settings (for the record) and the sizes to work with.
+
+    Raises:
+        InputError: an unknown preset, photos too small for the plot, or too few.
+    """
+    if settings.preset not in SIZES:
+        raise InputError(f"--preset: found {settings.preset!r}, expected one of {', '.join(PLOT_PRESETS)}.")
+    name = settings.name or Path(settings.output).resolve().name
+    name = "".join(c if c.isalnum() or c in "_-" else "_" for c in name)[:40] or "plot"
+    fields = ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")
+    given = {field: value for field in fields if (value := getattr(settings, field)) is not None}
+    sizes = dataclasses.replace(SIZES[settings.preset], name=name, **given)
+    if settings.flight not in ("rings", "grid"):
+        return _planned(settings, sizes, name, given)
+    if settings.flight == "grid":
+        if settings.photos is not None:
+            raise InputError("--photos: a grid flight has as many as its overlaps and height ask for; leave it out.")
+        # The record names no number that the flight does not have.
+        return dataclasses.replace(
+            settings, name=name, **{f: getattr(sizes, f) for f in fields if f != "photos"}
+        ), sizes
+    if settings.plots > 1 or settings.terrain_following:
+        raise InputError("--plots, --terrain-following: are for grid flights; give --flight grid.")
+    _check_rings(settings, sizes)
+    return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes
+
+
+def _planned(
+    settings: SimulateSettings, sizes: Sizes, name: str, given: dict[str, float]
+) -> tuple[SimulateSettings, Sizes]:
+    """Settings for a planned flight: its plots, and its camera with as many pixels as asked for."""
+    path = Path(settings.flight)
+    if path.suffix.lower() != ".gpkg" or not path.is_file():
+        raise InputError(
+            f"--flight: found {settings.flight!r}, expected rings, grid, or a flight plan that exists (plan.gpkg)."
+        )
+    if settings.photos is not None or settings.plots > 1:
+        raise InputError("--photos, --plots: are those of the flight plan; leave them out.")
+    from .flight_plan import read_flight
+
+    plan = read_flight(path)
+    width = int(given.get("image_width", plan.width_px))
+    height = int(given.get("image_height", round(width * plan.height_px / plan.width_px)))
+    radius = float(given.get("radius_m", plan.radius_m))
+    sizes = dataclasses.replace(sizes, image_width=width, image_height=height, radius_m=radius, photos=len(plan.photos))
+    gsd_cm = 7000 / (plan.focal_px * width / plan.width_px)
+    fields = {
+        field: getattr(sizes, field)
+        for field in ("image_width", "image_height", "radius_m", "samples", "lidar_density_m2")
+    }
+    return dataclasses.replace(settings, name=name, gsd_cm=gsd_cm, plots=len(plan.centres), **fields), sizes
+
+
+def _check_rings(settings: SimulateSettings, sizes: Sizes) -> None:
+    """Photos of the rings hold the plot, and there are enough of them."""
+    short_m = sizes.image_height * settings.gsd_cm / 100
+    if short_m < 1.2 * sizes.radius_m:
+        raise InputError(
+            f"--image-height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot radius "
+            f"({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m."
+        )
+    if sizes.photos < sizes.nadir + 6:
+        raise InputError(
+            f"--photos: found {sizes.photos}, expected at least {sizes.nadir + 6} for this preset "
+            f"({sizes.nadir} nadir photos and the rings)."
+        )
