@@ -24,7 +24,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "treedgs"
-WANTED = ("processing/", "treedgs_qgis/", "treedgs_geo/", "docs/")
+WANTED = ("processing/", "treedgs_qgis/", "treedgs_geo/", "treedgs_lab/", "docs/")
 SINGLE = ("__init__.py", "metadata.txt", "LICENSE", "README.md", "CHANGELOG.md", ".bandit")
 REQUIRED = (
     "name", "description", "version", "qgisMinimumVersion", "author", "email", "about", "tracker", "repository",
@@ -236,7 +236,7 @@ def check_wheel(wheel: Path, files: list[str]) -> None:
     """
     with zipfile.ZipFile(wheel) as packed:
         there = {name for name in packed.namelist() if ".dist-info/" not in name}
-    wanted = {name for name in files if name.startswith("treedgs_geo/")}
+    wanted = {name for name in files if name.startswith(("treedgs_geo/", "treedgs_lab/"))}
     if there != wanted:
         odd = ", ".join(sorted(wanted ^ there)[:5])
         raise PackageError(f"{wheel.name}: and the library differ in {odd}; correct package-data in pyproject.toml")

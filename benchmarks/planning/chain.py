@@ -30,12 +30,12 @@ from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import photo_inputs, run_verb
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.planning.flight_plan import PHOTOS
 from treedgs_geo.planning.plan import plan_flight
 from treedgs_geo.planning.settings import PlanFlightSettings
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_lab.simulate.flight import ring_shots
-from treedgs_lab.simulate.flight_plan import PHOTOS
 from treedgs_lab.simulate.scene import total_height
 from treedgs_lab.simulate.settings import SIZES
 from treedgs_lab.simulate.simulate import streams

@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+from types import ModuleType
+
+from .errors import MissingComponentError
+
+#: The package with the simulator, the benchmarks and the publication's tables: it imports the library, never the
+#: other way round, so the library reaches it by name.
+LAB = "treedgs_lab"
+
 #: Extra of ``pyproject.toml`` -> the modules it brings. ``treedgs_qgis/extras.py`` has the same.
 EXTRAS: dict[str, tuple[str, ...]] = {
     "simulate": ("open3d",),
@@ -31,3 +40,20 @@ def lacks(module: str | None, verb: str) -> str:
     if extra:
         return f"{verb}: needs the library {module}, which is not installed; pip install 'treedgs-geo[{extra}]'."
     return f"{verb}: the library {module} is not installed; run 'make setup' or 'treedgs doctor'."
+
+
+def lab(module: str, verb: str) -> ModuleType:
+    """A module of the lab.
+
+    Raises:
+        MissingComponentError: the lab is not installed.
+    """
+    try:
+        return importlib.import_module(f"{LAB}.{module}")
+    except ModuleNotFoundError as missing:
+        if missing.name != LAB:
+            raise
+        raise MissingComponentError(
+            f"{verb}: needs the package {LAB} (simulator, benchmarks, the publication's tables), which is not "
+            "installed; install TreeDGS from its repository or the plugin's zip, which have it."
+        ) from None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from treedgs_lab.simulate.flight_plan import PHOTOS, PLOTS, read_layer
+from .flight_plan import PHOTOS, PLOTS, read_layer
 
 if TYPE_CHECKING:
     from ..stems.quality.tree import Tree

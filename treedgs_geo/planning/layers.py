@@ -12,11 +12,10 @@ import numpy as np
 import pandas as pd
 from shapely.geometry import LineString, Polygon
 
-from treedgs_lab.simulate.flight_plan import PHOTOS, PLOTS
-
 from ..core.geopackage import atomic_geopackage, save_style
 from .choose import JudgedFlight, Stems
 from .drones import DroneCamera
+from .flight_plan import PHOTOS, PLOTS
 from .site import PlanSite
 
 LINE, FOOTPRINTS = "plan_line", "plan_footprints"

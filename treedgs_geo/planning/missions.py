@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from treedgs_lab.simulate.grid import axes
-
 from .drones import DroneCamera
 
 #: Tilts of oblique photos from straight down, degrees.
@@ -23,6 +21,12 @@ _BLOCK_GAP_M = 80.0
 _TIES = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
 Ground = Callable[[np.ndarray], np.ndarray]
+
+
+def axes(heading_deg: float) -> np.ndarray:
+    """(2, 2) unit vectors along the heading and to its right, x and y."""
+    turn = np.radians(heading_deg)
+    return np.array([[np.sin(turn), np.cos(turn)], [np.cos(turn), -np.sin(turn)]])
 
 
 @dataclass(frozen=True)

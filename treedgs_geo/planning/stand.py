@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from treedgs_lab.simulate.spacing import natural
+from .spacing import natural
 
 #: Crowns up to this far outside a plot can hide its stems, m.
 REACH_M = 30.0
 #: Side of a cell of the leaf grid, m.
 CELL_M = 0.5
 #: Leaf area of a tree goes with this power of its DBH, crown reach is ``a + b DBH`` (m): the curves of the simulator's
-#: pines (:mod:`treedgs_lab.simulate.vegetation`, :func:`treedgs_lab.simulate.foliage.crown`).
+#: pines (``treedgs_lab/simulate``: ``vegetation.py``, ``crown`` of ``foliage.py``).
 LEAF_POWER, CROWN_REACH = 1.6, (1.0, 4.0)
 #: A leaf's mean shadow over its area, leaves facing anywhere (Ross 1981).
 LEAF_SHADOW = 0.5

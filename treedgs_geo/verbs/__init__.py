@@ -6,8 +6,10 @@ Command modules import heavy libraries only inside their functions, so that ``--
 from __future__ import annotations
 
 import importlib
+import importlib.util
 
 from ..core.command import Command
+from ..core.extras import LAB, lab
 
 #: Verb -> module, in the order of the work. By name, so that a verb may live in a room above this one.
 MODULES = {
@@ -29,17 +31,22 @@ MODULES = {
     "tape-check": "treedgs_geo.verbs.tape_check",
     "stand-table": "treedgs_geo.verbs.stand_table",
     "compare": "treedgs_geo.verbs.compare",
-    "benchmark": "treedgs_geo.verbs.benchmark",
-    "simulate-plot": "treedgs_geo.verbs.simulate_plot",
+    "benchmark": "treedgs_lab.verbs.benchmark",
+    "simulate-plot": "treedgs_lab.verbs.simulate_plot",
     "doctor": "treedgs_geo.verbs.doctor",
 }
 
 
 def get_command(name: str) -> Command:
-    """Import one verb's module and return its command."""
-    return importlib.import_module(MODULES[name]).COMMAND
+    """Import one verb's module and return its command.
+
+    Raises:
+        MissingComponentError: the verb is one of the lab's, which is not installed.
+    """
+    package, module = MODULES[name].split(".", 1)
+    return (lab(module, name) if package == LAB else importlib.import_module(MODULES[name])).COMMAND
 
 
 def all_commands() -> list[Command]:
-    """Every verb, in order."""
-    return [get_command(name) for name in MODULES]
+    """Every verb that is installed, in order: those of the lab only where its package is."""
+    return [get_command(name) for name, module in MODULES.items() if importlib.util.find_spec(module.split(".")[0])]

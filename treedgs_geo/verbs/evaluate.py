@@ -95,10 +95,6 @@ class EvaluateSettings:
 
 def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, score, write."""
-    from treedgs_lab.published.experiments import ExperimentOptions, run_experiments
-    from treedgs_lab.published.paper_document import write_paper
-    from treedgs_lab.published.paper_inputs import PaperInputs
-
     from .. import __version__
     from ..core.errors import InputError
     from ..core.files import ensure_writable, fingerprint
@@ -127,17 +123,10 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         }
     more, paper = "", None
     if settings.paper or any(plot.has_experiments for plot in plots):
-        options = ExperimentOptions(settings.holdout_pct / 100, settings.seed)
-        with reporter.stage("experiments", 0.4, 0.85):
-            found = run_experiments(plots, options, settings.output, reporter)
-        metrics |= found.found
-        more = found.section
-    if settings.paper:
-        with reporter.stage("figures of the paper", 0.85, 0.9):
-            drawn = PaperInputs(
-                evidence, metrics, plots, found.references, found.sources, settings.output, found.labelled
-            )
-            paper = write_paper(drawn)
+        from ..core.extras import lab
+
+        published = lab("published.evaluation", "evaluate with clouds, a workspace or --paper")
+        more, paper = published.add_experiments(settings, plots, evidence, metrics, reporter)
     for note in metrics["notes"]:
         reporter.warn(note)
     if metrics["bootstrap"]["note"]:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+import treedgs_geo
 from treedgs_geo import __version__
 from treedgs_geo.core.errors import TreeDGSError
 from treedgs_geo.core.files import write_json
@@ -71,18 +72,7 @@ PHOTO_TROUBLES = {
 #: How well photos see the ground, standard deviation of the height of a whole plot (``plot_a``: 1.4 cm off), metres.
 SEEN_GROUND_SD_M = 0.03
 #: Measured by these rooms: their source is part of what a kept result says about itself.
-ROOMS = (
-    "chain",
-    "from_photos",
-    "from_points",
-    "gaussians",
-    "geotags",
-    "pointcloud",
-    "reconstruction",
-    "shapes",
-    "terrain",
-    "trees",
-)
+ROOMS = ("core", "pointcloud", "geotags", "terrain", "reconstruction", "stems", "run")
 
 
 @dataclass(frozen=True)
@@ -136,7 +126,7 @@ def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[
 
 def code_digest() -> str:
     """Hash of the measuring code, to tell results of another state apart."""
-    root = Path(__file__).resolve().parents[1]
+    root = Path(treedgs_geo.__file__).parent
     digest = hashlib.sha256()
     for room in ROOMS:
         for path in sorted((root / room).rglob("*.py")):

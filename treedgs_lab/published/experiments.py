@@ -11,6 +11,7 @@ import numpy as np
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles, pooled_reference
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.sections import (
     drawn,
     html_table,
@@ -29,7 +30,7 @@ from treedgs_geo.terrain.ground import dtm_from_cloud
 
 from . import experiment_charts
 from .labelled import LabelledPoints
-from .methods import WEIGHTS, Reference, StemPoints, ablate, choose_power, compare_methods, measure, stem_points
+from .methods import WEIGHTS, StemPoints, ablate, choose_power, compare_methods, measure, stem_points
 from .photo_experiments import photo_experiments
 from .segmentation import score_segmentation, true_labels
 

@@ -12,13 +12,14 @@ import pandas as pd
 
 from treedgs_geo.inventory.accuracy.charts import BLUE, VERMILION
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.stems.cloud.estimate.published import PublishedOptions, measure_published
 from treedgs_geo.stems.geometry.circles import SolidCircle
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 
-from .methods import Reference, StemPoints
+from .methods import StemPoints
 from .paper_pictures import panels
 
 #: Stems of each kind in the gallery of slices; half width of a picture, m.

@@ -7,16 +7,12 @@ alone, figures on the others: over what each method measured, and over the stems
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
-from shapely.geometry import LineString
 
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position, score
-from treedgs_geo.inventory.accuracy.tables import COUNTED
-from treedgs_geo.inventory.pairs_layer import PAIRS, read_layer
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.stems.cloud.estimate.cloud import point_weights
 from treedgs_geo.stems.cloud.estimate.published import PublishedOptions, measure_published
@@ -50,44 +46,6 @@ ABLATION = {
     "weights": ("w_k", ("weighted", "uniform"), "weighted"),
 }
 SAME_STEM_TOP_M = 8.0
-
-
-@dataclass(frozen=True)
-class Reference:
-    """Stems of known DBH. plot, tree: (K,) names. xy: (K, 2) project coordinates of the stem. dbh_cm: (K,)."""
-
-    plot: np.ndarray
-    tree: np.ndarray
-    xy: np.ndarray
-    dbh_cm: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.dbh_cm)
-
-    @classmethod
-    def from_truth(cls, path: Path, plot_id: str) -> Reference:
-        """In-plot stems of a simulated plot."""
-        truth = pd.read_csv(path)
-        truth = truth[truth["in_plot"].astype(str).str.lower() == "true"]
-        return cls(
-            np.full(len(truth), plot_id),
-            truth["tree_id"].astype(str).to_numpy(),
-            truth[["E_bh", "N_bh"]].to_numpy(float),
-            truth["dbh_cm"].to_numpy(float),
-        )
-
-    @classmethod
-    def from_pairs(cls, path: Path) -> Reference:
-        """Field trees with a confirmed pair; a stem stands where its line ends."""
-        pairs = read_layer(path, PAIRS)
-        pairs = pairs[pairs["pair_status"].isin(COUNTED) & pairs["field_cm"].notna()]
-        ends = [np.asarray((g if isinstance(g, LineString) else g.geoms[0]).coords)[-1][:2] for g in pairs.geometry]
-        return cls(
-            pairs["plot_id"].astype(str).to_numpy(),
-            pairs["field_id"].astype(str).to_numpy(),
-            np.array(ends, float).reshape(-1, 2),
-            pairs["field_cm"].to_numpy(float),
-        )
 
 
 @dataclass(frozen=True)

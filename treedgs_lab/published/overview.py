@@ -9,13 +9,13 @@ import numpy as np
 from treedgs_geo.core import workspace as names
 from treedgs_geo.inventory.accuracy.charts import VERMILION
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.raster import Rasteriser
 from treedgs_geo.stems.splats.whole_photos import WholePhotos
 
-from .methods import Reference
 from .paper_pictures import NEAR_M, STEM_M, panels
 from .point_sets import compared_stems, open_field
 

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.sections import drawn
 from treedgs_geo.inventory.accuracy.tables import PairsEvidence
 
 from . import point_sets
 from .labelled import LabelledPoints
-from .methods import Reference, StemPoints
+from .methods import StemPoints
 from .point_sets import PointSets
 
 

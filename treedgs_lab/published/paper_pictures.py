@@ -12,6 +12,7 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.files import read_json
 from treedgs_geo.inventory.accuracy.charts import BLUE, GREY, VERMILION
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.accuracy.tables import COUNTED
 from treedgs_geo.inventory.pairs_layer import PAIRS, read_layer
@@ -22,7 +23,7 @@ from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 from treedgs_geo.terrain.dtm import read_dtm
 
-from .methods import Reference, StemPoints
+from .methods import StemPoints
 from .visibility import Stem, band_pixels, classify
 
 #: Slice shown of each source, heights above the ground (m); stems shown; half width of crops, px.

@@ -12,13 +12,13 @@ from scipy.stats import pearsonr
 from treedgs_geo.core.files import read_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.accuracy.sections import drawn, html_table, plain_latex, write_table, write_text
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.reconstruction.model import load_views
 
 from . import experiment_charts
-from .methods import Reference
 from .visibility import Stem, agreement, classify, per_stem
 
 #: What the error is set against: column of the table -> words.

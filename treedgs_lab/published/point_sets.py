@@ -13,6 +13,7 @@ from treedgs_geo.core import workspace as names
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.stems.splats.baseline_points import fuse_depth, means_only
@@ -20,7 +21,6 @@ from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.ply import read_field
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
-from .methods import Reference
 from .paper_pictures import NEAR_M, STEM_M, panels, scene
 from .segmentation import true_labels
 

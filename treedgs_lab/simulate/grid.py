@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.planning.missions import axes
 from treedgs_geo.reconstruction.cameras import Camera
 
 from .flight import Shot
@@ -26,12 +27,6 @@ class Area:
     heading_deg: float
     low: np.ndarray
     high: np.ndarray
-
-
-def axes(heading_deg: float) -> np.ndarray:
-    """(2, 2) unit vectors along the heading and to its right, x and y."""
-    turn = np.radians(heading_deg)
-    return np.array([[np.sin(turn), np.cos(turn)], [np.cos(turn), -np.sin(turn)]])
 
 
 def survey_area(rng: np.random.Generator, centres: np.ndarray, radius_m: float) -> Area:

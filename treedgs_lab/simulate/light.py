@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,28 +61,6 @@ def held_at(sun: np.ndarray, elevation_deg: float | None) -> np.ndarray:
         return sun
     flat, height = np.hypot(sun[0], sun[1]), np.radians(elevation_deg)
     return np.array([*(np.cos(height) * sun[:2] / flat), np.sin(height)])
-
-
-def sun_direction(utc: dt.datetime, lon_deg: float, lat_deg: float, convergence_deg: float) -> np.ndarray:
-    """(3,) unit vector towards the sun in grid axes (x east, y north, z up).
-
-    Low-precision solar position of the Astronomical Almanac (about 0.02 degrees).
-    """
-    days = (utc - dt.datetime(2000, 1, 1, 12)).total_seconds() / 86400
-    anomaly = np.radians((357.528 + 0.9856003 * days) % 360)
-    mean_lon = (280.460 + 0.9856474 * days) % 360
-    ecliptic = np.radians(mean_lon + 1.915 * np.sin(anomaly) + 0.020 * np.sin(2 * anomaly))
-    tilt = np.radians(23.439 - 4e-7 * days)
-    ascension = np.arctan2(np.cos(tilt) * np.sin(ecliptic), np.cos(ecliptic))
-    declination = np.arcsin(np.sin(tilt) * np.sin(ecliptic))
-    sidereal = np.radians((280.46062 + 360.98564737 * days + lon_deg) % 360)
-    hour, lat = sidereal - ascension, np.radians(lat_deg)
-    up = np.sin(lat) * np.sin(declination) + np.cos(lat) * np.cos(declination) * np.cos(hour)
-    north = np.cos(lat) * np.sin(declination) - np.sin(lat) * np.cos(declination) * np.cos(hour)
-    east = -np.cos(declination) * np.sin(hour)
-    azimuth = np.arctan2(east, north) - np.radians(convergence_deg)
-    flat = np.hypot(east, north)
-    return np.array([flat * np.sin(azimuth), flat * np.cos(azimuth), up])
 
 
 @dataclass(frozen=True)

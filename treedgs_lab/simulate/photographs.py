@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.planning.sun import sun_direction
 from treedgs_geo.reconstruction.cameras import Camera, View
 
 from . import files, flight, photo_files
 from .camera import Motion
 from .labels import Labels, write_labels
 from .layout import Layout
-from .light import Light, SkyField, bake, held_at, sun_direction, weather_of
+from .light import Light, SkyField, bake, held_at, weather_of
 from .render import radiance
 from .scene import PlantedStem
 from .sensor import develop, sensor_of

@@ -14,6 +14,7 @@ from treedgs_geo.core.errors import OutputError
 from treedgs_geo.core.files import atomic_folder
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.settings import to_json
+from treedgs_geo.planning.flight_plan import read_flight
 from treedgs_geo.reconstruction.cameras import Camera, View
 
 from . import files, flight, tables
@@ -21,7 +22,6 @@ from .barks import make_barks
 from .camera import Motion, camera_of_flight, make_camera, motions
 from .control import Plates, cleared, lay_out, painted, write_control
 from .dress import dressed
-from .flight_plan import read_flight
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan

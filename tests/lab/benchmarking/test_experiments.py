@@ -22,7 +22,7 @@ from treedgs_geo import __version__
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SOURCES = sorted((ROOT / "benchmarks").rglob("*.py"))
 SCRIPTS = [path for path in SOURCES if '__name__ == "__main__"' in path.read_text()]
 #: Run by themselves, in an environment of their own.

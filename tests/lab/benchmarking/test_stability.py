@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import treedgs_geo
 from treedgs_geo.core.errors import InputError, TreeDGSError
 from treedgs_geo.core.progress import Reporter
 from treedgs_lab.benchmarking import stability
@@ -180,7 +181,7 @@ def test_a_crash_is_no_refusal_and_is_not_kept(tmp_path, monkeypatch):
 
 
 def test_the_digest_reads_rooms_that_exist():
-    root = Path(stability.__file__).resolve().parents[1]
+    root = Path(treedgs_geo.__file__).parent
     assert all(list((root / room).rglob("*.py")) for room in stability.ROOMS)
 
 

@@ -14,6 +14,7 @@ from rasterio.transform import from_origin
 
 from treedgs_geo.inventory.accuracy.charts import close
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.stems.splats.baseline_points import fuse_depth
@@ -23,7 +24,7 @@ from treedgs_geo.stems.splats.sample import sample_surface
 from treedgs_geo.terrain.dtm import Dtm
 from treedgs_lab.published import gallery, overview, paper_document, point_sets
 from treedgs_lab.published.labelled import LabelledPoints, draw_labels
-from treedgs_lab.published.methods import Reference, StemPoints
+from treedgs_lab.published.methods import StemPoints
 from treedgs_lab.published.segmentation import score_segmentation
 
 PLACE = FRAME.to_project(np.array([[*STEM, GROUND]]))[0]

@@ -18,8 +18,9 @@ from PIL import Image
 
 from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.settings import build
+from treedgs_geo.planning.sun import sun_direction
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_lab.simulate import flight, light, scene, stem_mesh, terrain, truth
+from treedgs_lab.simulate import flight, scene, stem_mesh, terrain, truth
 from treedgs_lab.simulate.settings import SimulateSettings, resolve
 from treedgs_lab.simulate.simulate import simulate_plot
 
@@ -367,10 +368,10 @@ def test_ground_height_is_the_meshs():
 def test_sun_stands_where_the_almanac_says():
     """Noon altitude = 90 - latitude + declination; -3.4 degrees on 12 March; low in the east in the morning."""
     noon = dt.datetime(2026, 3, 12, 18, 17)
-    vector = light.sun_direction(noon, -91.8, 33.6, 0.0)
+    vector = sun_direction(noon, -91.8, 33.6, 0.0)
     assert np.degrees(np.arcsin(vector[2])) == pytest.approx(53.0, abs=0.4)
     assert abs(np.degrees(np.arctan2(vector[0], vector[1]))) == pytest.approx(180, abs=1.5)
-    morning = light.sun_direction(dt.datetime(2026, 3, 12, 14, 30), -91.8, 33.6, 0.0)
+    morning = sun_direction(dt.datetime(2026, 3, 12, 14, 30), -91.8, 33.6, 0.0)
     assert morning[0] > 0.6 and 0.3 < morning[2] < 0.6
     assert np.linalg.norm(morning) == pytest.approx(1)
 

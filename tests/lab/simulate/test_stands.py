@@ -10,6 +10,7 @@ import pytest
 from bare_stem import CAMERA, stem_world
 from scipy.spatial import cKDTree
 
+from treedgs_geo.planning.spacing import least_distance, natural
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_lab.simulate import scene, spacing, stem_mesh, terrain, truth, vegetation
 from treedgs_lab.simulate.barks import BARKS, WEATHERED, Barks, make_barks
@@ -209,8 +210,8 @@ def test_shrubs_as_high_as_stated_with_small_and_large_leaves():
 
 @pytest.mark.parametrize("stems_per_ha", [300.0, 1500.0])
 def test_natural_trees_keep_their_distance_and_stand_in_no_rows(stems_per_ha):
-    xy = spacing.natural(np.random.default_rng(8), stems_per_ha, 40.0)
-    least = spacing.least_distance(stems_per_ha)
+    xy = natural(np.random.default_rng(8), stems_per_ha, 40.0)
+    least = least_distance(stems_per_ha)
     gap = cKDTree(xy).query(xy, 2)[0][:, 1]
     assert least <= gap.min() < 1.1 * least and least <= 1.2
     assert len(xy) == pytest.approx(stems_per_ha / 1e4 * np.pi * 40**2, rel=0.02)
@@ -218,7 +219,7 @@ def test_natural_trees_keep_their_distance_and_stand_in_no_rows(stems_per_ha):
     planted = spacing.rows(np.random.default_rng(8), stems_per_ha, 40.0)
     even = cKDTree(planted).query(planted, 2)[0][:, 1]
     assert gap.std() / gap.mean() > 1.2 * even.std() / even.mean()
-    inside = spacing.plant(np.random.default_rng(9), stems_per_ha, 10.0, 40.0, draw=spacing.natural)
+    inside = spacing.plant(np.random.default_rng(9), stems_per_ha, 10.0, 40.0, draw=natural)
     count = (np.hypot(*inside.T) < 10).sum()
     assert count == pytest.approx(stems_per_ha * 0.0314, abs=max(1.0, 0.15 * stems_per_ha * 0.0314) + 0.5)
 

@@ -19,7 +19,7 @@ from treedgs_geo.stems.quality.methods import METHODS, points_method
 from treedgs_geo.stems.quality.reasons import REASONS, explain, split_reasons
 from treedgs_geo.stems.quality.tree import Tree
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize(

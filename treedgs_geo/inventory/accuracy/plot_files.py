@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from treedgs_lab.published.methods import Reference
-
 from ...core.errors import InputError
 from ...core.tables import csv_rows
 from ..reviewed import reviewed
 from ..tree_reading import read_trees
+from .reference import Reference
 from .tables import PairsEvidence, evidence_from_pairs, evidence_from_truth
 
 #: Columns of the table of plots that hold paths.

@@ -106,7 +106,7 @@ def over_plots(metrics: dict, name: str) -> str:
 
 
 def page(metrics: dict, evidence: PairsEvidence, drawn: dict[str, str], facts: dict[str, str], more: str = "") -> str:
-    """The HTML page, charts inside as SVG. more: further sections (:mod:`treedgs_lab.published.experiments`)."""
+    """The HTML page, charts inside as SVG. more: further sections (``treedgs_lab/published/experiments.py``)."""
     pooled, spread = metrics["pooled"], metrics["bootstrap"]
 
     def row(name: str, figures: dict, kind: str = "") -> str:

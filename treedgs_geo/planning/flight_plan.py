@@ -1,4 +1,4 @@
-"""Flights that somebody planned (``plan.gpkg`` of plan-flight), flown in the simulator."""
+"""The layers of a flight plan (``plan.gpkg`` of plan-flight), and its photos read back."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from treedgs_geo.core.errors import InputError
+from ..core.errors import InputError
 
 if TYPE_CHECKING:
     import geopandas as gpd

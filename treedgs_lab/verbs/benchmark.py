@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import param
+from treedgs_geo.core.command import Command
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.core.settings import param
 
 #: ``--quick`` begins nothing new after this many minutes: what has begun ends within two more.
 QUICK_MIN = 9.5
@@ -58,9 +58,9 @@ class BenchmarkSettings:
 
 def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
     """Chart, suite or cost model."""
-    from treedgs_lab.benchmarking import run as runner
+    from treedgs_geo.core.errors import InputError
 
-    from ..core.errors import InputError
+    from ..benchmarking import run as runner
 
     def words(text: str) -> list[str]:
         return [word.strip() for word in text.split(",") if word.strip()]
@@ -80,7 +80,7 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
         chosen = runner.StabilityChoice(seeds, words(settings.factors), words(settings.methods))
         return runner.run_stability(settings.output, chosen, settings.fresh, budget, reporter)
     if settings.cost:
-        from treedgs_lab.benchmarking.cost import run_cost
+        from ..benchmarking.cost import run_cost
 
         return run_cost(settings.output, settings.plots, settings.budget_min, reporter)
     budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)

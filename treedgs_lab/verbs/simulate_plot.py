@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_geo.core.command import Command
+from treedgs_geo.core.progress import Reporter
 
-from ..core.command import Command
-from ..core.progress import Reporter
+from ..simulate.settings import SimulateSettings
 
 
 def run(settings: SimulateSettings, reporter: Reporter) -> dict[str, Any]:
     """Render the plot; see :func:`treedgs_lab.simulate.simulate.simulate_plot`."""
-    from treedgs_lab.simulate.simulate import simulate_plot
+    from ..simulate.simulate import simulate_plot
 
     return simulate_plot(settings, reporter)
 

@@ -1,0 +1,1 @@
+"""The verbs that only the lab has: simulate-plot and benchmark."""
