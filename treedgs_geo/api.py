@@ -122,7 +122,7 @@ def measure_cloud(
     path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)
     given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
     if isinstance(cloud, PointCloud):
-        points = checked(cloud, path, reporter, own_ground=dtm is not None)
+        points = checked(cloud, path, reporter, dtm=given.dtm, crs=crs)
     else:
         points = load_cloud(given, reporter)
     plots, points = cut_to_plots(given, points, reporter)

@@ -63,7 +63,7 @@ def test_every_point_format_survives(tmp_path, point_format, suffix):
         made(point_format).write(str(tmp_path / "a.las"))
         for write in (
             lambda path: write_cloud(path, read_cloud(tmp_path / "a.las")),
-            lambda path: copy_cloud(tmp_path / "a.las", path, lambda xyz, read: (None, {}), {}),
+            lambda path: copy_cloud(tmp_path / "a.las", path, lambda xyz, read: (None, {}), {}, UTM),
         ):
             with pytest.raises(InputError, match="waveform"):
                 write(tmp_path / "b.laz")
@@ -80,6 +80,7 @@ def test_every_point_format_survives(tmp_path, point_format, suffix):
         tmp_path / f"c{suffix}",
         lambda xyz, read: (None, {"tree_id": np.arange(len(xyz)), "height_m": xyz[:, 2]}),
         {"tree_id": "int32", "height_m": "float32"},
+        cloud.crs,
     )
     after = laspy.read(tmp_path / f"c{suffix}")
     assert copied == 500 and after.header.parse_crs().to_epsg() == 32615
@@ -121,7 +122,7 @@ def test_every_real_file_survives(tmp_path):
             tmp_path / f"c{path.suffix}",
             lambda xyz, read: (xyz[:, 0] > -1e12, {}),
             {},
-            "local" if cloud.crs is None else None,
+            cloud.crs,
         )
         same(before, laspy.read(tmp_path / f"c{path.suffix}"))
         seen += 1
@@ -146,7 +147,7 @@ def test_copc_is_read_and_clipped_by_its_index(tmp_path):
     inside = ((xyz[:, :2] >= box[:2]) & (xyz[:, :2] <= box[2:])).all(axis=1)
     assert len(clip) == pytest.approx(inside.sum(), abs=2) and (clip.xyz[:, :2] >= box[:2]).all()
     # Its index would be a lie in a copy: written as plain LAZ, or refused under the name of COPC.
-    copy_cloud(tmp_path / "a.copc.laz", tmp_path / "b.laz", lambda xyz, read: (None, {}), {})
+    copy_cloud(tmp_path / "a.copc.laz", tmp_path / "b.laz", lambda xyz, read: (None, {}), {}, UTM)
     assert not any(vlr.user_id == "copc" for vlr in laspy.read(tmp_path / "b.laz").header.vlrs)
     with pytest.raises(InputError, match="COPC"):
         write_cloud(tmp_path / "c.copc.laz", whole)
@@ -169,6 +170,6 @@ def test_text_in_pieces(tmp_path):
         tmp_path / "b.laz",
         lambda xyz, read: (xyz[:, 0] >= 990, {"tree_id": xyz[:, 0]}),
         {"tree_id": "int32"},
-        "local",
+        None,
     )
     assert laspy.read(tmp_path / "b.laz").tree_id.tolist() == list(range(990, 1000))

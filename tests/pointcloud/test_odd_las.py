@@ -140,7 +140,7 @@ def test_e57_scans_stand_where_their_poses_say(tmp_path):
     assert len(cloud) == 6000 and describe_cloud(tmp_path / "a.e57").n_points == 8000
     np.testing.assert_allclose(cloud.xyz, np.vstack([world, world[:2000]]), atol=1e-4)
     assert np.bincount(cloud.attributes["point_source_id"]).tolist() == [0, 4000, 2000]
-    copy_cloud(tmp_path / "a.e57", tmp_path / "a.laz", lambda xyz, read: (None, {}), {}, "EPSG:32615")
+    copy_cloud(tmp_path / "a.e57", tmp_path / "a.laz", lambda xyz, read: (None, {}), {}, cloud.crs)
     np.testing.assert_allclose(laspy.read(tmp_path / "a.laz").xyz, cloud.xyz, atol=1e-4)
 
 

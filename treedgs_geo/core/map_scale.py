@@ -181,17 +181,9 @@ def check_place(
         CRSError: degrees, local metres or exchanged axes in a metric CRS; a place :data:`MARGIN_DEG` outside of the
             CRS's area; a scale more than :data:`LARGEST_STRETCH` from 1.
     """
-    if crs is None or not _is_on_earth(crs):
+    if (found := _middle(crs, xyz)) is None or crs is None:
         return
-    xyz = np.asarray(xyz, float)
-    some = xyz[:: max(len(xyz) // 100_000, 1)]
-    some = some[np.isfinite(some[:, :2]).all(axis=1)]
-    if not len(some):
-        return
-    x, y = (float(value) for value in np.median(some[:, :2], axis=0))
-    height = float(np.nanmedian(some[:, 2])) if some.shape[1] > 2 and np.isfinite(some[:, 2]).any() else 0.0
-    scale, area = local_scale(crs, x, y, height), area_of(crs)
-    outside = np.inf if scale is None else 0.0 if area is None else area.outside_deg(scale.lon_deg, scale.lat_deg)
+    x, y, scale, area, outside = found
     _require_map_coordinates(crs, x, y, scale, area, outside, where, photos)
     if scale is None or not measured:
         return
@@ -209,6 +201,40 @@ def check_place(
         )
     elif scale.stretch > NOTED_STRETCH:
         reporter.warn(f"{where}: {name} changes lengths here; {_corrected(scale)}.")
+
+
+def is_local(crs: pyproj.CRS | None, xyz: np.ndarray) -> bool:
+    """Whether (N, 2 or 3) coordinates are plainly no place in the CRS that is stated for them, but local metres: small
+    numbers, far outside of where the CRS is meant to be used."""
+    if (found := _middle(crs, xyz)) is None:
+        return False
+    x, y, scale, _, outside = found
+    return _no_place(scale, outside) and max(abs(x), abs(y)) < LOCAL_REACH_M
+
+
+def _middle(
+    crs: pyproj.CRS | None, xyz: np.ndarray
+) -> tuple[float, float, GridScale | None, Area | None, float] | None:
+    """``(x, y, scale, area of the CRS, degrees outside of it)`` at the median of (N, 2 or 3) coordinates; ``None``
+    where nothing can be said."""
+    if crs is None or not _is_on_earth(crs):
+        return None
+    xyz = np.asarray(xyz, float)
+    some = xyz[:: max(len(xyz) // 100_000, 1)]
+    some = some[np.isfinite(some[:, :2]).all(axis=1)]
+    if not len(some):
+        return None
+    x, y = (float(value) for value in np.median(some[:, :2], axis=0))
+    height = float(np.nanmedian(some[:, 2])) if some.shape[1] > 2 and np.isfinite(some[:, 2]).any() else 0.0
+    scale, area = local_scale(crs, x, y, height), area_of(crs)
+    outside = np.inf if scale is None else 0.0 if area is None else area.outside_deg(scale.lon_deg, scale.lat_deg)
+    return x, y, scale, area, outside
+
+
+def _no_place(scale: GridScale | None, outside_deg: float) -> bool:
+    """Off West Africa, where longitude and latitude are nearly zero, no forest grows either."""
+    at_zero = scale is not None and abs(scale.lon_deg) < 1 and abs(scale.lat_deg) < 1
+    return outside_deg > 0 or at_zero
 
 
 def _require_map_coordinates(
@@ -231,9 +257,7 @@ def _require_map_coordinates(
         if photos
         else ("a scan without a place on the map has to hold no CRS and be given --crs local")
     )
-    # Off West Africa, where longitude and latitude are nearly zero, no forest grows.
-    at_zero = scale is not None and abs(scale.lon_deg) < 1 and abs(scale.lat_deg) < 1
-    if outside_deg > 0 or at_zero:
+    if _no_place(scale, outside_deg):
         if abs(x) <= 180 and abs(y) <= 90:
             raise CRSError(
                 f"{found} are degrees or local metres by their size, expected metres in {name}; "

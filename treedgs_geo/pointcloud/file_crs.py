@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyproj
 
 from ..core.crs import check_projected, project_crs
 from ..core.errors import CRSError
+from ..core.map_scale import check_place, is_local
+from ..core.progress import Reporter
 from .cloud import horizontal
 
 #: What ``--crs`` takes for a cloud in local metres without a place on the map (a terrestrial scan).
@@ -23,12 +26,14 @@ _XY_UNIT, _Z_UNIT, _Z_CRS = 3076, 4099, 4096
 _UNITS = {9002: "feet", 9003: "US survey feet", 9005: "Clarke's feet", 1025: "millimetres", 1033: "centimetres"}
 
 
-def file_crs(header: Any, path: Path) -> pyproj.CRS | None:
-    """The CRS that a LAS header names, ``None`` without one.
+def file_crs(header: Any, path: Path, given: str | None = None) -> pyproj.CRS | None:
+    """The CRS that a LAS header names, ``None`` without one; not looked at where the user says ``local``.
 
     Raises:
         CRSError: there is a record, but it cannot be read, or it says that lengths are in another unit than metres.
     """
+    if given and given.lower() == LOCAL:
+        return None
     try:
         crs = header.parse_crs()
         keys = _geo_keys(header)
@@ -76,8 +81,14 @@ def _vertical_unit(code: int | None) -> str:
 
 
 def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: bool) -> pyproj.CRS | None:
-    """The CRS to work in, from the file's and the user's word."""
-    if own is not None and not own.is_geographic and not own.is_projected and given and given.lower() != LOCAL:
+    """The CRS to work in, from the file's and the user's word; ``local`` wins over any header.
+
+    Raises:
+        CRSError: neither names a CRS, or they contradict each other.
+    """
+    if given and given.lower() == LOCAL:
+        return None
+    if own is not None and not own.is_geographic and not own.is_projected and given:
         own = None  # an engineering CRS says nothing about the place: the user's word fills it in
     if own is not None:
         base = horizontal(own)
@@ -87,13 +98,9 @@ def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: 
             unit = part.axis_info[0].unit_name if part.is_vertical and part.axis_info else "metre"
             if unit not in ("metre", "meter"):
                 raise CRSError(f"{path}: heights are in {unit}, expected metres; convert the cloud to metres.")
-        if given and given.lower() == LOCAL:
-            return own
         if given and not same_place(base, project_crs(given)):
             raise CRSError(f"{path}: is in {base.name}, but --crs says {given}; leave --crs out or reproject it.")
         return own
-    if given and given.lower() == LOCAL:
-        return None
     if given:
         return project_crs(given)
     if need_crs:
@@ -102,6 +109,50 @@ def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: 
             f"(or --crs {LOCAL} for a scan in local metres)."
         )
     return None
+
+
+def placed(
+    crs: pyproj.CRS | None,
+    xyz: np.ndarray,
+    path: Path,
+    reporter: Reporter,
+    given: str | None = None,
+    dtm: Path | None = None,
+) -> pyproj.CRS | None:
+    """The CRS that (N, 3) points of a file are really in: a header's is set aside, with a warning, where they are
+    plainly local metres; a file without one is in that of its terrain model ``dtm``. given: what the user says.
+
+    Raises:
+        CRSError: see :func:`treedgs_geo.core.map_scale.check_place`.
+    """
+    if given is None and crs is not None and is_local(crs, xyz):
+        base = horizontal(crs)
+        assert base is not None
+        x, y = np.median(xyz[:: max(len(xyz) // 100_000, 1), :2], axis=0)
+        reporter.warn(
+            f"{path}: its header says {base.name}, but its coordinates (x {x:.6g}, y {y:.6g}) are local metres: the "
+            f"header's CRS is set aside; give --crs {LOCAL} to say so, or export the cloud with its place on the map."
+        )
+        return None
+    if given is None and crs is None and dtm is not None:
+        crs = _dtm_crs(dtm)
+        if crs is None or is_local(crs, xyz):
+            return None
+        reporter.info(f"{path}: holds no CRS; that of {dtm} is taken, {crs.name}.")
+    check_place(crs, xyz, str(path), reporter)
+    return crs
+
+
+def _dtm_crs(path: Path) -> pyproj.CRS | None:
+    """The horizontal CRS that a raster names; a file that is none is refused where it is read."""
+    import rasterio
+
+    try:
+        with rasterio.open(path) as source:
+            found = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else None
+    except (rasterio.errors.RasterioError, pyproj.exceptions.CRSError):
+        return None
+    return check_projected(crs, str(path)) if (crs := horizontal(found)) is not None else None
 
 
 def same_place(one: pyproj.CRS, other: pyproj.CRS) -> bool:

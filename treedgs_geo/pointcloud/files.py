@@ -252,7 +252,7 @@ def _iter_las(
 ) -> Iterator[PointCloud]:
     with open_reader(path) as reader:
         header = reader.header
-        own = agreed_crs(file_crs(header, path), crs, path, need_crs)
+        own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs)
         names = _names(header, attributes)
         layout = _layout(header)
         pieces = (

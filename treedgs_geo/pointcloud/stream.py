@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyproj
 
 from ..core.files import atomic_path
 from .cloud import PointCloud
-from .file_crs import agreed_crs, file_crs
+from .file_crs import LOCAL
 from .files import check_cloud_output, check_compression, has_no_layout, iter_without_layout
 from .las_reader import iter_points, open_reader, writable_version
 
@@ -22,14 +24,15 @@ Step = Callable[[np.ndarray, Callable[[str], np.ndarray]], tuple[np.ndarray | No
 _CHUNK = 1_000_000
 
 
-def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], crs: str | None = None) -> int:
+def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], crs: pyproj.CRS | None = None) -> int:
     """Copy ``source`` to ``target`` (LAS/LAZ), asking ``step`` for each chunk; returns the number of points written.
 
     added: extra dimension -> type (``int32``, ``float32``); one of that name in the source is overwritten, and
-    dimensions that the point format already has (``classification``) may be answered without being listed.
+    dimensions that the point format already has (``classification``) may be answered without being listed. crs: what
+    the points are in (``None`` = local metres), whatever the source's header says.
 
     Raises:
-        InputError: see :func:`.files.iter_cloud`; a target that is no LAS/LAZ. CRSError: missing or wrong CRS.
+        InputError: see :func:`.files.iter_cloud`; a target that is no LAS/LAZ.
     """
     import laspy
 
@@ -39,11 +42,12 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
         return _copy_bare(source, target, step, added, crs)
     written = 0
     with open_reader(source) as reader:
-        own = agreed_crs(file_crs(reader.header, source), crs, source, need_crs=True)
         check_compression(target, reader.header.point_format.id)
         header = _new_header(reader.header, added)
-        if own is not None and reader.header.parse_crs() is None:
-            header.add_crs(own, keep_compatibility=False)
+        if crs is None:
+            header.vlrs = _without(header.vlrs, "LASF_Projection")
+        elif reader.header.parse_crs() is None:
+            header.add_crs(crs, keep_compatibility=False)
         with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as writer:
             for points in iter_points(source, reader, _CHUNK):
                 xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
@@ -73,11 +77,9 @@ def _new_header(source: Any, added: dict[str, str]) -> Any:
 
     header = copy.deepcopy(source)
     header.version = laspy.header.Version.from_str(writable_version(source))
-    header.vlrs = laspy.vlrs.vlrlist.VLRList(
-        [vlr for vlr in source.vlrs if vlr.user_id not in ("copc", "laszip encoded")]
-    )
+    header.vlrs = _without(source.vlrs, "copc", "laszip encoded")
     if header.evlrs is not None:
-        header.evlrs = laspy.vlrs.vlrlist.VLRList([vlr for vlr in header.evlrs if vlr.user_id != "copc"])
+        header.evlrs = _without(header.evlrs, "copc")
     there = set(header.point_format.dimension_names)
     new = [laspy.ExtraBytesParams(name=name, type=kind) for name, kind in added.items() if name not in there]
     if new:
@@ -85,7 +87,14 @@ def _new_header(source: Any, added: dict[str, str]) -> Any:
     return header
 
 
-def _copy_bare(source: Path, target: Path, step: Step, added: dict[str, str], crs: str | None) -> int:
+def _without(records: Any, *users: str) -> Any:
+    """The variable length records that are not these users'."""
+    import laspy
+
+    return laspy.vlrs.vlrlist.VLRList([record for record in records if record.user_id not in users])
+
+
+def _copy_bare(source: Path, target: Path, step: Step, added: dict[str, str], crs: pyproj.CRS | None = None) -> int:
     """Text and E57 have no layout of their own: LAS 1.4, format 6, a tenth of a millimetre."""
     import laspy
 
@@ -93,7 +102,8 @@ def _copy_bare(source: Path, target: Path, step: Step, added: dict[str, str], cr
     writer = None
     with atomic_path(target) as temporary:
         try:
-            for piece in iter_without_layout(source, crs, True, _CHUNK):
+            for piece in iter_without_layout(source, LOCAL, False, _CHUNK):
+                piece = replace(piece, crs=crs)
                 if writer is None:
                     writer = laspy.open(temporary, "w", header=_bare_header(piece, added))
                 mask, values = step(piece.xyz, _bare_reader(piece))

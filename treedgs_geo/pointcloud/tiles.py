@@ -11,9 +11,9 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError, OutputError
-from ..core.map_scale import check_place
 from ..core.progress import Reporter
 from .cloud import usable
+from .file_crs import placed
 from .files import describe_cloud, iter_cloud
 from .sanity import examine, report
 from .survey import Extent, Survey
@@ -160,16 +160,16 @@ def sort_into_tiles(
     reporter: Reporter | None = None,
     side_m: float | None = None,
     find_stems: bool = True,
-    own_ground: bool = False,
+    dtm: Path | None = None,
 ) -> TileStore:
     """Read a cloud once, chunk by chunk, and sort its usable points (no noise, not withheld) into tiles in ``folder``.
 
-    extras: attributes to keep where the file has them. side_m: tile side (default: by the mean density). find_stems,
-    own_ground: see :func:`.sanity.examine`, whose warnings are said; strays are left out.
+    extras: attributes to keep where the file has them. side_m: tile side (default: by the mean density). find_stems:
+    see :func:`.sanity.examine`, whose warnings are said; strays are left out. dtm: the user's terrain model.
 
     Raises:
         InputError, CRSError: see :func:`.files.iter_cloud`, :func:`.sanity.examine` and
-            :func:`treedgs_geo.core.map_scale.check_place`. OutputError: not enough room on the disk.
+            :func:`.file_crs.placed`. OutputError: not enough room on the disk.
     """
     reporter = reporter or Reporter()
     about = describe_cloud(path)
@@ -182,19 +182,19 @@ def sort_into_tiles(
     store: TileStore | None = None
     survey = Survey()
     done = 0
-    for piece in iter_cloud(path, None, crs, (*extras, "classification", "withheld")):
+    for piece in iter_cloud(path, None, crs, (*extras, "classification", "withheld"), need_crs=dtm is None):
         done += len(piece)
         piece = piece.select(usable(piece))
         if not len(piece):
             continue
         if store is None:
-            check_place(piece.crs, piece.xyz, str(path), reporter)
+            place = placed(piece.crs, piece.xyz, path, reporter, crs, dtm)
             side = side_m or _side(about.n_points, about.low, about.high)
             scale, offset = about.scale, about.offset
             if scale is None or offset is None:
                 scale, offset = np.full(3, 1e-4), np.floor(np.median(piece.xyz, axis=0))
             kept = {name: piece.attributes[name].dtype.str for name in extras if name in piece.attributes}
-            store = TileStore(folder, side, np.floor(piece.xyz[:, :2].min(axis=0)), scale, offset, kept, piece.crs)
+            store = TileStore(folder, side, np.floor(piece.xyz[:, :2].min(axis=0)), scale, offset, kept, place)
         store.add(piece.xyz, piece.attributes)
         survey.add(piece.xyz)
         if len(store.counts) > _MOST_TILES:
@@ -209,7 +209,7 @@ def sort_into_tiles(
             f"{path}: holds no usable point (noise and withheld points left out), expected a point cloud; "
             "check the file."
         )
-    extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
+    extent, findings = examine(survey, path, find_stems, about.scale, dtm is not None)
     report(findings, reporter)
     store.leave_out_strays(extent)
     return store

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.machine import require_memory
-from ..core.map_scale import check_place
 from ..core.progress import Reporter
 from .settings import CloudSettings
 
@@ -36,14 +36,12 @@ def load_cloud(
 
     Raises:
         InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
-            :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.core.map_scale.check_place`.
+            :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.pointcloud.file_crs.placed`.
     """
     if attributes is not None:
         attributes = (*attributes, "classification", "withheld")
     with reporter.stage("read cloud", 0.0, 0.15):
-        cloud = read_checked(
-            settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm is not None, all_points
-        )
+        cloud = read_checked(settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm, all_points)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
     span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
     reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
@@ -56,7 +54,7 @@ def read_checked(
     reporter: Reporter,
     attributes: tuple[str, ...] | None = None,
     find_stems: bool = True,
-    own_ground: bool = False,
+    dtm: Path | None = None,
     all_points: bool = False,
 ) -> PointCloud:
     """The cloud in a file as :func:`checked` gives it.
@@ -72,8 +70,8 @@ def read_checked(
         f"{path}: reading {about.n_points:,} points at once",
         "cut the cloud to the plots, thin it, or use a machine with more memory",
     )
-    cloud = read_cloud(path, crs=crs, attributes=attributes)
-    return checked(cloud, path, reporter, find_stems, about.scale, own_ground, all_points)
+    cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=dtm is None)
+    return checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs)
 
 
 def checked(
@@ -82,20 +80,22 @@ def checked(
     reporter: Reporter,
     find_stems: bool = True,
     scale: np.ndarray | None = None,
-    own_ground: bool = False,
+    dtm: Path | None = None,
     all_points: bool = False,
+    crs: str | None = None,
 ) -> PointCloud:
     """The cloud's usable points (:func:`treedgs_geo.pointcloud.cloud.usable`) without far strays: what every verb
     works on. What is odd about the cloud is said.
 
     path: what messages call it. find_stems: stems are to be found in it, not only measured. scale: (3,) of the
-    coordinates as they were stored, where known. all_points: keep points that are not usable, for verbs that write
-    every point.
+    coordinates as they were stored, where known. dtm: the user's terrain model. all_points: keep points that are not
+    usable, for verbs that write every point. crs: the user's word for the CRS, if any.
 
     Raises:
         InputError, CRSError: as :func:`load_cloud`; no usable point.
     """
     from ..pointcloud.cloud import usable
+    from ..pointcloud.file_crs import placed
     from ..pointcloud.sanity import examine, report
     from ..pointcloud.survey import Survey
 
@@ -111,12 +111,11 @@ def checked(
         (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
     survey = Survey()
     survey.add(cloud.xyz if good.all() else cloud.xyz[good])
-    extent, findings = examine(survey, path, find_stems, scale, own_ground)
+    extent, findings = examine(survey, path, find_stems, scale, dtm is not None)
     report(findings, reporter)
     kept = extent.holds(cloud.xyz) & (good | all_points)
     cloud = cloud if kept.all() else cloud.select(kept)
-    check_place(cloud.crs, cloud.xyz, str(path), reporter)
-    return cloud
+    return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm))
 
 
 def load_ground(path: Path, dtm_path: Path | None, cloud: PointCloud, reporter: Reporter) -> CloudGround:

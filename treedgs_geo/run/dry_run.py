@@ -6,6 +6,7 @@ for seconds.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ import numpy as np
 
 from ..core.errors import InputError, TreeDGSError
 from ..core.machine import cores
-from ..core.map_scale import check_place
 from ..core.progress import Reporter
 from ..core.workspace import in_use, read_record
 from .dry_run_report import Findings, Needs, check_target
@@ -258,18 +258,19 @@ def _photo_needs(
 def _read_through(settings: PointcloudToDbhSettings, reporter: Reporter) -> tuple[PointCloud, Survey, LowPoints]:
     """The first piece of the cloud, where its points are and how many, and the lowest of them."""
     from ..pointcloud.cloud import usable
+    from ..pointcloud.file_crs import placed
     from ..pointcloud.files import iter_cloud
     from ..pointcloud.survey import Survey
     from .dry_run_ground import LowPoints
 
     survey, lowest = Survey(), LowPoints()
     first = None
-    for piece in iter_cloud(settings.input, crs=settings.crs):
+    for piece in iter_cloud(settings.input, crs=settings.crs, need_crs=settings.dtm is None):
         if not len(piece):
             continue
         if first is None:
-            check_place(piece.crs, piece.xyz, str(settings.input), reporter)
-            first = piece
+            place = placed(piece.crs, piece.xyz, settings.input, reporter, settings.crs, settings.dtm)
+            first = replace(piece, crs=place)
         xyz = piece.xyz[usable(piece)]
         survey.add(xyz)
         lowest.add(xyz)

@@ -243,9 +243,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
         folder = Path(name)
         with reporter.stage("read cloud", 0.0, 0.1):
-            store = sort_into_tiles(
-                settings.input, folder, settings.crs, ("opacity",), reporter, own_ground=settings.dtm is not None
-            )
+            store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter, dtm=settings.dtm)
         reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
         with reporter.stage("ground", 0.1, 0.4):
             if settings.dtm is not None:
@@ -281,7 +279,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
 
         with reporter.stage("write", 0.85, 1.0):
             kinds = {"tree_id": "int32", "height_m": "float32", "stem_class": "uint8", "ground_se_m": "float32"}
-            copy_cloud(settings.input, settings.output, label, kinds, settings.crs)
+            copy_cloud(settings.input, settings.output, label, kinds, store.crs)
     return {**_summary(settings, reporter, int((names > 0).sum()), int(tally[1]), stems.sensor), **answers}
 
 

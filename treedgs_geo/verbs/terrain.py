@@ -92,7 +92,7 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
                         "height_m": height.astype(np.float32),
                     }
 
-                copy_cloud(settings.input, settings.ground_points, classify, {"height_m": "float32"}, settings.crs)
+                copy_cloud(settings.input, settings.ground_points, classify, {"height_m": "float32"}, store.crs)
             else:
                 for tile in store.tiles:
                     xyz, _ = store.read(tile)
