@@ -1,5 +1,5 @@
-# make setup | demo | quick | test | qgis340 | qgis344 | lint | docs | qgis | parameters | styles | models | translations | sample | package | lock | screenshot | clean
-.PHONY: setup demo quick test qgis340 qgis344 lint docs qgis parameters styles models translations sample package lock screenshot clean
+# make setup | demo | quick | test | qgis340 | qgis344 | lint | docs | qgis | parameters | figures | styles | models | translations | sample | package | lock | screenshot | clean
+.PHONY: setup demo quick test qgis340 qgis344 lint docs qgis parameters figures styles models translations sample package lock screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -32,6 +32,9 @@ parameters: setup  ## after a verb's settings, a pinned range, a quality limit o
 	@$(PYTHON) tools/write_parameters.py
 	@$(PYTHON) tools/write_limits.py
 	@/usr/bin/python3 tools/write_models.py
+
+figures: setup  ## the figures of README and docs, from docs/results
+	@$(PYTHON) -m benchmarks.figures
 
 styles: setup  ## the layers' styles, with PyQGIS
 	@/usr/bin/python3 tools/write_styles.py

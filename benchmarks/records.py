@@ -1,12 +1,14 @@
-"""What every result file says of itself: command, date, version, machine, Python, seeds."""
+"""What every result file says of itself: command, date, commit, version, machine, Python, packages, seeds."""
 
 from __future__ import annotations
 
 import datetime
 import re
 import shlex
+import subprocess
 import sys
 from collections.abc import Iterable
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,8 @@ from treedgs_lab.benchmarking.chart import machine
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"
+#: Whose versions a record names, where they are installed: what figures may depend on.
+PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "pycolmap", "rasterio", "laspy", "torch", "open3d")
 
 
 def portable(word: str) -> str:
@@ -34,19 +38,47 @@ def command() -> str:
     return f"{program} {shlex.join(map(portable, sys.argv[1:]))}".strip()
 
 
+def commit() -> str:
+    """The commit of this checkout; ``-changed`` after it where a file of code differs; empty where there is no git."""
+    git = ["git", "-c", f"safe.directory={ROOT}"]
+    try:
+        here = subprocess.run(
+            [*git, "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
+        )
+        changed = subprocess.run(
+            [*git, "status", "--porcelain", "--", "*.py"], cwd=ROOT, capture_output=True, text=True
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return here.stdout.strip() + ("-changed" if changed.stdout.strip() else "")
+
+
+def packages() -> dict[str, str]:
+    """Versions of :data:`PACKAGES`."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
 def made_by(seeds: Iterable[int] = ()) -> dict[str, Any]:
     """Where figures come from. seeds: all that the figures depend on, none for what draws nothing.
 
     Returns:
-        ``command, date`` (ISO), ``version`` of TreeDGS, ``python``, ``machine`` (processor, cores, memory_gb, load:
-        processes that wanted a core, mean of the last minute), ``seeds``.
+        ``command, date`` (ISO), ``commit``, ``version`` of TreeDGS, ``python``, ``packages``, ``machine`` (processor,
+        cores, memory_gb, load: processes that wanted a core, mean of the last minute), ``seeds``.
     """
     here = machine()
     return {
         "command": command(),
         "date": datetime.date.today().isoformat(),
+        "commit": commit(),
         "version": here.pop("version"),
         "python": here.pop("python"),
+        "packages": packages(),
         "machine": {**here, "load": round(psutil.getloadavg()[0], 1)},
         "seeds": list(seeds),
     }

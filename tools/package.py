@@ -242,16 +242,32 @@ def check_wheel(wheel: Path, files: list[str]) -> None:
         raise PackageError(f"{wheel.name}: and the library differ in {odd}; correct package-data in pyproject.toml")
 
 
+def check_figures() -> None:
+    """Figures of README and docs are those of their files, and none is too old for a release.
+
+    Raises:
+        PackageError: some are not.
+    """
+    words = [sys.executable, "-m", "benchmarks.figures", "--check", "--release"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        raise PackageError(f"figures of the docs; run their commands again, or take them out:\n{done.stdout.strip()}")
+
+
 def main() -> int:
     """Zip, scans and wheel into ``dist/``."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "dist")
     parser.add_argument("--no-scan", action="store_true", help="zip only: no scanners, no wheel, no network")
-    parser.add_argument("--release", action="store_true", help="for upload: refuses placeholders and dead addresses")
+    parser.add_argument(
+        "--release", action="store_true", help="for upload: refuses placeholders, dead addresses, old figures"
+    )
     chosen = parser.parse_args()
     archive: Path | None = None
     try:
         general = check_metadata(chosen.release)
+        if chosen.release:
+            check_figures()
         version = general["version"]
         files = chosen_files()
         check_files(files)

@@ -28,7 +28,6 @@ import numpy as np
 import pandas as pd
 from shapely.geometry import Point, box
 
-from benchmarks.evidence import DOCS, fill
 from benchmarks.inventory.stand_table import CRS, RADIUS_M, SIDE_M, make_population, truth_of
 from benchmarks.records import write_record
 from treedgs_geo.inventory.double_sampling.designs import DESIGNS, draw_trees
@@ -252,39 +251,6 @@ def surveys_study(
     return rows
 
 
-def tables(record: dict[str, Any]) -> tuple[str, str]:
-    """Both tables of docs/evidence/taping.md."""
-    first = [
-        "| layers | tapes | design | quantity | estimator | bias as measured % | bias corrected % | "
-        "truth in the 90 % interval % | s.e. stated % | true s.d. % |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    for r in record["draws"]:
-        first.append(
-            f"| {r['layers']} | {r['tapes']} | {r['design']} | {r['quantity']} | {r['estimator']} | "
-            f"{r['bias_measured_pct']:+.1f} | {r['bias_pct']:+.2f} ± {r['bias_se_pct']:.2f} | "
-            f"{r['inside_90_pct']:.1f} | "
-            f"{r['se_stated_pct']:.1f} | {r['sd_true_pct']:.1f} |"
-        )
-    second = [
-        "| plots | tapes | figure | bias as measured % | bias corrected % | of that, within the plots % | "
-        "truth in the 90 % interval % | s.e. between plots % | s.e. of the tapes % |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
-    for r in record["surveys"]:
-        own = (
-            "–"
-            if r["bias_in_plots_pct"] is None
-            else f"{r['bias_in_plots_pct']:+.2f} ± {r['bias_in_plots_se_pct']:.2f}"
-        )
-        second.append(
-            f"| {r['plots']} | {r['tapes']} | {r['quantity']} | {r['bias_untaped_pct']:+.1f} | {r['bias_pct']:+.1f} ± "
-            f"{r['bias_se_pct']:.1f} | {own} | {r['inside_90_pct']:.1f} | {r['se_plots_pct']:.1f} | "
-            f"{r['se_taped_pct']:.1f} |"
-        )
-    return "\n".join(first), "\n".join(second)
-
-
 def main() -> None:
     """Run both parts and write the JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -311,8 +277,6 @@ def main() -> None:
                     record["surveys"].append({"plots": n_plots, "tapes": n_tapes, "design": "stratified", **row})
                     print(json.dumps(record["surveys"][-1]), flush=True)
     record["seconds"] = round(time.perf_counter() - began)
-    for marker, text in zip(("taping-draws", "taping-surveys"), tables(record), strict=True):
-        fill(DOCS / "evidence" / "taping.md", marker, text)
     write_record(chosen.output, record, seeds=[FIRST_SEED + k for k in range(chosen.layers)])
 
 

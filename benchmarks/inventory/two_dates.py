@@ -22,7 +22,6 @@ import numpy as np
 import pandas as pd
 from shapely.geometry import Point
 
-from benchmarks.evidence import DOCS, fill
 from benchmarks.inventory.stand_table import CRS, RADIUS_M, SIDE_M, make_population
 from benchmarks.records import write_record
 from treedgs_geo.inventory.change.growth import SharedErrors, stand_change, tree_growth
@@ -128,36 +127,6 @@ def one_survey(stand: pd.DataFrame, n_plots: int, missed: float, seed: int) -> t
     return survivors, figures
 
 
-def table(rows: list[dict[str, Any]]) -> str:
-    """The table of docs/evidence/two-dates.md."""
-    names = {
-        "growth_cm_a": "growth of DBH, cm a year",
-        "ba_growth": "basal area: growth, m²/ha",
-        "ba_ingrowth": "basal area: ingrowth, m²/ha",
-        "ba_mortality": "basal area: mortality, m²/ha",
-        "ba_change": "basal area: net change, m²/ha",
-        "trees_mortality": "trees: mortality, per ha",
-        "trees_ingrowth": "trees: ingrowth, per ha",
-    }
-    made = [
-        "| missed % | plots | figure | true | bias % | truth in the 90 % interval % | s.e. between plots | s.e. "
-        "shared |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for row in rows:
-        made.append(
-            f"| {100 * row['missed']:g} | {row['plots']} | growth of a tree ({row['trees']} trees) | | | "
-            f"{row['tree_inside_90_pct']:.1f} | | |"
-        )
-        for name, label in names.items():
-            r = row[name]
-            made.append(
-                f"| {100 * row['missed']:g} | {row['plots']} | {label} | {r['true']:.3g} | {r['bias_pct']:+.1f} ± "
-                f"{r['bias_se_pct']:.1f} | {r['inside_90_pct']:.1f} | {r['se_plots']:.3g} | {r['se_shared']:.3g} |"
-            )
-    return "\n".join(made)
-
-
 def main() -> None:
     """Run all cases and write the JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -197,7 +166,6 @@ def main() -> None:
             print(json.dumps(row), flush=True)
     record: dict[str, Any] = {"what": "growth between two dates of a simulated stand", "rows": rows}
     record["seconds"] = round(time.perf_counter() - began)
-    fill(DOCS / "evidence" / "two-dates.md", "two-dates", table(rows))
     write_record(chosen.output, record, seeds=[FIRST_SEED + k for k in range(chosen.surveys)])
 
 

@@ -23,6 +23,8 @@ from treedgs_geo.inventory.tree_reading import read_trees
 
 #: Of every random choice: the verb's own.
 SEED = 0
+#: Stages after which every diameter is known; heights and evidence sheets follow.
+DIAMETERS = ("geotag", "reconstruct", "ground", "measure")
 
 
 def run(plot: Path, fit: str, preset: str, work: Path) -> dict:
@@ -33,12 +35,16 @@ def run(plot: Path, fit: str, preset: str, work: Path) -> dict:
     if code:
         return {"plot": plot.name, "fit": fit, "exit_code": code}
     stages = json.loads((work / "run.json").read_text())["stages"]
+    seconds = {name: stage["seconds"] for name, stage in stages.items()}
+    first = sum(seconds.get(name, 0.0) for name in DIAMETERS)
     outcome = {
         "plot": plot.name,
         "fit": fit,
         "preset": preset,
         "exit_code": 0,
-        "seconds": {name: stage["seconds"] for name, stage in stages.items()},
+        "seconds": seconds,
+        "diameters_s": round(first, 1),
+        "extras_s": round(sum(seconds.values()) - first, 1),
         "peak_memory_mb": max(stage["peak_memory_mb"] for stage in stages.values()),
     }
     trees = read_trees(output)

@@ -24,7 +24,6 @@ import numpy as np
 import rasterio
 from rasterio.transform import from_origin
 
-from benchmarks.evidence import fill
 from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
@@ -40,7 +39,6 @@ from treedgs_lab.simulate.scene import total_height
 from treedgs_lab.simulate.settings import SIZES
 from treedgs_lab.simulate.simulate import streams
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "evidence" / "planning.md"
 #: Where the plots are planned; the simulator takes what lies about the plots, wherever they are.
 EAST, NORTH = 611337.0, 3718451.0
 #: Seed, stems/ha, mean and sd of DBH (cm), leaf area of the mean tree (m2), slope (%), spacing.
@@ -236,41 +234,6 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def table(rows: list[dict[str, Any]], whole: dict[str, Any], ring: dict[str, Any] | None) -> str:
-    """The page's tables."""
-    lines = [
-        "| seed | stems/ha | DBH cm | leaf m² | slope % | spacing | cameras | photos | clear views: planned, got | "
-        "share: planned, got | standard error cm: planned, got | RMSE cm |",
-        "|" + "---|" * 12,
-    ]
-    for row in rows:
-        stand, plan, got = row["stand"], row["planned"], row["got"]
-        lines.append(
-            f"| {stand['seed']} | {stand['stems_per_ha']} | {stand['dbh_mean_cm']:.0f} | {stand['leaf_m2']:.0f} | "
-            f"{stand['slope_pct']} | {stand['spacing']} | {got.get('cameras', 'own')} | {got['photos']} "
-            f"({plan['pattern']}) | {plan['clear_views']:.1f}, {got['clear_views']:.1f} | "
-            f"{100 * plan['share_measured']:.0f} %, {got['measured']} of {got['stems']} | {plan['error_cm']:.2f}, "
-            f"{got['median_se_cm'] or np.nan:.2f} | {got['rmse_cm'] or np.nan:.2f} |"
-        )
-    lines.append(
-        f"\nAll {whole['stems']} stems: {100 * whole['share_planned']:.0f} % planned, {100 * whole['share_got']:.0f} % "
-        f"got; {whole['within_10_points']} of {whole['stands']} stands within 10 points, "
-        f"{whole['error_within_30_pct']} within 30 % of the standard error (median ratio "
-        f"{whole['error_ratio_median']:.2f})."
-    )
-    if ring:
-        lines.append(
-            "\n| flight | cameras | photos | stems measured | standard error cm | RMSE cm |\n" + "|" + "---|" * 6
-        )
-        for name in ("plan", "rings"):
-            got = ring[name]
-            lines.append(
-                f"| {name} | {got['cameras']} | {got['photos']} | {got['measured']} of {got['stems']} | "
-                f"{got['median_se_cm']:.2f} | {got['rmse_cm']:.2f} |"
-            )
-    return "\n".join(lines)
-
-
 def main() -> None:
     """Plan, fly, measure, compare, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -287,8 +250,6 @@ def main() -> None:
         print(json.dumps(rows[-1]), flush=True)
     whole = summary(rows)
     print(json.dumps({"summary": whole, "ring": ring}, indent=1))
-    if args.output:
-        fill(PAGE, "planning-chain", table(rows, whole, ring))
     write_record(args.output, {"cases": rows, "summary": whole, "ring": ring}, seeds=[case[0] for case in CASES])
 
 

@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.evidence import fill
 from benchmarks.records import write_record
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,15 +53,6 @@ def fit(views: np.ndarray, width_px: np.ndarray, measured: np.ndarray) -> np.nda
     return minimize(loss, np.array([-2.0, 2.0, 0.5]), bounds=[(None, None), (0, None), (0, None)]).x
 
 
-def lines_of(table: list[dict[str, Any]]) -> str:
-    """The page's table."""
-    lines = ["| clear views | stems | measured | curve |", "|---|---|---|---|"]
-    for row in table:
-        views = row["clear_views"].replace(" to 98", " and more")
-        lines.append(f"| {views} | {row['stems']} | {100 * row['measured']:.0f} % | {100 * row['curve']:.0f} % |")
-    return "\n" + "\n".join(lines) + "\n\n"
-
-
 def main() -> None:
     """Fit, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -91,8 +81,6 @@ def main() -> None:
         "sources": ["docs/results/stability-trees.csv", "docs/results/height_and_photos.json"],
     }
     print(json.dumps({"curves": curves, "by_views": table}, indent=1))
-    if args.output:
-        fill(ROOT / "docs" / "evidence" / "planning.md", "planning-curves", lines_of(table))
     write_record(args.output, {"stems": len(views), "curves": curves, "by_views": table})
     if args.ship:
         text = json.dumps(curves, indent=1) + "\n"

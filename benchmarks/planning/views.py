@@ -22,7 +22,6 @@ from scipy.interpolate import NearestNDInterpolator
 from scipy.optimize import minimize
 from scipy.stats import spearmanr
 
-from benchmarks.evidence import fill
 from benchmarks.planning.stands import FITTED, KEPT_BACK, Stand, rendered, simulated
 from benchmarks.records import write_record
 from treedgs_geo.planning.stand import CELL_M, REACH_M, Scene, about_plot, dressed_trees, make_scene
@@ -30,7 +29,6 @@ from treedgs_geo.planning.views import ViewModel, framed_views, shown_share
 
 ROOT = Path(__file__).resolve().parents[2]
 SEED = 1
-PAGE = ROOT / "docs" / "evidence" / "planning.md"
 
 
 def scene_of(stand: Stand) -> Scene:
@@ -101,27 +99,6 @@ def scored(stand: Stand, scene: Scene, model: ViewModel) -> dict[str, Any]:
     }
 
 
-def table(figures: dict[str, Any]) -> str:
-    """The page's table."""
-    lines = [
-        "| stand | | stems | clear views | predicted | ratio | rank correlation of the stems |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for part, word in (("fitted", "fitted"), ("kept_back", "kept back")):
-        for row in figures[part]:
-            lines.append(
-                f"| {row['stand'].replace('plot_', '`plot_') + ('`' if 'plot_' in row['stand'] else '')} | {word} | "
-                f"{row['stems']} | {row['clear_views']:.1f} | {row['predicted']:.1f} | {row['ratio']:.2f} | "
-                f"{row['rank_correlation']:.2f} |"
-            )
-    kept = len(figures["kept_back"])
-    lines.append(
-        f"\nKept back: {figures['kept_back_within_20_pct']} of {kept} within 20 %; median rank correlation "
-        f"{figures['median_rank_correlation']:.2f}."
-    )
-    return "\n" + "\n".join(lines) + "\n\n"
-
-
 def main() -> None:
     """Grow, trace, fit if wanted, score, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -143,8 +120,6 @@ def main() -> None:
     figures["kept_back_within_20_pct"] = sum(miss <= 0.2 for miss in every)
     figures["median_rank_correlation"] = round(float(np.median([row["rank_correlation"] for row in kept])), 3)
     print(json.dumps(figures, indent=1))
-    if args.output:
-        fill(PAGE, "planning-views", table(figures))
     write_record(args.output, figures, seeds=[int(str(made["seed"])) for made in (*FITTED, *KEPT_BACK)])
 
 

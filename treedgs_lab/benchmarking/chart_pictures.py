@@ -19,6 +19,7 @@ LOOKS = {
     "reconstruction": ("#E69F00", "P"),
     "splat, then fit": ("#D55E00", "X"),
     "LiDAR": ("#CC79A7", "^"),
+    "published method": ("#7A3E00", "*"),
 }
 #: Half the size of a mark that names keep clear of, pixels.
 MARK_PX = 6.0
@@ -34,10 +35,19 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    from matplotlib.ticker import FuncFormatter, NullFormatter
 
     figure, axes = plt.subplots(figsize=(8.6, 5.6), dpi=120)
-    shown = table[table["rmse_cm"].notna()]
+    draw_panel(axes, table, f"{facts['plots_text']}; {_cores(facts)}")
+    finish(figure, axes)
+    return figure
+
+
+def draw_panel(axes: Any, table: pd.DataFrame, title: str) -> None:
+    """The marks of one chart. table: as :func:`.chart.summarise` gives it."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    shown = table[table["rmse_cm"].notna()].copy()
+    marks: list[tuple] = []
     for group, (colour, mark) in LOOKS.items():
         rows = shown[shown["group"] == group]
         if not len(rows):
@@ -57,17 +67,8 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
             zorder=2,
         )
         face = [colour if ok else "white" for ok in enough]
-        axes.scatter(
-            rows["seconds"],
-            rows["rmse_cm"],
-            marker=mark,
-            s=58,
-            c=face,
-            edgecolors=colour,
-            linewidths=1.5,
-            zorder=3,
-            label=group,
-        )
+        axes.scatter([], [], marker=mark, s=58, c=colour, label=group)
+        marks += [(row, mark, colour, fill) for (_, row), fill in zip(rows.iterrows(), face, strict=True)]
     for number, cloud in enumerate((False, True)):
         front = shown[shown["front"] & ((shown["group"] == "LiDAR") == cloud)].sort_values("seconds")
         if len(front):
@@ -86,28 +87,34 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
     low, high = shown["rmse_cm"].min() / 1.6, shown["rmse_cm"].max() * 1.5
     axes.set_ylim(low, high)
     axes.set_xlim(shown["seconds"].min() / 1.5, shown["seconds"].max() * 1.9)
+    _place(axes, shown, marks)
     _label(axes, shown)
     ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.7, 1, 2, 3, 5, 7, 10, 20, 30, 50) if low <= t <= high]
     axes.set_yticks(ticks, [f"{t:g}" for t in ticks])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-    marks = [
+    times = [
         t for t in (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600) if axes.get_xlim()[0] <= t <= axes.get_xlim()[1]
     ]
-    axes.set_xticks(marks, [_time(t) for t in marks])
+    axes.set_xticks(times, [_time(t) for t in times])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(alpha=0.25, linewidth=0.6)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     axes.set_xlabel("time for one plot, reconstruction included")
     axes.set_ylabel("RMSE of DBH, cm")
-    axes.set_title(f"{facts['plots_text']}; {_cores(facts)}", fontsize=10, loc="left")
-    axes.legend(
+    axes.set_title(title, fontsize=10, loc="left")
+
+
+def finish(figure: Any, axes: Any) -> None:
+    """Legend of one panel's marks, and what the marks say."""
+    figure.legend(
+        *axes.get_legend_handles_labels(),
         fontsize=8,
         frameon=False,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.1),
-        ncols=8,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 0.02),
+        ncols=9,
         columnspacing=1.2,
         handletextpad=0.3,
     )
@@ -115,12 +122,27 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
         0.01,
         0.005,
         "Figures beside the marks: stems measured of those that 3 or more photos show clearly. "
-        "Hollow: fewer than 0.9 of the best. Bars: 90 % interval of the RMSE, least and most seconds.",
+        "Hollow: fewer than 0.9 of the best, or other data. Bars: 90 % interval of the RMSE, least and most seconds.\n"
+        "Marks that would hide one another are moved sideways.",
         fontsize=7,
         color="0.3",
     )
-    figure.tight_layout(rect=(0, 0.025, 1, 1))
-    return figure
+    figure.tight_layout(rect=(0, 0.065, 1, 1))
+
+
+def _place(axes: Any, shown: pd.DataFrame, marks: list[tuple]) -> None:
+    """Draw the marks, moved sideways where one would hide another; ``shown`` learns where they stand."""
+    taken: list[np.ndarray] = []
+    for row, mark, colour, fill in sorted(marks, key=lambda item: item[0]["seconds"]):
+        at = axes.transData.transform((row["seconds"], row["rmse_cm"]))
+        while any(np.hypot(*(at - other)) < 2 * MARK_PX for other in taken):
+            at = at + (2.0, 0.0)
+        taken.append(at)
+        seconds = axes.transData.inverted().transform(at)[0]
+        shown.loc[row.name, "seconds"] = seconds
+        axes.scatter(
+            [seconds], [row["rmse_cm"]], marker=mark, s=58, c=fill, edgecolors=colour, linewidths=1.5, zorder=3
+        )
 
 
 def _label(axes: Any, shown: pd.DataFrame) -> None:
@@ -133,7 +155,8 @@ def _label(axes: Any, shown: pd.DataFrame) -> None:
     renderer = axes.figure.canvas.get_renderer()
     order = shown.assign(later=shown["group"] != "presets").sort_values(["later", "group", "seconds"])
     for _, row in order.iterrows():
-        text = f"{row['title']} {round(row['success'] * row['stems'])}/{row['stems']}"
+        count = "" if pd.isna(row["success"]) else f" {round(row['success'] * row['stems'])}/{row['stems']:.0f}"
+        text = row["title"] + count
         bold = "bold" if row["group"] == "presets" else "normal"
         colour = WORDS.get(row["group"], LOOKS[row["group"]][0])
         for dx, dy, align in (

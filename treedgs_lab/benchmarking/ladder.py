@@ -53,18 +53,6 @@ CONFIGS: tuple[Config, ...] = (
         params={"method": "paper", "fit": "cylinder"},
         quick=True,
     ),
-    Config(
-        "lidar-circle", "LiDAR, circle (published)", "LiDAR", "cloud", sfm="", params={"method": "paper"}, quick=True
-    ),
-    Config(
-        "lidar-intensity",
-        "LiDAR, weighted circle (published)",
-        "LiDAR",
-        "cloud",
-        sfm="",
-        params={"method": "paper", "weights": "intensity"},
-        quick=True,
-    ),
     Config("views-12", "12 photos", "photos used", params={"max_views": 12}, quick=True),
     Config("views-24", "24 photos", "photos used", params={"max_views": 24}, quick=True),
     Config("half", "photos at 1/2", "pixels used", params={"max_views": 96}, scale=0.5, quick=True),
@@ -87,13 +75,6 @@ CONFIGS: tuple[Config, ...] = (
     Config("sfm-half", "half-size photos", "reconstruction", sfm="half-size photos", params={"max_views": 96}),
     Config("sfm-4000", "4000 features", "reconstruction", sfm="4000 features", params={"max_views": 96}),
     Config("sfm-16000", "16000 features", "reconstruction", sfm="16000 features", params={"max_views": 96}),
-    Config(
-        "splat-primitive",
-        "splats around a stem",
-        "splat, then fit",
-        "splats",
-        params={"preset": "fast", "stems": "primitive"},
-    ),
     Config(
         "splat-balanced",
         "splats, 1000 a stem",

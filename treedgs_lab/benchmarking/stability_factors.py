@@ -1,4 +1,4 @@
-"""Do the 90 % intervals hold factor by factor? Small numbers: chance is reckoned with."""
+"""The verdict stratum by stratum (a factor is one): wrong diameters, and intervals, with chance reckoned with."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scipy.stats import binom, binomtest
 from treedgs_geo.core.intervals import LEVEL
 
 from .factors import FACTORS
-from .stability_report import COVERAGE, REPORTED
+from .stability_report import COVERAGE, REPORTED, distinct
 
 #: A share is taken for missed where fewer than this of such samples would come out so, were it inside the range.
 CHANCE = 0.05
@@ -18,13 +18,15 @@ def by_factor(table: pd.DataFrame) -> pd.DataFrame:
     """One row a method and factor over its troubled levels.
 
     table: :func:`.stability_report.tree_rows`. Columns: ``factor``, ``method``; ``ok`` and ``ok_inside``, accepted
-    trees that give an interval and those whose interval holds the truth; ``measured`` and ``inside``, the same with
-    the flagged ones; ``holds``: "holds", "missed", or "by chance" where the share of accepted trees is outside the
-    85 to 95 % asked, but no farther than chance takes so few.
+    trees that give an interval and those whose interval holds the truth; ``stems``, how many different stems these
+    are; ``wrong``, accepted ones that are wrong, false trees too; ``worst_cm`` of the accepted; ``measured`` and
+    ``inside``, the same with the flagged ones; ``holds``: "holds", "missed", or "by chance" where the share of accepted
+    trees is outside the 85 to 95 % asked, but no farther than chance takes so few.
     """
     rows = []
     for factor in FACTORS:
-        part = table[(table["factor"] == factor.key) & (table["level"] != factor.levels[0]) & ~table["false"]]
+        own = table[(table["factor"] == factor.key) & (table["level"] != factor.levels[0])]
+        part = own[~own["false"]]
         for method in (name for name in REPORTED if (part["method"] == name).any()):
             read = part[(part["method"] == method) & part["lo_cm"].notna() & part["error_cm"].notna()]
             ok = read[read["flag"] == "ok"]
@@ -32,7 +34,10 @@ def by_factor(table: pd.DataFrame) -> pd.DataFrame:
                 {
                     "factor": factor.key,
                     "method": method,
+                    "stems": distinct(ok),
                     "ok": len(ok),
+                    "wrong": int(own.loc[own["method"] == method, "lie"].sum()),
+                    "worst_cm": round(float(ok["error_cm"].abs().max()), 2) if len(ok) else None,
                     "ok_inside": int(ok["inside"].sum()),
                     "measured": len(read),
                     "inside": int(read["inside"].sum()),
@@ -71,14 +76,16 @@ def factor_markdown(factors: pd.DataFrame) -> str:
         "Intervals factor by factor, over the levels that trouble (`by chance`: outside 85 to 95 %, but no farther",
         "than chance takes so few; right intervals give the number under `chance` nine times in ten):",
         "",
-        "| factor | method | ok inside 90 % interval | chance | share | claim (85-95 %) | all measured, inside |",
-        "|---|---|---|---|---|---|---|",
+        "| factor | method | stems | wrong | ok inside 90 % interval | chance | share | claim (85-95 %) | "
+        "all measured, inside |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for _, row in factors[factors["measured"] > 0].iterrows():
         share = f"{100 * row['ok_inside'] / row['ok']:.0f} %" if row["ok"] else "–"
         chance = " to ".join(map(str, by_chance(row["ok"]))) if row["ok"] else "–"
         lines.append(
-            f"| {row['factor']} | {row['method']} | {row['ok_inside']} of {row['ok']} | {chance} | {share} | "
+            f"| {row['factor']} | {row['method']} | {row['stems']} | {row['wrong']} | "
+            f"{row['ok_inside']} of {row['ok']} | {chance} | {share} | "
             f"{row['holds'] or '–'} | {100 * row['inside'] / row['measured']:.0f} % of {row['measured']} |"
         )
     return "\n".join(lines) + "\n"

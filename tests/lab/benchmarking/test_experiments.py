@@ -14,7 +14,7 @@ from pathlib import Path
 import pyproj
 import pytest
 
-from benchmarks import evidence, index, records
+from benchmarks import evidence, figures, records
 from benchmarks.chain.determinism import compare
 from benchmarks.clouds.runners import nearest
 from benchmarks.verbs import environment
@@ -43,7 +43,7 @@ def test_no_module_touches_the_search_path():
 
 def test_the_index_lists_every_script_once_and_names_pages_that_exist():
     folder, listed, pages = "", [], set()
-    for line in index.README.read_text(encoding="utf-8").splitlines():
+    for line in (ROOT / "benchmarks" / "README.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("## "):
             named = re.findall(r"`benchmarks/(\w+)/`", line)
             folder = named[0] if len(named) == 1 else ""
@@ -55,21 +55,6 @@ def test_the_index_lists_every_script_once_and_names_pages_that_exist():
     assert pages <= {path.stem for path in (ROOT / "docs").rglob("*.md")}
 
 
-def test_every_result_has_a_writer_and_every_writer_a_result():
-    names = [path.name for path in RESULTS]
-    assert [name for name in names if index.writer(name) is None] == []
-    assert [
-        pattern for pattern in index.WRITERS if not any(fnmatch(n, pattern) for n in [*names, *index.NOT_KEPT])
-    ] == []
-    modules = {".".join(path.relative_to(ROOT).with_suffix("").parts) for path in SCRIPTS}
-    assert set(index.WRITERS.values()) <= modules
-
-
-def test_the_table_of_results_is_true():
-    text = index.README.read_text(encoding="utf-8")
-    assert text == index.filled(text), "run: python -m benchmarks.index"
-
-
 def test_results_quoted_by_the_docs_are_there():
     quoted = set()
     for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
@@ -79,19 +64,15 @@ def test_results_quoted_by_the_docs_are_there():
     assert [name for name in sorted(quoted) if not any(fnmatch(one, name) for one in names)] == []
 
 
-@pytest.mark.parametrize("path", [path for path in RESULTS if path.suffix == ".json"], ids=lambda path: path.stem)
-def test_a_result_says_where_it_is_from(path):
-    content = json.loads(path.read_text(encoding="utf-8"))
-    made = content.get("made_by") if isinstance(content, dict) else None
-    if made is None and path.name in (published := json.loads(evidence.PUBLISHED.read_text(encoding="utf-8"))):
-        made = {key: value for key, value in published[path.name].items() if key != "output"}
-    if made is None:
-        version, date = index.origin(path)
-        assert version < "0.3.0" and date < "2026-11-23", "written since results carry records, and carries none"
-        return
-    assert made["command"].startswith(f"python -m {index.writer(path.name)}")
-    assert made.keys() == {"command", "date", "version", "python", "machine", "seeds"}
-    assert made["machine"].keys() == {"processor", "cores", "memory_gb", "load"}
+@pytest.mark.parametrize("name", [path.name for path in RESULTS if path != figures.PUBLISHED])
+def test_a_result_says_where_it_is_from(name):
+    made = figures.record(name)
+    module = made["command"].split()[2]
+    assert made["command"].startswith("python -m benchmarks.")
+    assert ROOT.joinpath(*module.split(".")).with_suffix(".py").exists()
+    assert {"command", "date", "commit", "version"} <= made.keys()
+    if made.get("packages") is not None:  # written since records carry them
+        assert made["machine"].keys() == {"processor", "cores", "memory_gb", "load"}
     assert not re.search(r"(^|\s|=)/", made["command"])
 
 
@@ -102,6 +83,8 @@ def test_a_record_names_command_version_and_seeds(tmp_path, monkeypatch):
     assert list(made) == ["made_by", "figure"] and made["figure"] == 1.5
     assert made["made_by"]["command"].endswith(" plot_a docs/results --seed 4")
     assert made["made_by"]["version"] == __version__ and made["made_by"]["seeds"] == [4]
+    assert re.fullmatch(r"[0-9a-f]{7,}(-changed)?", made["made_by"]["commit"])
+    assert made["made_by"]["packages"]["numpy"] and made["made_by"]["machine"]["cores"] > 0
     records.write_record(None, {"figure": 1.5})
 
 

@@ -65,10 +65,12 @@ BAD = [
 def test_lies_are_accepted_trees_far_off_or_where_nothing_stands():
     table = tree_rows([record("lean", 0.0, GOOD), record("lean", 25.0, BAD)])
     found = lies(table)
-    assert set(found["tree_id"]) == {"a", "#9"} and set(found["level"]) == {25.0}
+    # a: 5 cm off; c: 1 cm, but more than three of its stated errors; b is not ok.
+    assert set(found["tree_id"]) == {"a", "c", "#9"} and set(found["level"]) == {25.0}
     claim = verdict(table)["photos"]
-    # ok: a, b of the base, a and c and the false tree of the level; 2 of 5 lie; of 4 with truth 2 lie inside.
-    assert claim["ok"] == 5 and claim["lies"] == 2 and claim["lie_share"] == 0.4 and not claim["holds"]
+    # ok: a, b of the base, a and c and the false tree of the level; 3 of 5 lie; of 4 with truth 2 lie inside.
+    assert claim["ok"] == 5 and claim["lies"] == 3 and claim["lie_share"] == 0.6 and not claim["holds"]
+    assert claim["ok_stems"] == 3  # of the four that are ok, a is there twice
     assert claim["coverage"] == 0.5 and not claim["coverage_holds"]
     assert claim["stems"] == 6 and claim["measured"] == 5
 
@@ -102,14 +104,14 @@ def test_files_are_written_and_name_the_lie(tmp_path):
     records = [record("lean", 0.0, GOOD), record("lean", 25.0, BAD), record("lean", 25.0, GOOD, "lidar")]
     result = write_stability(tmp_path, records, 5)
     text = (tmp_path / "stability.md").read_text()
-    assert result["n_lies"] == 2 and "| photos | lean | 25 | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
+    assert result["n_lies"] == 3 and "| photos | lean | 25 | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
     assert "nothing stands there" in text and "only 3 of** 5 cases" in text
     page = (tmp_path / "stability.html").read_text()
     assert "<svg" in page and 'src="http' not in page and "<link" not in page
     assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
     for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
         assert (tmp_path / name).stat().st_size > 100
-    assert "| lean | photos | 0 of 2 | 1 to 2 | 0 % | missed | 0 % of 3 |" in text
+    assert "| lean | photos | 2 | 3 | 0 of 2 | 1 to 2 | 0 % | missed | 0 % of 3 |" in text
     with pytest.raises(TreeDGSError, match="No case"):
         write_stability(tmp_path, [], 5)
 
