@@ -24,7 +24,7 @@ import pandas as pd
 from benchmarks.records import RESULTS, commit, made_by
 from benchmarks.verbs import CRS, photo_inputs, run_verb, words
 from treedgs_geo.core.files import read_json, write_json
-from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 
 HISTORY = RESULTS / "blind.json"

@@ -11,8 +11,8 @@ import pandas as pd
 
 from benchmarks.figures import PUBLISHED, content
 from benchmarks.records import RESULTS
-from treedgs_geo.benchmarking.chart_pictures import draw_panel, finish
 from treedgs_geo.core.files import read_json, write_json
+from treedgs_lab.benchmarking.chart_pictures import draw_panel, finish
 
 #: What came to be no comparison: rows of older runs that are not shown.
 LEFT = ("splat-primitive", "lidar-circle", "lidar-intensity")

@@ -38,7 +38,7 @@ from treedgs_geo.core.files import read_json
 PUBLISHED = RESULTS / "published.json"
 #: A figure is refused by a release when more of the lines that its command imports have changed since.
 MAX_CHANGED = 0.33
-PACKAGES = ("benchmarks", "treedgs_geo")
+PACKAGES = ("benchmarks", "treedgs_geo", "treedgs_lab")
 INLINE = re.compile(r"<!--= ([^;>]+); ([^;>]+); ([^>]+?) -->(.*?)<!--/-->", re.S)
 BLOCK = re.compile(r"<!-- (table|made|sources)\b(.*?)-->\n.*?<!-- /\1 -->", re.S)
 DAGGER = "†"
@@ -149,7 +149,7 @@ def sources(command: str) -> frozenset[str]:
     module = words[2] if words[:2] == ["python", "-m"] else ""
     used = {module, *graph.find_upstream_modules(module)} if module in graph.modules else set()
     if not used or module == "benchmarks.evidence" or "benchmarks.verbs" in used:
-        used |= {name for name in graph.modules if name.startswith("treedgs_geo")}
+        used |= {name for name in graph.modules if name.startswith("treedgs_")}
     stems = [ROOT / name.replace(".", "/") for name in used]
     files = [path for stem in stems for path in (stem.with_suffix(".py"), stem / "__init__.py") if path.exists()]
     return frozenset(str(path.relative_to(ROOT)) for path in files)
