@@ -25,6 +25,9 @@ from .cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_repor
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .settings import PointcloudToDbhSettings
 
+#: Attributes of a cloud that measuring may ask for.
+MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank")
+
 
 def find_and_measure(
     cloud: PointCloud, ground: CloudGround, plots: list[Plot], options: MeasureOptions, reporter: Reporter
@@ -44,7 +47,7 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     for beside in filter(None, (settings.stems_output, settings.report)):
         ensure_writable(beside)
     reporter = log = RunLog(reporter)
-    kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
+    kept = None if settings.stems_output else MEASURED_BY
     cloud = load_cloud(settings, reporter, kept)
     plots, cloud = cut_to_plots(settings, cloud, reporter)
     point_weights(cloud, settings.weights)  # a missing attribute is reported before the work, not after

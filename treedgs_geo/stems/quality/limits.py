@@ -64,6 +64,7 @@ _TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs
 _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
 _CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
 _SPARSE = "simulated drone LiDAR of 250 to 1,400 points/m² (docs/evidence/point-clouds.md)"
+_TWICE = "simulated scans shifted and of two dates; real terrestrial clouds (docs/evidence/point-clouds.md)"
 _BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
 _GROUND = "clouds cut above their ground (docs/results/ground_cut.json)"
 _THROUGH = "stems and a place without one, rendered and simulated plots (docs/evidence/photos.md)"
@@ -231,6 +232,9 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             "",
             *_above(1.45, 1.8),
             _IVIED,
+        ),
+        Limit(
+            "double", "dates_cm", "diameters that scans or flight lines show, apart by", "cm", *_above(1, 2.5), _TWICE
         ),
         Limit("occluded", "purity", "bark among the points on the stem, share", "", *_below(0.6, 0.35), _CLOUDS),
         Limit("occluded", "solid_purity", "the same, stem filled with points", "", *_below(0.6, None), _CLOUDS),

@@ -11,6 +11,10 @@ REASONS: dict[str, tuple[str, str]] = {
         "ivy or other growth covers the bark at breast height",
         "measure under it by hand; what is seen is thicker than the stem",
     ),
+    "double": (
+        "the bark is seen twice: two dates in one cloud, or scans that do not fit together",
+        "give the scans of one date, registered to each other",
+    ),
     "see_through": (
         "photos show the ground where the stem should stand: other stems may line up there",
         "look at its photos or on site; there may be no stem",

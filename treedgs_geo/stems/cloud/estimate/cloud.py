@@ -25,15 +25,20 @@ from .alternative_estimators import by_cylinder, by_filling, by_opacity, by_the_
 from .frames import Surroundings, TreeFrame
 from .heights import tree_heights
 from .options import MeasureOptions
+from .passes import Passes, fit_passes
+from .scans import fitted_together
 from .stem import measure_points, rebased
 from .stem_measure import StemMeasure, refuse
 
 #: A stem's points beyond this many add nothing but time.
 MOST_POINTS = 8000
+#: Scans that do not fit together are moved so often at most, less one: stems are found anew in between.
+MAX_ROUNDS = 4
 #: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns.
 SHOULD_GO_ON_CM = 18.0
 #: Rings are compared where so many stems are measured; standard error of a thick one's diameter over its excess.
-LEAST_STEMS, RING_SE = 4, 4.0
+#: Bark is never taken to be thinner than this, m: its own relief.
+LEAST_STEMS, RING_SE, LEAST_RING_M = 4, 4.0, 0.008
 #: Bark in fewer rows than this shows gaps: points just outside it are twigs then.
 VEILED_ROWS = 0.85
 
@@ -49,10 +54,15 @@ def measure_cloud(
     """Find and measure every stem: ``(trees, (N,) tree_id)``. The terrain comes from
     :func:`treedgs_geo.terrain.ground.dtm_from_cloud` or the user."""
     options, reporter = options or MeasureOptions(), reporter or Reporter()
-    with reporter.stage("find stems", 0.0, 0.6):
-        height = height_above_ground(cloud.xyz, dtm)
-        stems = find_stems(cloud, dtm, segment_options(options), reporter, height=height)
-        tree_id = label_points(cloud.xyz, height, stems)
+    for attempt in range(MAX_ROUNDS):
+        with reporter.stage("find stems", 0.0, 0.6):
+            height = height_above_ground(cloud.xyz, dtm)
+            stems = find_stems(cloud, dtm, segment_options(options), reporter, height=height)
+            tree_id = label_points(cloud.xyz, height, stems)
+        together = fitted_together(cloud, tree_id, height, stems, reporter) if attempt < MAX_ROUNDS - 1 else None
+        if together is None:
+            break
+        cloud = together
     reporter.info(f"{len(stems.stems)} stems found ({stems.sensor} settings).")
     with reporter.stage("measure stems", 0.6, 1.0):
         trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems, height)
@@ -107,9 +117,9 @@ def measure_stems(
         results = by_filling(groups, frames, weights, options)
     else:
         results = []
-        around = Surroundings.of(cloud, tree_id, height)
+        around, passes = Surroundings.of(cloud, tree_id, height), Passes(cloud.attributes, len(cloud), groups)
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
-            results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around))
+            results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around, passes))
             reporter.progress((number + 1) / len(ids))
     if sensor.calibrated:
         results = beside_the_others(results)
@@ -169,6 +179,7 @@ def _measure_one(
     stems: StemMap | None,
     tree: int,
     around: Surroundings,
+    passes: Passes,
 ) -> StemMeasure:
     if not np.isfinite(frame.ground):
         return refuse("no_ground", points=len(group))
@@ -176,12 +187,12 @@ def _measure_one(
     weight = None if weights is None else weights[group]
     # Crown and ground points of other segmenters' trees do not belong to the stem's band.
     band = (points[:, 2] > 0.1) & (points[:, 2] < 6.0)
-    points, weight = points[band], None if weight is None else weight[band]
+    points, weight, index = points[band], None if weight is None else weight[band], group[band]
     if options.fit == "cylinder":
         points = points[own_order(points)]
     # Every n-th point, not voxels: the few points within the bark must stay few against those on it.
     stride = max(len(points) // MOST_POINTS, 1)
-    points, weight = points[::stride], None if weight is None else weight[::stride]
+    points, weight, index = points[::stride], None if weight is None else weight[::stride], index[::stride]
     if options.fit == "cylinder":
         return by_cylinder(points, options)
     start = None
@@ -191,8 +202,12 @@ def _measure_one(
             return refuse(stem.refused, cone=rebased(stem.cone, frame.origin - stems.origin, 0.0), points=len(points))
         start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
         sensor = sensor.at_noise(stem.noise_m or 0.0)
-    measured = measure_points(
-        points, weight, sensor, options.bh_m, segment_options(options), start, around.near(frame)[::stride]
+    others, beside_index = around.near(frame)
+    others, beside_index = others[::stride], beside_index[::stride]
+    measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start, others)
+    index = np.concatenate([index, beside_index])
+    measured = _pass_by_pass(
+        measured, points, others, None if weights is None else weights[index], passes.of(index), sensor, options
     )
     if stem is None:
         return measured
@@ -203,13 +218,49 @@ def _measure_one(
     return measured.with_flagged(judge("points", beside))
 
 
+def _pass_by_pass(
+    measured: StemMeasure,
+    points: np.ndarray,
+    others: np.ndarray,
+    weights: np.ndarray | None,
+    label: np.ndarray,
+    sensor: Sensor,
+    options: MeasureOptions,
+) -> StemMeasure:
+    """The stem measured again with its passes brought onto one axis, where they do not fit together; with a remark and
+    a wider error where they show it at different diameters.
+
+    weights, label: (N + M,) of the (N, 3) points and the (M, 3) others.
+    """
+    cone = measured.cone
+    if cone is None or not label.any():
+        return measured
+    pool = np.concatenate([points, others])
+    fit = fit_passes(pool, label, np.zeros(len(label), np.int64), cone, options.bh_m, sensor.floor_m)
+    if fit.sure:
+        kept = fit.placed[label]
+        moved = pool[kept].copy()
+        moved[:, :2] -= fit.shift[label[kept]]
+        on = np.abs(cone.residuals(moved)) < max(4 * cone.sigma, 2.5 * sensor.cap_m)
+        strength = None if weights is None else weights[kept][on]
+        again = measure_points(moved[on], strength, sensor, options.bh_m, segment_options(options), cone, moved[~on])
+        if again.dbh_cm is not None and again.se_cm is not None:
+            measured = replace(again, se_cm=float(np.hypot(again.se_cm, fit.se_cm)))
+    found = judge("points", {"dates_cm": fit.dates_cm})
+    if found.refused:
+        return refuse(*found.refused, *measured.reasons, cone=measured.cone, points=measured.points)
+    if measured.se_cm is not None:
+        measured = replace(measured, se_cm=float(np.hypot(measured.se_cm, fit.dates_cm / 2)))
+    return measured.with_flagged(found)
+
+
 def beside_the_others(results: list[StemMeasure]) -> list[StemMeasure]:
     """Flagged or refused (``covered``), where the ring of points is far thicker than those of the plot's other stems:
     ivy, moss or twigs all round, which a circle takes for bark. A flagged one's error grows with the excess."""
     noise = np.array([each.noise_m for each in results if each.dbh_cm is not None])
     if np.isfinite(noise).sum() < LEAST_STEMS:
         return results
-    usual, out = float(np.nanmedian(noise)), []
+    usual, out = max(float(np.nanmedian(noise)), LEAST_RING_M), []
     for each in results:
         found = judge("points", {"ring_ratio": each.noise_m / usual})
         if each.dbh_cm is None or each.se_cm is None or not found.reasons:

@@ -32,9 +32,11 @@ class TreeFrame:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The points of the stem band that belong to no stem: twigs and shrubs that crowd the bark."""
+    """The points of the stem band that belong to no stem: twigs and shrubs that crowd the bark. index: (M,) of theirs
+    in the cloud."""
 
     tree: Nearby
+    index: np.ndarray
     has_crowns: bool
 
     @classmethod
@@ -45,12 +47,12 @@ class Surroundings:
         with np.errstate(invalid="ignore"):
             crowns = bool((height > 8.0).mean() > 0.05) if len(free) else False
             free = free[(height > 0.2) & (height < 5.0)]
-        return cls(Nearby(cloud.xyz[free]), crowns)
+        return cls(Nearby(cloud.xyz[free]), free, crowns)
 
-    def near(self, frame: TreeFrame) -> np.ndarray:
-        """(M, 3) in the tree's frame, within 25 cm of its points' extent."""
+    def near(self, frame: TreeFrame) -> tuple[np.ndarray, np.ndarray]:
+        """(M, 3) in the tree's frame, within 25 cm of its points' extent, and (M,) their indices in the cloud."""
         band = (frame.points[:, 2] > 0.2) & (frame.points[:, 2] < 5.0)
         xy = frame.points[band, :2] if band.any() else frame.points[:, :2]
         middle, reach = np.median(xy, axis=0), np.percentile(np.hypot(*(xy - np.median(xy, axis=0)).T), 98)
         found = self.tree.within(middle + frame.origin, min(float(reach), 1.5) + 0.25)
-        return self.tree.points[found] - [*frame.origin, frame.ground]
+        return self.tree.points[found] - [*frame.origin, frame.ground], self.index[found]
