@@ -7,8 +7,8 @@ import pytest
 
 import treedgs_geo as tg
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.from_points.measuring.passes import Passes, dates_apart_cm, file_cuts
-from treedgs_geo.shapes.cone import Cone
+from treedgs_geo.stems.cloud.estimate.passes import Passes, dates_apart_cm, file_cuts
+from treedgs_geo.stems.geometry.cone import Cone
 
 STEMS = [(2.5, 2.5, 14.0), (9.0, 2.0, 22.0), (2.0, 9.0, 30.0), (9.0, 9.0, 40.0)]
 SCANNERS = [(5.7, 5.2), (-1.0, -1.0), (13.0, -1.0), (-1.0, 13.0), (13.0, 13.0)]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...shapes.cone import Cone
-from ...shapes.section_kernels import SECTORS
+from ...geometry.cone import Cone
+from ...geometry.section_kernels import SECTORS
 
 #: A scanner that did not see a stem for so long, s, or whose angle is so far away, degrees, comes back in another pass.
 PAUSE_S, APART_DEG = 2.0, 5.0

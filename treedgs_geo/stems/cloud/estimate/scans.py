@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...core.progress import Reporter
-from ...pointcloud.cloud import PointCloud
-from ...trees.priors import BREAST_HEIGHT_M
-from ..segmentation.nearby import Nearby
-from ..segmentation.segment import StemMap
-from ..segmentation.sensors import SENSORS
+from ....core.progress import Reporter
+from ....pointcloud.cloud import PointCloud
+from ...quality.priors import BREAST_HEIGHT_M
+from ..propose.nearby import Nearby
+from ..propose.segment import StemMap
+from ..propose.sensors import SENSORS
 from .passes import REACH_M, Passes, PassFit, common_shifts, fit_passes
 
 #: Points of the stem band that are looked at, at most.
