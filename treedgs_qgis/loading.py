@@ -33,7 +33,7 @@ COMPANIONS = {
         ("measured_trees", "Measured trees"),
         ("field_trees", "Field trees"),
     ),
-    "Trees": (("slices", "Stem slices"), ("circles", "Stem circles"), ITSELF),
+    "Trees": (("sections", "Stem sections"), ("circles", "Stem circles"), ITSELF),
 }
 #: How near a line's end has to come to a tree to catch it.
 SNAP_PIXELS = 12
@@ -72,7 +72,7 @@ def _add_companion(
 
 
 def _in_order(details: QgsProcessingContext.LayerDetails, sources: list[str], rank: int) -> None:
-    """QGIS loads by name, the last on top: stem slices would hide the trees' colours."""
+    """QGIS loads by name, the last on top: stem sections would hide the trees' colours."""
     details.setPostProcessor(DefaultStyle.make(sources))
     if hasattr(details, "layerSortKey"):  # 3.32: puts layers into the tree after they are styled
         details.layerSortKey = rank

@@ -25,6 +25,7 @@ CRS = pyproj.CRS("EPSG:6344")
 SLICE = {
     "tree_id": 1,
     "height_m": 1.0,
+    "d_se_cm": 0.5,
     "d_cm": 30.0,
     "rms_cm": 1.0,
     "n_pts": 50,
@@ -80,8 +81,8 @@ def test_the_users_layers_styles_and_project_stay(site, crs):
     before, crs = contents(site), pyproj.CRS(crs)
     write_trees(site, trees(3), crs, [SLICE])
     assert contents(site) == before
-    assert layers(site) == {"roads", "trees_2019", "trees", "circles", "slices"}
-    # A second run with fewer trees and no slices: ours are replaced, what is not made any more goes.
+    assert layers(site) == {"roads", "trees_2019", "trees", "circles", "sections"}
+    # A second run with fewer trees and no sections: ours are replaced, what is not made any more goes.
     write_trees(site, trees(1), crs)
     assert contents(site) == before and layers(site) == {"roads", "trees_2019", "trees", "circles"}
     fresh = read_trees(write_trees(site.with_name("fresh.gpkg"), trees(1), crs))

@@ -226,18 +226,18 @@ print("NAMES", sorted(layers), [layer.renderer().type() for _, layer in sorted(l
 for feature in layers["Stem circles"].getFeatures():
     shape = feature.geometry().boundingBox()
     assert abs(100 * shape.width() - feature["dbh_cm"]) < 0.05, (shape.width(), feature["dbh_cm"])
-heights = {feature["height_m"] for feature in layers["Stem slices"].getFeatures()}
-slices = layers["Stem slices"]
+heights = {feature["height_m"] for feature in layers["Stem sections"].getFeatures()}
+slices = layers["Stem sections"]
 print("HEIGHTS", len(heights), slices.mapTipTemplate() != "", slices.hasScaleBasedVisibility())
 print("ORDER", [node.name() for node in QgsProject.instance().layerTreeRoot().findLayers()])
 """,
         tmp_path / "cloud.laz",
         tmp_path / "trees.gpkg",
     )
-    assert "NAMES ['Stem circles', 'Stem slices', 'Trees']" in done.stdout, done.stdout + done.stderr
+    assert "NAMES ['Stem circles', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
     assert "['categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
     assert "HEIGHTS 9 True True" in done.stdout, done.stdout + done.stderr
-    assert "ORDER ['Trees', 'Stem circles', 'Stem slices']" in done.stdout, "the trees' colours are hidden"
+    assert "ORDER ['Trees', 'Stem circles', 'Stem sections']" in done.stdout, "the trees' colours are hidden"
 
 
 def test_the_order_of_layers_is_kept_among_the_users_own(qgis, tmp_path):
@@ -263,7 +263,7 @@ ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "")
         tmp_path / "cloud.laz",
         tmp_path,
     )
-    three = ["Trees", "Stem circles", "Stem slices"]
+    three = ["Trees", "Stem circles", "Stem sections"]
     assert f"ORDER {['Own 1', *three, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
     assert f"GROUP {three} 12" in done.stdout, done.stdout + done.stderr
 

@@ -1,4 +1,4 @@
-"""Trees, their circles at true scale, and the slices of a cloud's stems."""
+"""Trees, their circles at true scale, and the sections of a cloud's stems."""
 
 from __future__ import annotations
 
@@ -98,10 +98,11 @@ CIRCLES = {
     "dbh_se_cm": ("double", "DBH standard error [cm]"),
     "qc_flag": ("string", "Quality"),
 }
-SLICES = {
+SECTIONS = {
     "tree_id": ("integer", "Tree"),
     "height_m": ("double", "Height above ground [m]"),
     "d_cm": ("double", "Diameter [cm]"),
+    "d_se_cm": ("double", "Diameter standard error [cm]"),
     "rms_cm": ("double", "Roughness, rms [cm]"),
     "n_pts": ("integer", "Points"),
     "arc_deg": ("double", "Circumference seen [°]"),
@@ -238,10 +239,10 @@ def circles() -> QgsVectorLayer:
     return layer
 
 
-def slices() -> QgsVectorLayer:
-    """Measured slices of a stem: outlines from brown (foot) to yellow (4 m), shown when zoomed in."""
-    layer = memory_layer(SLICES, "slices", "Polygon")
-    steps = ((0, 1, "#5b2c06"), (1, 2, "#98511a"), (2, 3, "#cf8a35"), (3, 4, "#e7b85c"), (4, 5, "#f4dd9a"))
+def sections() -> QgsVectorLayer:
+    """Measured sections of a stem: outlines from brown (foot) to yellow (crown), shown when zoomed in."""
+    layer = memory_layer(SECTIONS, "sections", "Polygon")
+    steps = ((0, 2, "#5b2c06"), (2, 5, "#98511a"), (5, 10, "#cf8a35"), (10, 15, "#e7b85c"), (15, 60, "#f4dd9a"))
     layer.setRenderer(
         QgsGraduatedSymbolRenderer(
             "height_m",
@@ -263,7 +264,8 @@ def slices() -> QgsVectorLayer:
     )
     layer.setMapTipTemplate(
         f"""<b>[% {said("Tree")} %] [% "tree_id" %] [% {said("at")} %] [% format_number("height_m", 1) %] m</b><br>"""
-        f"""[% format_number("d_cm", 1) %] cm, [% "n_pts" %] [% {said("points round")} %] [% round("arc_deg") %]° """
+        """[% format_number("d_cm", 1) %][% coalesce(' ± ' || format_number("d_se_cm", 1), '') %] cm, """
+        f"""[% "n_pts" %] [% {said("points round")} %] [% round("arc_deg") %]° """
         """(rms [% format_number("rms_cm", 1) %] cm)"""
     )
     return layer

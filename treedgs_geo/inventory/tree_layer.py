@@ -20,7 +20,7 @@ from ..core.progress import Reporter
 from ..core.resource_errors import reporting_full_disk
 from ..core.tables import safe_frame
 from ..stems.quality.tree import TREE_FIELDS, Tree
-from .circle_layers import CIRCLES, SLICES, add_layers
+from .circle_layers import CIRCLES, SECTIONS, add_layers
 from .tree_reading import LAYER, SHORT_NAMES
 from .written import read_written
 
@@ -28,7 +28,8 @@ from .written import read_written
 OWN_LAYERS = {
     LAYER: frozenset({"tree_id", "dbh_cm", "qc_flag", "run_id"}),
     CIRCLES: frozenset({"tree_id", "dbh_cm", "dbh_se_cm", "qc_flag"}),
-    SLICES: frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),
+    SECTIONS: frozenset({"tree_id", "height_m", "d_cm", "d_se_cm"}),
+    "slices": frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),  # of 0.1, replaced by the sections
 }
 #: Stands in the style of the trees (``tools/layer_styles/trees.py``) for the folder of their evidence sheets.
 SHEETS_FOLDER = "folder-of-the-sheets"
@@ -93,15 +94,16 @@ def write_trees(
     path: Path,
     trees: list[Tree],
     crs: pyproj.CRS | str,
-    slices: list[dict] | None = None,
+    sections: list[dict] | None = None,
     reporter: Reporter | None = None,
     copies: tuple[Path, ...] = (),
     sheets: Path | None = None,
 ) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
-    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``slices`` where they are given
-    (:func:`treedgs_geo.inventory.circle_layers.stem_slices`). In an existing GeoPackage only these layers are replaced.
+    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections`` where they are
+    given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`). In an existing GeoPackage only these layers
+    are replaced.
     What a person wrote into the layer that is replaced (species, status, note, decisions), or into ``copies`` of it,
     goes on with its trees; the reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's
     map tips show.
@@ -121,7 +123,7 @@ def write_trees(
     table = written.fill(tree_table(trees, crs))
     left = written.left(table, set(table["tree_id"]))
     table = pd.concat([table, left], ignore_index=True) if len(left) else table
-    write_table(path, table, lambda temporary: add_layers(temporary, table, slices), sheets)
+    write_table(path, table, lambda temporary: add_layers(temporary, table, sections), sheets)
     written.report(reporter)
     return path
 

@@ -9,7 +9,6 @@ import numpy as np
 from ..core.files import ensure_writable
 from ..core.plots import Plot
 from ..core.progress import Reporter
-from ..inventory.circle_layers import stem_slices
 from ..inventory.tree_layer import check_output, write_trees
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.file_crs import LOCAL_CRS
@@ -17,6 +16,7 @@ from ..pointcloud.files import write_cloud
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
 from ..stems.cloud.estimate.options import MeasureOptions
+from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.quality.odd_heights import mark_odd_heights
 from ..stems.quality.tree import Tree
 from ..terrain.cloud_ground import CloudGround
@@ -56,11 +56,11 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     name_run(settings, trees)
-    slices = stem_slices(cloud.xyz, tree_id, trees)
+    sections = stem_sections(cloud.xyz, tree_id, trees)
     with reporter.stage("sheets", 0.95, 0.99):
-        sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, slices, reporter)
+        sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, sections, reporter)
     write_trees(
-        settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter, sheets=sheets_of(settings.output)
+        settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter, sheets=sheets_of(settings.output)
     )
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
     summary = tree_summary(trees, reporter)

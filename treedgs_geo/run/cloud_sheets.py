@@ -16,7 +16,7 @@ from .. import __version__
 from ..core.errors import OutputError
 from ..core.progress import Reporter
 from ..core.settings import to_json
-from ..inventory.evidence.cloud_sheet import CloudEvidence, cloud_sheet
+from ..inventory.evidence.cloud_sheet import SLICE_HEIGHTS, CloudEvidence, cloud_sheet
 from ..inventory.evidence.files import sheets_folder, trees_with_sheets, write_sheet, written_sheets
 from ..stems.quality.tree import Tree
 
@@ -53,7 +53,7 @@ def make_cloud_sheets(
     reporter: Reporter,
 ) -> dict[int, Path]:
     """``tree_id`` -> evidence sheet; trouble with a sheet is a warning. xyz: (N, 3) project metres. slices: of
-    :func:`treedgs_geo.inventory.circle_layers.stem_slices`."""
+    :func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`."""
     asked = settings.sheets != "auto"
     chosen = trees_with_sheets(trees, settings.sheets if asked else "check", asked)
     folder = sheets_of(settings.output)
@@ -77,6 +77,8 @@ def _write(
 ) -> None:
     of_tree: dict[int, list[dict[str, Any]]] = {}
     for row in slices:
+        if row["height_m"] > SLICE_HEIGHTS[-1]:
+            continue
         of_tree.setdefault(row["tree_id"], []).append(row)
     for number, tree in enumerate(trees):
         points = own.get(tree.tree_id, np.empty((0, 3)))

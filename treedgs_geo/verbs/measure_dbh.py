@@ -27,11 +27,11 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
     from ..core.errors import InputError
-    from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import check_output, write_trees
     from ..pointcloud.file_crs import LOCAL_CRS
     from ..stems.cloud.estimate.cloud import measure_stems
     from ..stems.cloud.estimate.foot import with_ground
+    from ..stems.cloud.estimate.sections import stem_sections
     from ..stems.quality.ground import with_ground_error
     from ..stems.quality.odd_heights import mark_odd_heights
 
@@ -54,8 +54,8 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     else:
         trees = with_ground(trees, ground, cloud.xyz)
     mark_odd_heights(trees, cloud, dtm, reporter)
-    slices = stem_slices(cloud.xyz, tree_id, trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
+    sections = stem_sections(cloud.xyz, tree_id, trees)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}
 
 

@@ -23,7 +23,7 @@ _POINTS, _OTHERS = (70, 70, 70), (200, 200, 200)
 @dataclass(frozen=True)
 class CloudEvidence:
     """What a sheet of a stem in a cloud says. points: (N, 3) metres from the stem at breast height and its ground, of
-    this tree; around: (M, 3) those beside it. slices: its rows of ``circle_layers.stem_slices``."""
+    this tree; around: (M, 3) those beside it. slices: its rows of ``stems.cloud.estimate.sections.stem_sections``."""
 
     tree: Tree
     points: np.ndarray

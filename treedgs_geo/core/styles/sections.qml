@@ -8,11 +8,11 @@
   </flags>
   <renderer-v2 type="graduatedSymbol" referencescale="-1" enableorderby="0" attr="height_m" graduatedMethod="GraduatedColor" forceraster="0" symbollevels="0">
     <ranges>
-      <range lower="0.000000000000000" symbol="0" upper="1.000000000000000" render="true" label="0 to 1 m above ground"/>
-      <range lower="1.000000000000000" symbol="1" upper="2.000000000000000" render="true" label="1 to 2 m above ground"/>
-      <range lower="2.000000000000000" symbol="2" upper="3.000000000000000" render="true" label="2 to 3 m above ground"/>
-      <range lower="3.000000000000000" symbol="3" upper="4.000000000000000" render="true" label="3 to 4 m above ground"/>
-      <range lower="4.000000000000000" symbol="4" upper="5.000000000000000" render="true" label="4 to 5 m above ground"/>
+      <range lower="0.000000000000000" symbol="0" upper="2.000000000000000" render="true" label="0 to 2 m above ground"/>
+      <range lower="2.000000000000000" symbol="1" upper="5.000000000000000" render="true" label="2 to 5 m above ground"/>
+      <range lower="5.000000000000000" symbol="2" upper="10.000000000000000" render="true" label="5 to 10 m above ground"/>
+      <range lower="10.000000000000000" symbol="3" upper="15.000000000000000" render="true" label="10 to 15 m above ground"/>
+      <range lower="15.000000000000000" symbol="4" upper="60.000000000000000" render="true" label="15 to 60 m above ground"/>
     </ranges>
     <symbols>
       <symbol type="fill" force_rhr="0" clip_to_extent="1" alpha="1" name="0">
@@ -262,6 +262,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="d_se_cm" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="rms_cm" configurationFlags="None">
       <editWidget type="">
         <config>
@@ -288,14 +295,16 @@
     <alias name="Tree" field="tree_id" index="0"/>
     <alias name="Height above ground [m]" field="height_m" index="1"/>
     <alias name="Diameter [cm]" field="d_cm" index="2"/>
-    <alias name="Roughness, rms [cm]" field="rms_cm" index="3"/>
-    <alias name="Points" field="n_pts" index="4"/>
-    <alias name="Circumference seen [°]" field="arc_deg" index="5"/>
+    <alias name="Diameter standard error [cm]" field="d_se_cm" index="3"/>
+    <alias name="Roughness, rms [cm]" field="rms_cm" index="4"/>
+    <alias name="Points" field="n_pts" index="5"/>
+    <alias name="Circumference seen [°]" field="arc_deg" index="6"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
     <default expression="" field="height_m" applyOnUpdate="0"/>
     <default expression="" field="d_cm" applyOnUpdate="0"/>
+    <default expression="" field="d_se_cm" applyOnUpdate="0"/>
     <default expression="" field="rms_cm" applyOnUpdate="0"/>
     <default expression="" field="n_pts" applyOnUpdate="0"/>
     <default expression="" field="arc_deg" applyOnUpdate="0"/>
@@ -304,6 +313,7 @@
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="height_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="d_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="d_se_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="rms_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="n_pts" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="arc_deg" notnull_strength="0" constraints="0"/>
@@ -312,6 +322,7 @@
     <constraint desc="" field="tree_id" exp=""/>
     <constraint desc="" field="height_m" exp=""/>
     <constraint desc="" field="d_cm" exp=""/>
+    <constraint desc="" field="d_se_cm" exp=""/>
     <constraint desc="" field="rms_cm" exp=""/>
     <constraint desc="" field="n_pts" exp=""/>
     <constraint desc="" field="arc_deg" exp=""/>
@@ -338,6 +349,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || ' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("height_m", 1) || ' m'</previewExpression>
-  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %] [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) %] [% format_number("height_m", 1) %] m&lt;/b>&lt;br>[% format_number("d_cm", 1) %] cm, [% "n_pts" %] [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Punkte rundum' WHEN left(@qgis_locale, 2) = 'es' THEN 'puntos alrededor de' ELSE 'points round' END) %] [% round("arc_deg") %]° (rms [% format_number("rms_cm", 1) %] cm)</mapTip>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %] [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) %] [% format_number("height_m", 1) %] m&lt;/b>&lt;br>[% format_number("d_cm", 1) %][% coalesce(' ± ' || format_number("d_se_cm", 1), '') %] cm, [% "n_pts" %] [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Punkte rundum' WHEN left(@qgis_locale, 2) = 'es' THEN 'puntos alrededor de' ELSE 'points round' END) %] [% round("arc_deg") %]° (rms [% format_number("rms_cm", 1) %] cm)</mapTip>
   <layerGeometryType>2</layerGeometryType>
 </qgis>

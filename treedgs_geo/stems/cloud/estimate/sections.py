@@ -1,0 +1,191 @@
+"""The stem curve: sections of each measured stem every half metre, from its foot to where crown hides it, with errors.
+
+Up and down from breast height, each circle is started where those before it lead: the points of half a metre of stem,
+sheared along the axis to one plane, give a circle with a taper. It holds with enough of its circumference seen, points
+that lie on it and not about it, a radius that follows from its neighbour's and is not thicker than those below, and an
+error that is small beside it. Where three in a row do not hold, the curve ends. The DBH does not come from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...geometry.cone import Cone, fit_cone
+from ...geometry.slices import across_axis
+from ...quality.priors import USUAL_TAPER
+from ...quality.tree import Tree
+from .surface_quality import FLOOR_CM, FLOOR_SHARE, ROUNDNESS, ULS_NOISE, lobes_of
+
+#: Distance of sections, and lowest one, m.
+STEP_M, LOWEST_M = 0.5, 0.5
+#: Half the length of a section, m: the second where the first holds fewer points than this.
+HALVES_M, PLENTY, LEAST_POINTS = (0.1, 0.25, 0.5), 60, 16
+#: Spread of bark points about a circle: not below, not above, m.
+_FLOOR_M, _CAP_M = 0.005, 0.025
+#: Sectors of a section, and the circumference that has to be seen, degrees.
+_SECTORS, LEAST_ARC_DEG = 24, 150.0
+#: A section holds with a radius within this share of what its neighbour leads to, a centre within this of it (m, and
+#: radii), and a standard error below this share of the diameter.
+_CHANGE, _OFF_M, _OFF_SHARE, _SE_SHARE = 0.12, 0.04, 0.15, 0.08
+#: Points inside a circle may be this dense, in densities of those on it: bark is opaque, a crown is not.
+_INSIDE = 0.5
+#: 90 % intervals of a section and of one below it that do not meet.
+_SURE = 1.645
+#: So many sections in a row that do not hold end the curve.
+_MISSES = 3
+#: Points beyond this many of a section add nothing but time.
+_MOST_POINTS = 1000
+
+
+@dataclass(frozen=True)
+class _Section:
+    height: float
+    centre: np.ndarray
+    radius: float
+    se_cm: float
+    rms_m: float
+    n_points: int
+    arc_deg: float
+
+
+def stem_sections(xyz: np.ndarray, tree_id: np.ndarray, trees: list[Tree]) -> list[dict[str, Any]]:
+    """Sections of each tree with a DBH and a ground height, by tree and height: ``tree_id, height_m`` (above the ground
+    at the foot), ``d_cm, d_se_cm, rms_cm, n_pts, arc_deg`` and the centre ``x, y`` in project metres.
+
+    xyz: (N, 3) project metres. tree_id: (N,) integers.
+    """
+    owned = np.flatnonzero(tree_id > 0)
+    if not len(owned):
+        return []
+    order = owned[np.argsort(tree_id[owned], kind="stable")]
+    ids, starts = np.unique(tree_id[order], return_index=True)
+    groups = dict(zip(ids.tolist(), np.split(order, starts[1:]), strict=True))
+    rows = []
+    for tree in trees:
+        if tree.dbh_cm is None or tree.z_ground is None or tree.tree_id not in groups:
+            continue
+        points = xyz[groups[tree.tree_id]] - [tree.x, tree.y, tree.z_ground]
+        for section in sections_of(points, tree.dbh_cm, tree.bh_m):
+            rows.append(
+                {
+                    "tree_id": int(tree.tree_id),
+                    "height_m": round(section.height, 2),
+                    "d_cm": round(200 * section.radius, 2),
+                    "d_se_cm": round(section.se_cm, 2),
+                    "rms_cm": round(100 * section.rms_m, 2),
+                    "n_pts": section.n_points,
+                    "arc_deg": section.arc_deg,
+                    "x": float(section.centre[0] + tree.x),
+                    "y": float(section.centre[1] + tree.y),
+                }
+            )
+    return rows
+
+
+def sections_of(points: np.ndarray, dbh_cm: float, bh_m: float) -> list[_Section]:
+    """The sections that hold of one stem's (N, 3) points: metres from its axis at breast height and its ground."""
+    points = np.ascontiguousarray(points[np.argsort(points[:, 2], kind="stable")])
+    low, high = np.searchsorted(points[:, 2], [bh_m - 0.8, bh_m + 0.8])
+    some = points[low : high : max((high - low) // (3 * _MOST_POINTS), 1)]
+    upright = Cone(0.0, 0.0, 0.0, 0.0, dbh_cm / 200, USUAL_TAPER, bh_m)
+    start = fit_cone(some, upright, None, (0.06, 0.04, 0.02), _FLOOR_M, _CAP_M) or upright
+    if abs(start.r / upright.r - 1) > 2 * _CHANGE:
+        start = upright
+    found: list[_Section] = []
+    top = points[-1, 2] if len(points) else 0.0
+    at_bh = STEP_M * round(bh_m / STEP_M)
+    for heights in (np.arange(at_bh, top, STEP_M), np.arange(at_bh - STEP_M, LOWEST_M - 0.01, -STEP_M)):
+        way = found[:1]  # the second way begins where the first did
+        cone, misses = start, 0
+        for height in heights:
+            predicted = _leading_to(float(height), way, cone)
+            section = _section(points, predicted)
+            if section is None or height > bh_m and _thicker(section, way):
+                misses += 1
+                if misses == _MISSES:
+                    break
+                continue
+            misses = 0
+            way.append(section)
+            found.append(section)
+            cone = _leading_to(float(height), way, predicted)
+    return sorted(found, key=lambda section: section.height)
+
+
+def _leading_to(height: float, way: list[_Section], cone: Cone) -> Cone:
+    """The cone that the last sections of a way lead to at a height: straight on through them, with the usual taper."""
+    if not way:
+        centre, slope, radius = cone.centre(height), np.array([cone.dx, cone.dy]), float(cone.radius(height))
+    else:
+        last = way[-1]
+        slope = np.array([cone.dx, cone.dy])
+        near = [section for section in way[-4:-1] if abs(section.height - last.height) > 0.7]
+        if near:
+            slope = (last.centre - near[0].centre) / (last.height - near[0].height)
+        centre = last.centre + slope * (height - last.height)
+        radius = max(last.radius + USUAL_TAPER * (height - last.height), 0.01)
+    return Cone(float(centre[0]), float(centre[1]), float(slope[0]), float(slope[1]), radius, USUAL_TAPER, height)
+
+
+def _thicker(section: _Section, way: list[_Section]) -> bool:
+    """Whether a section is surely thicker than one below it, as foliage about a stem is and no stem."""
+    thinnest = min((200 * below.radius + _SURE * below.se_cm for below in way), default=np.inf)
+    return bool(200 * section.radius - _SURE * section.se_cm > thinnest)
+
+
+def _filled(here: np.ndarray, predicted: Cone, on: np.ndarray, sigma: float) -> bool:
+    """Whether the (N, 3) points of a section fill the place where a stem should be, and do not lie on its bark."""
+    deep, radius = max(3 * sigma, 0.02), float(predicted.r)
+    if radius <= 1.2 * deep:
+        return False
+    inside = np.count_nonzero(predicted.residuals(here[:: max(len(here) // _MOST_POINTS, 1)]) < -deep)
+    inside *= max(len(here) // _MOST_POINTS, 1)
+    return inside / (radius - deep) ** 2 > _INSIDE * len(on) / (4 * radius * deep)
+
+
+def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
+    """The circle at the predicted cone's height; ``None`` where it does not hold."""
+    height, expected = predicted.h_ref, float(predicted.r)
+    for half in HALVES_M:
+        low, high = np.searchsorted(points[:, 2], [height - half, height + half])
+        here = near = points[low:high]
+        if len(near):
+            near = near[np.abs(predicted.residuals(near)) < max(0.05, 0.25 * expected)]
+        if len(near) >= PLENTY:
+            break
+    if len(near) < LEAST_POINTS:
+        return None
+    near = near[:: max(len(near) // _MOST_POINTS, 1)]
+    flat = np.column_stack([across_axis(near, predicted), near[:, 2]])
+    upright = Cone(0.0, 0.0, 0.0, 0.0, expected, USUAL_TAPER, height)
+    cone = fit_cone(flat, upright, None, (0.04, 0.02), _FLOOR_M, _CAP_M, lean_sd=0.02, taper_sd=0.002)
+    if cone is None or cone.covariance is None or abs(cone.r / expected - 1) > _CHANGE:
+        return None
+    if np.hypot(cone.x, cone.y) > _OFF_M + _OFF_SHARE * expected:
+        return None
+    residual = cone.residuals(flat)
+    on = np.abs(residual) < max(3 * cone.sigma, 0.01)
+    if on.sum() < LEAST_POINTS:
+        return None
+    if _filled(here, predicted, residual[on], cone.sigma):
+        return None
+    sector = np.floor((cone.azimuths(flat[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    arc = 360.0 / _SECTORS * len(np.unique(sector))
+    rms = float(np.sqrt(np.mean(residual[on] ** 2)))
+    d_cm = 200 * cone.r
+    parts = (
+        200 * float(np.sqrt(cone.covariance[4, 4])),
+        d_cm * max(ROUNDNESS, lobes_of(flat[on], cone)) / np.sqrt(arc / 60.0),
+        100 * rms**2 / cone.r,
+        ULS_NOISE * 200 * rms,
+        FLOOR_CM,
+        FLOOR_SHARE * d_cm,
+    )
+    se = float(np.sqrt(np.square(parts).sum()))
+    if arc < LEAST_ARC_DEG or se > _SE_SHARE * d_cm:
+        return None
+    centre = predicted.centre(height) + [cone.x, cone.y]
+    return _Section(float(height), centre, float(cone.r), se, rms, int(on.sum()), arc)
