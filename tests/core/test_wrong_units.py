@@ -22,7 +22,7 @@ def _pairs(seed=0, n=20, noise=0.05):
     [
         (1 / 2.54, "0.39 times .* inches read as centimetres"),
         (2.54, "centimetres read as inches"),
-        (10, "(9.9|10) times .* millimetres read as centimetres"),
+        (10, "(10|9.9|9.8) times .* millimetres read as centimetres"),
         (0.1, "centimetres read as millimetres"),
         (0.01, "metres read as centimetres"),
         (1 / 30.48, "feet read as centimetres"),
