@@ -58,8 +58,8 @@ def test_plots_in_lonlat_and_in_metres_agree(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "holds no plot"),
-        ("plot_id,radius_m\np,10\n", "expected plot_id"),
+        ("", "is empty"),
+        ("plot_id,radius_m\np,10\n", "lacks the easting .* the northing"),
         ("plot_id,easting,northing,radius_m\np,x,1,10\n", "line 2"),
         ("plot_id,easting,northing,radius_m\np,1,1,-10\n", "radius_m is -10"),
         ("plot_id,easting,northing,radius_m\np,1,1,5\np,2,2,5\n", "appears twice"),

@@ -14,11 +14,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import treedgs_geo
+from treedgs_geo.core.column_names import QUANTITIES
+from treedgs_geo.core.columns import columns
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import read_plots
-from treedgs_geo.core.tables import SafeWriter, csv_text, plain_cell, refuse_other_formats, safe_cell, safe_frame
+from treedgs_geo.core.tables import (
+    SafeWriter,
+    column_name,
+    plain_cell,
+    read_table,
+    refuse_other_formats,
+    safe_cell,
+    safe_frame,
+)
 from treedgs_geo.inventory.accuracy.sections import write_table
-from treedgs_geo.inventory.field_trees import read_table
 from treedgs_geo.inventory.match import read_measured
 from treedgs_geo.inventory.stand.sample import read_sample
 from treedgs_geo.inventory.tree_layer import write_trees
@@ -137,7 +146,6 @@ def test_a_table_of_any_country_and_system_reads_the_same(tmp_path, ends, encodi
     text = ("sep=;\n" if country == "sep" else "") + text
     path = tmp_path / "plots.csv"
     path.write_bytes(text.replace("\n", ends).encode(encoding))
-    assert csv_text(path) == PLOTS
     plots = read_plots(path, UTM)
     assert [(p.plot_id, p.x, p.y, p.radius_m) for p in plots] == [
         ("A", 611337.5, 3718452.25, 12.5),
@@ -147,20 +155,109 @@ def test_a_table_of_any_country_and_system_reads_the_same(tmp_path, ends, encodi
     assert list(table["note"])[0] == "Höhe" and list(table["easting"]) == ["611337.5", "611400"]
 
 
-def test_two_kinds_of_numbers_in_one_table_are_refused(tmp_path):
-    """12,5 may be twelve and a half or, beside 611337.5, two columns; nothing is guessed."""
-    path = tmp_path / "trees.csv"
-    path.write_text("plot_id;tree_id;azimuth;distance_m\nA;1;12,5;8.25\n")
-    with pytest.raises(InputError, match="found 12,5 and 8.25.*the same way"):
-        read_table(path)
+def _cells(path, text, name):
+    path.write_text(text, encoding="utf-8")
+    return read_table(path)[name].tolist()
+
+
+def test_decimal_commas_are_read_where_they_can_be_nothing_else(tmp_path):
+    """Column by column: the tool's own points beside typed commas; thousands are no decimals."""
+    path = tmp_path / "t.csv"
+    both = "tree_id;about_cm;taped_cm\n1;24.25;24,1\n2;31.5;30,8\n"
+    assert _cells(path, both, "taped_cm") == ["24.1", "30.8"] and _cells(path, both, "about_cm") == ["24.25", "31.5"]
+    assert _cells(path, "a;b\n1;24,1\n2;23.8\n", "b") == ["24.1", "23.8"]
+    assert _cells(path, 'a,b\n1,"24,1"\n2,"1,250"\n', "b") == ["24.1", "1.250"]
+    assert _cells(path, 'a,b\n1,"500,000"\n2,"511,337"\n', "b") == ["500,000", "511,337"]
+    assert _cells(path, "a;b\n1;8.250\n2;23,8\n", "b") == ["8.250", "23,8"]
+    assert _cells(path, "a;b\n1;8,250\n", "b") == ["8.250"]
 
 
 def test_text_with_separators_inside_stays(tmp_path):
     path = tmp_path / "trees.csv"
-    path.write_text('plot_id,"note; with; semicolons",dbh_cm\nA,"1,5; ""x""",12.5\n')
-    assert csv_text(path) == path.read_text()
-    path.write_text('plot_id;note;dbh_cm\nA;"fork, leaning";12,5\n')
-    assert csv_text(path) == 'plot_id,note,dbh_cm\nA,"fork, leaning",12.5\n'
+    assert _cells(path, 'plot_id,"note; with; semicolons",dbh_cm\nA,"1,5; ""x""",12.5\n', "note_with_semicolons") == [
+        '1,5; "x"'
+    ]
+    assert _cells(path, 'plot_id;note;dbh_cm\nA;"fork, leaning";12,5\n', "note") == ["fork, leaning"]
     path.write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="cannot be read as a CSV"):
         read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("a,b\n1,2\n3,4,\n", "line 3: has more cells .3. than the heading has columns .2.*delete the comma"),
+        ("a,b\n1,11,3\n", "line 2: has more cells.*in quotes"),
+        ("a;b\n1;2;\n", "line 2: has more cells.*delete the semicolon"),
+        ("tree_id,dbh_cm,height_m\n1,17.2\n", "line 2: has fewer cells .2.*comma for each empty cell too .height_m"),
+        ("tree_id,dbh_cm,height_m,note\n1,17.2\n", "line 2: has fewer cells"),
+        ("a,,b\n1,7,2\n", "line 2: holds '7' in column 2, which has no name"),
+        ("a,b,A\n1,2,3\n", "a column appears twice .a"),
+        ("", "is empty"),
+        ("a,b\n", "holds no row"),
+    ],
+)
+def test_a_cell_too_many_or_too_few_is_a_sentence(tmp_path, text, says):
+    """Else values stand in the columns beside theirs: heights are read as diameters."""
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_table(path)
+
+
+def test_what_stands_for_nothing_is_nothing(tmp_path):
+    path = tmp_path / "t.csv"
+    text = ",tree_id,dbh_cm,note,\n\n1,7,NA,,\n2,8,-,ok,\n,,,,\n3,9,24.1\n"
+    assert _cells(path, text, "dbh_cm") == [None, None, "24.1"]
+    table = read_table(path)
+    assert table.index.tolist() == [3, 4, 6] and table["note"].tolist() == [None, "ok", None]
+
+
+@pytest.mark.parametrize(
+    ("heads", "keys"),
+    [
+        ("plot, x, y, radius_ft", {"plot_id": "", "easting": "", "northing": "", "radius": "ft"}),
+        ("Plot No;Azimut [gon];Entfernung (m);BHD cm", {"plot_id": "", "azimuth": "gon", "distance": "m", "dbh": "cm"}),
+        ("Baum-Nr;Höhe_m;Baumart;Bemerkung", {"field_id": "", "height": "m", "species": ""}),
+        ("Parcela;Árbol;Rumbo;Distancia_m;DAP_cm;Altura_m;Especie", {"field_id": "", "dbh": "cm", "height": "m"}),
+        ("e,n,dbh", {"easting": "", "northing": "", "dbh": ""}),
+        ("Tag,DBHcm,Slope %", {"field_id": "", "dbh": "cm", "slope": "pct"}),
+        ("Circumference (inches)", {"girth": "in"}),
+        ("dbh1_cm,dbh2_cm", {"dbh1": "cm", "dbh2": "cm"}),
+        ("PLT_CN,SUBP,TREE,AZIMUTH,DIST,DIA,HT,SPCD", {"plot_id": "", "distance": "ft", "dbh": "in", "height": "ft"}),
+    ],
+)
+def test_columns_are_known_in_three_languages_with_their_units(heads, keys):
+    names = [column_name(head) for head in heads.replace(";", ",").split(",")]
+    found = columns(names, *QUANTITIES)
+    assert {key: found[key].unit for key in keys} == keys
+    assert len({column.name for column in found.values()}) == len(found)
+
+
+def test_all_that_a_table_lacks_is_named_at_once(tmp_path):
+    path = tmp_path / "plots.csv"
+    path.write_text("plot,lon,radius,colour\nA,9.1,10,red\n")
+    with pytest.raises(InputError, match=r"not known here: colour.*lacks the northing.*'radius' does not say its unit"):
+        read_plots(path, UTM)
+
+
+def test_plots_by_other_names_and_units(tmp_path):
+    path = tmp_path / "plots.csv"
+    path.write_text("Probekreis;x;y;Halbmesser ft\nA;611337,5;3718452,25;24,0\n")
+    plots = read_plots(path, UTM)
+    assert [(p.plot_id, p.x, p.y) for p in plots] == [("A", 611337.5, 3718452.25)]
+    assert plots[0].radius_m == pytest.approx(7.3152)
+    assert read_sample(path, UTM)[0].radius_m == pytest.approx(7.3152)
+
+
+def test_one_plot_under_two_ids_is_refused(tmp_path):
+    path = tmp_path / "plots.csv"
+    path.write_text(
+        "plot_id,easting,northing,radius_m\nA,611337,3718452,10\nB,611500,3718452,10\nC,611337.04,3718452,10\n"
+    )
+    for read in (read_plots, read_sample):
+        with pytest.raises(InputError, match="plots A and C are one circle"):
+            read(path, UTM)
+    path.write_text("plot_id,easting,northing,radius_m\nA,611337,3718452,10\nB,611337,3718452,4\nC,611352,3718452,10\n")
+    for read in (read_plots, read_sample):
+        assert len(read(path, UTM)) == 3

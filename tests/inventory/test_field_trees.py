@@ -93,7 +93,7 @@ def test_slope_face_feet_and_inches(tmp_path):
         (HEAD + "a,1,10,5,\n", {"to": "face"}, "--to pith"),
         (HEAD + "a,1,10,500,20\n", {}, "0 to 200 m"),
         (HEAD, {}, "holds no row"),
-        ("", {}, "cannot be read"),
+        ("", {}, "is empty"),
         ("plot_id,tree_id,dbh_cm\na,1,20\n", {}, "found columns"),
     ],
 )

@@ -153,7 +153,7 @@ def test_a_dbh_typed_into_the_layer_without_a_word_counts():
         (f"tree_id,decision,x,y\n,stem,{EAST + 0.1},{NORTH}\n", "tree 1 of"),
         ("tree_id,decision,x,y\n,stem,12.3,45.6\n", "metres of the layer's CRS"),
         ("number,what\n1,accept\n", "expected tree_id"),
-        ("", "cannot be read as a CSV table"),
+        ("", "is empty"),
     ],
 )
 def test_a_table_that_cannot_be_is_refused_and_nothing_of_it_is_written(tmp_path, rows, words):

@@ -255,7 +255,7 @@ def test_large_square_plots_of_many_species(tmp_path):
         ({"plots": "local.csv"}, InputError, "local metres by their size"),
         ({"plots": "twice.csv"}, InputError, "line 3: plot_id 'a' appears twice"),
         ({"plots": "bad.csv"}, InputError, "line 2: radius_m is 'ten'"),
-        ({"plots": "none.csv"}, InputError, "has no size"),
+        ({"plots": "none.csv"}, InputError, "lacks the radius"),
         ({"plots": "epsg.csv"}, CRSError, "epsg '999999' is unknown"),
         ({"volume_equation": "best"}, InputError, "'best' is no volume equation"),
         ({"min_dbh_cm": 300.0}, InputError, "No tree with a DBH"),

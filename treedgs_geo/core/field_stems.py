@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .columns import columns, places, require
 from .errors import InputError
-from .plots import source_crs
-from .tables import csv_text, refuse_other_formats
+from .tables import column_name, read_table, refuse_other_formats
 
 if TYPE_CHECKING:
-    import pandas as pd
     import pyproj
 
-_X, _Y = ("x", "easting", "e"), ("y", "northing", "n")
 #: How QGIS names one layer of a file.
 _LAYER = "|layername="
 
@@ -46,14 +43,15 @@ def read_field_stems(path: Path, crs: pyproj.CRS | None = None) -> FieldStems:
     """
     path = Path(path)
     table, xy = _of_csv(path, crs) if path.suffix.lower() == ".csv" else _of_layer(path, crs)
-    columns = {str(name).strip().lower(): name for name in table.columns}
     if len(xy) == 0 or not np.isfinite(xy).all():
         raise InputError(
             f"{path}: {'holds no stem' if len(xy) == 0 else 'a stem has no position'}; expected x and y of each stem."
         )
-    if "tree_id" not in columns:
+    named = columns(map(column_name, map(str, table.columns)), "field_id").get("field_id")
+    if named is None:
         return FieldStems(xy, np.arange(1, len(xy) + 1), tuple(str(k) for k in range(1, len(xy) + 1)))
-    names = tuple(str(value).strip() for value in table[columns["tree_id"]])
+    ids = next(name for name in table.columns if column_name(str(name)) == named.name)
+    names = tuple("" if value is None or value != value else str(value).strip() for value in table[ids])
     doubled = {name for name in names if names.count(name) > 1}
     if doubled:
         raise InputError(f"{path}: tree_id {sorted(doubled)[0]!r} appears more than once; give every stem its own.")
@@ -105,57 +103,10 @@ def _only_points(file: str) -> str | None:
 
 def _of_csv(path: Path, crs: pyproj.CRS | None) -> tuple[Any, np.ndarray]:
     """A table and its places (K, 2)."""
-    import pandas as pd
-
-    try:
-        table = pd.read_csv(io.StringIO(csv_text(path)))
-    except InputError:
-        raise
-    except Exception as problem:
-        raise InputError(f"{path}: cannot be read as a table ({problem}); expected columns x, y, tree_id.") from None
-    columns = {name.strip().lower(): name for name in table.columns}
-    x, y = (next((columns[name] for name in names if name in columns), None) for names in (_X, _Y))
-    metric = x is not None and y is not None
-    if not metric and crs is not None and {"lon", "lat"} <= set(columns):
-        x, y = columns["lon"], columns["lat"]
-    if x is None or y is None:
-        raise InputError(
-            f"{path}: found columns {', '.join(map(str, table.columns))}; expected x and y (or "
-            "easting and northing) of each stem."
-        )
-    xy = _numbers(path, table, (x, y))
-    return table, xy if crs is None else _moved(path, table, xy, columns.get("epsg"), metric, crs)
-
-
-def _moved(
-    path: Path, table: pd.DataFrame, xy: np.ndarray, epsg: str | None, metric: bool, crs: pyproj.CRS
-) -> np.ndarray:
-    """(K, 2) of a table in ``crs``."""
-    import pandas as pd
-    import pyproj
-
-    out = xy.copy()
-    codes = [None] * len(xy) if epsg is None else [None if pd.isna(cell) else cell for cell in table[epsg]]
-    for row, code in enumerate(codes):
-        source = source_crs(path, row + 2, {"epsg": code}, crs, metric)
-        if source is not None:
-            out[row] = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(*xy[row])
-        if not np.isfinite(out[row]).all():
-            raise InputError(
-                f"{path}, line {row + 2}: {xy[row, 0]:g}, {xy[row, 1]:g} has no place in {crs.name}; correct the row, "
-                "or its epsg."
-            )
-    return out
-
-
-def _numbers(path: Path, table: pd.DataFrame, columns: tuple[str, str]) -> np.ndarray:
-    import pandas as pd
-
-    values = np.column_stack([pd.to_numeric(table[name], errors="coerce") for name in columns])
-    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
-    if len(bad):
-        raise InputError(f"{path}: line {bad[0] + 2} has no position; expected numbers in {columns[0]}, {columns[1]}.")
-    return values
+    table = read_table(path)
+    found = columns(table, "easting", "northing", *(("lon", "lat") if crs is not None else ()))
+    require(path, table, found, (("easting", "lon"), ("northing", "lat")))
+    return table, places(path, table, crs)
 
 
 def _whole(name: str) -> int:

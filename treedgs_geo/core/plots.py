@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyproj
+from scipy.spatial import cKDTree
 
-from .errors import CRSError, InputError
-from .tables import csv_rows
+from .columns import Column, columns, line_of, measured, places, require
+from .errors import InputError
+from .tables import read_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Centres and radii that differ by less are one plot's, m.
+_SAME_M = 0.1
 
 
 @dataclass(frozen=True)
@@ -23,52 +32,62 @@ class Plot:
 
 
 def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
-    """Read ``plot_id, radius_m`` and a centre: ``easting, northing`` (with optional ``epsg``) or ``lon, lat``.
+    """Read a radius and a centre a plot: easting, northing (or x, y) with an optional ``epsg``, or lon, lat.
 
     Coordinates in another CRS are transformed to ``crs``; lon/lat are read on the project CRS's own datum.
 
     Raises:
-        InputError: missing file, columns or numbers, doubled ids. CRSError: unknown ``epsg``.
+        InputError: missing file, columns or numbers, an id or a plot twice. CRSError: unknown ``epsg``.
     """
     path = Path(path)
-    rows = csv_rows(path, "a plots table")
-    if not rows:
-        raise InputError(f"{path}: holds no plot, expected one row a plot with plot_id, easting, northing, radius_m.")
-    columns = set(rows[0])
-    metric = {"easting", "northing"} <= columns
-    if "radius_m" not in columns or not (metric or {"lon", "lat"} <= columns):
-        raise InputError(
-            f"{path}: found columns {', '.join(sorted(map(str, columns)))}; expected plot_id, radius_m and "
-            "easting, northing (with epsg) or lon, lat."
-        )
-    plots: list[Plot] = []
-    for number, row in enumerate(rows, start=2):
-        try:
-            first, second = ("easting", "northing") if metric else ("lon", "lat")
-            position = float(row[first]), float(row[second])
-            radius = float(row["radius_m"])
-            if not np.isfinite(position).all():
-                raise ValueError
-        except (TypeError, ValueError):
-            raise InputError(
-                f"{path}, line {number}: a coordinate or radius_m is not a number; correct the row."
-            ) from None
-        if not 0 < radius <= 1000:
-            raise InputError(f"{path}, line {number}: radius_m is {radius:g}, expected metres above 0 and up to 1000.")
-        source = source_crs(path, number, row, crs, metric)
-        if source is not None:
-            place = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(*position)
-            if not np.isfinite(place).all():
-                raise InputError(
-                    f"{path}, line {number}: {first} {position[0]:g}, {second} {position[1]:g} has no place in "
-                    f"{crs.name}; correct the row, or its epsg."
-                )
-            position = place
-        name = str(row.get("plot_id") or f"plot_{number - 1}")
-        if any(plot.plot_id == name for plot in plots):
-            raise InputError(f"{path}, line {number}: plot_id {name!r} appears twice; give every plot its own id.")
-        plots.append(Plot(name, position[0], position[1], radius))
+    table = read_table(path)
+    found = columns(table, "plot_id", "radius", "easting", "northing", "lon", "lat", "epsg")
+    require(path, table, found, ("radius", ("easting", "lon"), ("northing", "lat")), {"radius": ""})
+    radius = measured(path, table, "radius", found["radius"])
+    empty = radius.isna()
+    if empty.any():
+        raise InputError(f"{path}, {line_of(empty)}: has no {found['radius'].name}; write the plot's radius.")
+    names = plot_names(path, table, found.get("plot_id"))
+    xy = places(path, table, crs)
+    plots = [Plot(name, *centre, r) for name, centre, r in zip(names, xy.tolist(), radius.tolist(), strict=True)]
+    refuse_same(path, names, xy, radius.to_numpy())
     return plots
+
+
+def plot_names(path: Path, table: pd.DataFrame, column: Column | None) -> list[str]:
+    """Ids of the plots; plots are numbered where a table has none.
+
+    Raises:
+        InputError: some have none, or two the same.
+    """
+    if column is None:
+        return [f"plot_{k + 1}" for k in range(len(table))]
+    cells = table[column.name]
+    if cells.isna().any():
+        raise InputError(f"{path}, {line_of(cells.isna())}: has no {column.name}; give every plot its own id.")
+    twice = cells.duplicated()
+    if twice.any():
+        raise InputError(
+            f"{path}, {line_of(twice)}: {column.name} {cells[twice.idxmax()]!r} appears twice; give every plot its own "
+            "id."
+        )
+    return [str(cell) for cell in cells]
+
+
+def refuse_same(path: Path, names: list[str], xy: np.ndarray, radius_m: np.ndarray) -> None:
+    """Refuse one circle under two ids: its trees would count twice. xy: (N, 2). radius_m: (N,), NaN is never the same.
+
+    Raises:
+        InputError: the two ids.
+    """
+    some = np.flatnonzero(np.isfinite(xy).all(axis=1) & np.isfinite(radius_m))
+    for i, j in sorted(cKDTree(xy[some]).query_pairs(_SAME_M)) if len(some) > 1 else ():
+        first, second = some[i], some[j]
+        if abs(radius_m[first] - radius_m[second]) < _SAME_M:
+            raise InputError(
+                f"{path}: plots {names[first]} and {names[second]} are one circle: its trees would count twice; leave "
+                "one of them."
+            )
 
 
 def plot_cells(plots: list[Plot], cell_m: float = 0.5, most: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
@@ -87,24 +106,3 @@ def plot_cells(plots: list[Plot], cell_m: float = 0.5, most: int = 20_000) -> tu
         parts.append(inside if len(inside) else np.array([[plot.x, plot.y]]))
         owners.append(np.full(len(parts[-1]), number))
     return np.concatenate(parts), np.concatenate(owners)
-
-
-def source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: bool) -> pyproj.CRS | None:
-    """The CRS of a row of a table when it differs from the project's. row: may have ``epsg``. metric: the row has
-    easting and northing, not lon and lat.
-
-    Raises:
-        CRSError: unknown ``epsg``.
-    """
-    if not metric:
-        return crs.geodetic_crs.to_2d() if crs.geodetic_crs else None
-    code = str(row.get("epsg") or "").strip()
-    if not code:
-        return None
-    try:
-        found = pyproj.CRS.from_epsg(int(float(code)))
-    except (ValueError, OverflowError, pyproj.exceptions.CRSError):
-        raise CRSError(
-            f"{path}, line {number}: epsg {code!r} is unknown; give the EPSG code of easting and northing."
-        ) from None
-    return None if found == crs else found

@@ -1,4 +1,4 @@
-"""CSV tables: files that are none, and cells that a spreadsheet would run as a formula."""
+"""CSV tables: the one reader, files that are none, and cells that a spreadsheet would run as a formula."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import csv
 import io
 import math
 import re
+import unicodedata
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: First bytes (at an offset) of files that people give instead of a CSV, and what they are.
 _OTHERS = (
@@ -27,6 +31,16 @@ _ENDINGS = {
     ".xls": "an Excel workbook",
     ".ods": "a spreadsheet",
     ".gpkg": "a GeoPackage",
+}
+#: What stands for an empty cell: as R, Python and spreadsheets write it, and people.
+_EMPTY = {
+    *("NA", "N/A", "n/a", "#N/A", "#NA", "<NA>", "NaN", "nan", "-nan", "-NaN", "NULL", "null"),
+    *("-", "\N{EN DASH}", "\N{EM DASH}"),
+}
+#: Columns that a row may lack at its end: programs and people leave off what is empty, and nothing can slip into them.
+_NOTES = {
+    *("note", "notes", "remark", "remarks", "comment", "comments", "tape_note", "by", "at"),
+    *("bemerkung", "bemerkungen", "notiz", "anmerkung", "nota", "notas", "observaciones", "comentario", "comentarios"),
 }
 #: Of a spreadsheet's numbers: with a decimal comma, and with a decimal point.
 _COMMA, _POINT = re.compile(r"[+-]?\d+,\d+"), re.compile(r"[+-]?\d+\.\d+")
@@ -60,55 +74,131 @@ def refuse_other_formats(path: Path, layers: bool = False) -> None:
         )
 
 
-def csv_text(path: Path) -> str:
-    """A table as comma-separated text with decimal points, whatever program wrote it: UTF-8 or UTF-16 with their marks,
-    or else Windows' western code page; any line ends; separated by commas, semicolons or tabs (Excel's choice depends
-    on the country), where the latter two may come with decimal commas.
+def read_rows(
+    path: Path, comments: bool = False, as_written: bool = False
+) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Names of the columns (:func:`column_name`), and ``(line, cells)`` of each row that is not empty, one cell a
+    column: the one reader of every table that a user gives, whatever program wrote it.
+
+    UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons or tabs;
+    decimal commas become points where that is certain. What stands for nothing (``NA``, ``-``) is empty. A row may lack
+    cells at its end only where the columns hold notes. comments: rows that begin with ``#`` are left out.
+    as_written: names of columns as they stand there.
 
     Raises:
-        InputError: numbers with decimal commas and others with points in one table. OSError, ValueError: cannot be
-            read, is not text.
-    """
-    data = Path(path).read_bytes()
-    text = decoded(data).replace("\r\n", "\n").replace("\r", "\n")
-    first, _, rest = text.partition("\n")
-    if hint := re.fullmatch(r'"?sep=(.)"?', first.strip(" ")):  # Excel's own line
-        separator, text = hint[1], rest
-    else:
-        header = re.sub(r'"[^"]*"', "", first)
-        separator = max(",;\t", key=header.count)
-    if separator == ",":
-        return text
-    rows = list(csv.reader(io.StringIO(text), delimiter=separator))
-    cells = [cell.strip() for row in rows[1:] for cell in row]
-    commas = [cell for cell in cells if _COMMA.fullmatch(cell)]
-    points = [cell for cell in cells if _POINT.fullmatch(cell)]
-    if commas and points:
-        raise InputError(
-            f"{path}: found {commas[0]} and {points[0]}, numbers with a decimal comma and with a decimal point; write "
-            "all of them the same way."
-        )
-    made = io.StringIO()
-    csv.writer(made, lineterminator="\n").writerows(
-        [cell.replace(",", ".") if _COMMA.fullmatch(cell.strip()) else cell for cell in row] for row in rows
-    )
-    return made.getvalue()
-
-
-def csv_rows(path: Path, give: str) -> list[dict[str, str]]:
-    """Rows of a CSV table by column, cells as :func:`plain_cell` reads them. give: what to give instead, for the
-    sentence.
-
-    Raises:
-        InputError: another format, or cannot be read.
+        InputError: another format, not readable, no heading, a column twice, a cell too many or too few in a row.
     """
     path = Path(path)
     refuse_other_formats(path)
     try:
-        rows = csv.DictReader(io.StringIO(csv_text(path)))
-        return [{name: plain_cell(cell) for name, cell in row.items()} for row in rows]
-    except (OSError, ValueError, csv.Error) as problem:
-        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give {give}.") from None
+        text = decoded(path.read_bytes())
+    except (OSError, ValueError) as problem:
+        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); save it as CSV UTF-8.") from None
+    text, skipped, separator = _separator(text.replace("\r\n", "\n").replace("\r", "\n"))
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True)
+    heads: list[str] = []
+    rows: list[tuple[int, list[str]]] = []
+    try:
+        for raw in reader:
+            cells = [unicodedata.normalize("NFC", plain_cell(cell.strip())) for cell in raw]
+            line = reader.line_num + skipped
+            if not any(cells):
+                continue
+            if not heads:
+                heads = _heads(path, cells, as_written)
+            elif not (comments and cells[0].startswith("#")):
+                rows.append(
+                    (line, ["" if cell in _EMPTY else cell for cell in _whole(path, line, cells, heads, separator)])
+                )
+    except csv.Error as problem:
+        line = reader.line_num + skipped
+        raise InputError(f"{path}, line {line}: is not CSV ({problem}); save the table again.") from None
+    if not heads:
+        raise InputError(f"{path}: is empty, expected a heading and one row for each thing.")
+    for k in range(len(heads)):
+        _with_points([cells for _, cells in rows], k, separator)
+    return heads, rows
+
+
+def read_table(path: Path, comments: bool = False, as_written: bool = False) -> pd.DataFrame:
+    """A table of text cells, ``None`` where empty, by the columns' names; its index is the line in the file.
+
+    Raises:
+        InputError: see :func:`read_rows`; no row.
+    """
+    import pandas as pd
+
+    heads, rows = read_rows(path, comments, as_written)
+    if not rows:
+        raise InputError(f"{path}: holds no row, expected one row for each thing below the heading.")
+    lines = pd.Index([line for line, _ in rows], name="line")
+    named = {head: [cells[k] or None for _, cells in rows] for k, head in enumerate(heads) if head}
+    return pd.DataFrame(named, index=lines, dtype=object)
+
+
+def column_name(text: str) -> str:
+    """A heading in lower case with underscores for whatever parts its words: ``DBH [cm]`` is ``dbh_cm``."""
+    plain = unicodedata.normalize("NFC", text).strip().lower()
+    return re.sub(r"[^\w%°]+", "_", plain).strip("_") or plain
+
+
+def _separator(text: str) -> tuple[str, int, str]:
+    """The text without Excel's own first line, the number of lines taken off, and what parts the cells."""
+    first, _, rest = text.partition("\n")
+    if hint := re.fullmatch(r'"?sep=(.)"?', first.strip(" ")):
+        return rest, 1, hint[1]
+    heading = re.sub(r'"[^"]*"', "", text.lstrip("\n").partition("\n")[0])
+    return text, 0, max(",;\t", key=heading.count)
+
+
+def _heads(path: Path, cells: list[str], as_written: bool) -> list[str]:
+    heads = cells if as_written else [column_name(cell) for cell in cells]
+    twice = sorted({head for head in heads if head and heads.count(head) > 1})
+    if twice:
+        raise InputError(f"{path}: a column appears twice ({', '.join(twice)}); keep one of them.")
+    return heads
+
+
+def _whole(path: Path, line: int, cells: list[str], heads: list[str], separator: str) -> list[str]:
+    """The row with one cell a column.
+
+    Raises:
+        InputError: it has others: its values would stand in the columns beside theirs.
+    """
+    short = heads[len(cells) :]
+    if len(cells) > len(heads) or not set(short) <= {"", *_NOTES}:
+        name = {",": "comma", ";": "semicolon", "\t": "tab"}.get(separator, repr(separator))
+        remedy = (
+            f"delete the {name} at its end, put a value that holds one (a decimal comma, a note) in quotes, or name "
+            "the column"
+            if len(cells) > len(heads)
+            else f"write a {name} for each empty cell too ({', '.join(head for head in short if head)})"
+        )
+        much = "more" if len(cells) > len(heads) else "fewer"
+        raise InputError(
+            f"{path}, line {line}: has {much} cells ({len(cells)}) than the heading has columns ({len(heads)}): "
+            f"its values cannot be told apart; {remedy}."
+        )
+    for k, (head, cell) in enumerate(zip(heads, cells, strict=False)):
+        if cell and not head and k:  # the first may hold the numbers of rows
+            raise InputError(f"{path}, line {line}: holds {cell[:40]!r} in column {k + 1}, which has no name; name it.")
+    return [*cells, *[""] * len(short)]
+
+
+def _with_points(rows: list[list[str]], k: int, separator: str) -> None:
+    """Decimal commas of column k as points, in place; commas that may be those of thousands stay, which makes the cell
+    no number."""
+    cells = [row[k] for row in rows]
+    commas = [cell for cell in cells if _COMMA.fullmatch(cell)]
+    if not commas:
+        return
+    points = [cell for cell in cells if _POINT.fullmatch(cell)]
+    thousands = [cell for cell in (*commas, *points) if re.fullmatch(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", cell)]
+    if thousands and (points or (separator == "," and len(thousands) == len(commas))):
+        return
+    for row in rows:
+        if _COMMA.fullmatch(row[k]):
+            row[k] = row[k].replace(",", ".")
 
 
 def decoded(data: bytes) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,35 +9,23 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ..core.column_names import QUANTITIES
+from ..core.columns import Column, columns, epsg_crs, line_of, measured, numbers, refuse_bounds, require
 from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
+from ..core.plausible import refuse_odd_diameters, refuse_odd_heights
 from ..core.plots import Plot
 from ..core.settings import param
-from ..core.tables import csv_text, plain_cell, refuse_other_formats
+from ..core.tables import read_table
 from .declination import declination_deg, parse_date
 from .unplaced import clear_unplaced, where_said
 
-#: What a column may be called (lower case, without blanks); the first is the name in our own files.
-NAMES = {
-    "plot_id": ("plot_id", "plot", "plotid", "plot_no"),
-    "field_id": ("field_id", "tree_id", "tree", "treeid", "tree_no", "stem_id", "tag", "n"),
-    "azimuth": (
-        *(f"{name}_{unit}" for unit in ("deg", "gon", "mil") for name in ("azimuth", "bearing", "az")),
-        *("azimuth", "azim", "bearing", "az"),
-    ),
-    "distance": ("distance_m", "distance_ft", "dist_m", "dist_ft", "distance", "dist"),
-    "x": ("easting", "x", "x_m"),
-    "y": ("northing", "y", "y_m"),
-    "dbh": ("dbh_cm", "dbh_mm", "dbh_m", "dbh_in", "dbh", "d"),
-    "slope": ("slope_deg", "slope_pct"),
-    "status": ("status",),
-    "species": ("species", "spp", "sp"),
-    "date": ("date", "field_date", "survey_date", "date_measured"),
-}
-_TO_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
-_TO_M = {"m": 1.0, "ft": 0.3048}
+#: Names of the table's columns -> where the tally's places come from.
+_POLAR, _ON_MAP = ("azimuth", "distance"), ("easting", "northing")
 #: Units of bearings: how many make a full circle.
 _CIRCLE = {"deg": 360.0, "gon": 400.0, "mil": 6400.0}
+#: Two readings of one diameter differ by no more than this factor.
+_CROSSWISE = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,35 +87,19 @@ class FieldProtocol:
     )
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """A CSV as text cells, column names in lower case.
-
-    Raises:
-        InputError: not readable, empty, or a column twice.
-    """
-    path = Path(path)
-    refuse_other_formats(path)
-    try:
-        table = pd.read_csv(io.StringIO(csv_text(path)), dtype=str, skipinitialspace=True).map(plain_cell)
-    except (OSError, ValueError, pd.errors.ParserError, pd.errors.EmptyDataError) as problem:
-        raise InputError(f"{path}: cannot be read as a CSV table ({str(problem).strip()}).") from None
-    table.columns = [str(name).strip().lower().replace(" ", "_") for name in table.columns]
-    if table.columns.duplicated().any():
-        raise InputError(f"{path}: a column appears twice ({', '.join(table.columns[table.columns.duplicated()])}).")
-    table = table.dropna(how="all").reset_index(drop=True)
-    if not len(table):
-        raise InputError(f"{path}: holds no row, expected one row a tree.")
-    return table
-
-
-def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
+def read_field_trees(
+    path: Path, protocol: FieldProtocol, height_unit: str | None = None, placed: bool = True
+) -> pd.DataFrame:
     """Read the tally.
+
+    height_unit: of heights whose column does not say it; ``None``: they are not read. placed: the trees have to have
+    places; else a table of plots, trees and DBHs is read too.
 
     Returns:
         one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
-        the pith) or ``x`` and ``y`` (m), all NaN where the row does not say them (:func:`.unplaced.drop_unplaced`),
-        ``dbh_cm`` (NaN where not measured), ``status``, ``species``, ``line`` (in the file), ``lacks`` (what keeps the
-        tree off the map, empty for most).
+        the pith) or ``x`` and ``y`` (m, with their ``epsg``), all NaN where the row does not say them
+        (:func:`.unplaced.drop_unplaced`), ``dbh_cm`` and ``height_m`` (NaN where not measured), ``status``,
+        ``species``, ``date``, ``line`` (in the file), ``lacks`` (what keeps the tree off the map, empty for most).
 
     Raises:
         InputError: missing columns, values that are no numbers or impossible, a unit that is nowhere stated or
@@ -136,44 +107,68 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
     """
     path = Path(path)
     table = read_table(path)
-    column = {key: next((n for n in names if n in table.columns), "") for key, names in NAMES.items()}
-    polar = column["azimuth"] and column["distance"]
-    if not column["field_id"] or not (polar or (column["x"] and column["y"])):
-        raise InputError(
-            f"{path}: found columns {', '.join(table.columns)}; expected tree_id, dbh_cm and azimuth_deg, "
-            "distance_m (or easting, northing)."
-        )
-    found = pd.DataFrame({"field_id": table[column["field_id"]].astype(object)})
-    if found["field_id"].isna().any():
-        raise InputError(f"{path}, line {_line(found['field_id'].isna())}: has no tree_id; number every tree.")
-    for name in ("plot_id", "status", "species", "date"):
-        values = table[column[name]].astype(object) if column[name] else pd.Series([None] * len(table), dtype=object)
-        found[name] = values.where(values.notna(), None)
-    twice = found.duplicated(["plot_id", "field_id"])
+    has = columns(table, *_TALLY)
+    where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), None)
+    place = ("field_id", ("azimuth", "easting"), ("distance", "northing")) if placed else ()
+    if height_unit is None:
+        has.pop("height", None)
+    units = dict.fromkeys(("dbh", "dbh1", "dbh2", "girth"), (protocol.dbh_unit, "--dbh-unit"))
+    units["height"] = (height_unit or "auto", "--height-unit")
+    if where == _POLAR:
+        units["distance"] = (protocol.distance_unit, "--distance-unit")
+    unsaid = {key: option for key, (unit, option) in units.items() if unit == "auto"}
+    require(path, table, has, (*place, ("dbh", "dbh1", "girth")), unsaid)
+    found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
+    found["height_m"] = _heights(path, table, has.get("height"), height_unit or "auto", found["dbh_cm"])
+    for name in ("plot_id", "field_id", "status", "species", "date"):
+        found[name] = table[has[name].name] if name in has else None
+    found["line"], found["lacks"] = table.index, ""
+    if "field_id" not in has and not placed:
+        found["field_id"] = [str(k + 1) for k in range(len(found))]
+    bare, twice = found["field_id"].isna(), found.duplicated(["plot_id", "field_id"])
+    if bare.any():
+        raise InputError(f"{path}, {line_of(bare)}: has no tree_id; number every tree.")
     if twice.any():
         raise InputError(
-            f"{path}, line {_line(twice)}: tree {found['field_id'][twice.idxmax()]} appears twice in its plot; "
+            f"{path}, {line_of(twice)}: tree {found['field_id'][twice.idxmax()]} appears twice in its plot; "
             "give every tree of a plot its own tree_id."
         )
-    found["dbh_cm"] = dbh_in_cm(path, table, protocol.dbh_unit)
-    found["line"], found["lacks"] = np.arange(len(table)) + 2, ""
-    if not polar:
-        for axis in "xy":
-            found[axis] = where_said(table, column[axis], found)
+    if where == _POLAR:
+        found["azimuth_deg"] = _degrees(path, table, has["azimuth"], found, protocol)
+        found["distance_m"] = _horizontal_m(path, table, has, found, protocol)
+        clear_unplaced(path, found, ["azimuth_deg", "distance_m"])
+    elif where is not None:
+        for name, key in zip("xy", where, strict=True):
+            found[name] = where_said(table, has[key].name, found)
+        found["epsg"] = table[has["epsg"].name] if "epsg" in has else None
         clear_unplaced(path, found, ["x", "y"])
-        return found
-    found["azimuth_deg"] = _degrees(path, table, column["azimuth"], found, protocol)
-    found["distance_m"] = _horizontal_m(path, table, column, found, protocol)
-    clear_unplaced(path, found, ["azimuth_deg", "distance_m"])
-    return found
+    return found.reset_index(drop=True)
 
 
-def _degrees(path: Path, table: pd.DataFrame, name: str, found: pd.DataFrame, protocol: FieldProtocol) -> pd.Series:
+#: What a tally may hold.
+_TALLY = (
+    *("plot_id", "field_id", *_POLAR, *_ON_MAP, "epsg", "slope", "dbh", "dbh1", "dbh2", "girth", "height"),
+    *("status", "species", "date"),
+)
+
+
+def _heights(path: Path, table: pd.DataFrame, column: Column | None, unit: str, dbh_cm: pd.Series) -> pd.Series:
+    """Heights, m; NaN where there is none."""
+    heights = measured(path, table, "height", column, unit, "--height-unit")
+    # Nobody measures a height of 0: tables write it for "not measured".
+    heights = heights.where(heights > 0)
+    refuse_odd_heights(
+        heights, dbh_cm, lambda bad: f"{path}, {line_of(bad, table)}", "name its unit in the column's name (height_ft)"
+    )
+    return heights
+
+
+def _degrees(
+    path: Path, table: pd.DataFrame, column: Column, found: pd.DataFrame, protocol: FieldProtocol
+) -> pd.Series:
     """Bearings in degrees, by the unit that the option or the column's name says."""
-    tail = name.rpartition("_")[2]
-    named = tail if "_" in name and tail in _CIRCLE else "deg"
-    unit = named if protocol.azimuth_unit == "auto" else protocol.azimuth_unit
-    circle, values = _CIRCLE[unit], where_said(table, name, found)
+    unit = (column.unit or "deg") if protocol.azimuth_unit == "auto" else protocol.azimuth_unit
+    circle, values = _CIRCLE[unit], where_said(table, column.name, found)
     bad = (values < 0) | (values > circle)
     if bad.any():
         word = {"deg": "degrees"}.get(unit, unit)
@@ -186,40 +181,34 @@ def _degrees(path: Path, table: pd.DataFrame, name: str, found: pd.DataFrame, pr
             else "correct it."
         )
         raise InputError(
-            f"{path}, line {_line(bad)}: bearing {values[bad.idxmax()]:g}, expected 0 to {circle:g} {word}; {hint}"
+            f"{path}, {line_of(bad)}: bearing {values[bad.idxmax()]:g}, expected 0 to {circle:g} {word}; {hint}"
         )
     return values * (360.0 / circle)
 
 
 def _horizontal_m(
-    path: Path, table: pd.DataFrame, column: dict, found: pd.DataFrame, protocol: FieldProtocol
+    path: Path, table: pd.DataFrame, has: dict[str, Column], found: pd.DataFrame, protocol: FieldProtocol
 ) -> pd.Series:
     """Level distance to the pith, m."""
-    name = column["distance"]
-    unit = name.rpartition("_")[2] if "_" in name else protocol.distance_unit
-    if unit == "auto":
-        raise InputError(
-            f"{path}: column {name!r} does not say its unit; rename it distance_m or distance_ft, or give "
-            "--distance-unit."
-        )
-    distance = where_said(table, name, found) * _TO_M[unit]
+    column = has["distance"]
+    unit = column.unit or protocol.distance_unit
+    distance = where_said(table, column.name, found) * QUANTITIES["distance"].units[unit]
     bad = (distance < 0) | (distance > 200)
     if bad.any():
         raise InputError(
-            f"{path}, line {_line(bad)}: distance {distance[bad.idxmax()]:g} m, expected 0 to 200 m from the "
-            "plot centre."
+            f"{path}, {line_of(bad)}: distance {distance[bad.idxmax()]:g} m, expected 0 to 200 m from the plot centre."
         )
     if protocol.distance == "slope":
-        if not column["slope"]:
+        if "slope" not in has or not has["slope"].unit:
             raise InputError(
                 f"{path}: has no slope_deg or slope_pct column, which slope distances need; add it, or use "
                 "--distance horizontal."
             )
-        slope = where_said(table, column["slope"], found)
-        angle = np.radians(slope) if column["slope"] == "slope_deg" else np.arctan(slope / 100)
+        slope = where_said(table, has["slope"].name, found)
+        angle = np.radians(slope) if has["slope"].unit == "deg" else np.arctan(slope / 100)
         if (np.abs(angle) > np.radians(60)).any():
             raise InputError(
-                f"{path}, line {_line(np.abs(angle) > np.radians(60))}: a slope above 60 degrees; check "
+                f"{path}, {line_of(np.abs(angle) > np.radians(60))}: a slope above 60 degrees; check "
                 "whether the column is in degrees or per cent."
             )
         distance = distance * np.cos(angle)
@@ -231,35 +220,45 @@ def _horizontal_m(
 
 
 def dbh_in_cm(path: Path, table: pd.DataFrame, unit: str, option: str = "--dbh-unit") -> pd.Series:
-    """The DBH column of a text table in cm, NaN where empty; all NaN without such a column. unit: of the option, which
-    counts before the column's name; ``auto``: the name's.
+    """The DBHs of a table in cm, NaN where empty; all NaN without such a column. Two readings (``dbh1_cm, dbh2_cm``)
+    are averaged, girths divided by pi. unit: of the option, which counts before the column's name (``auto``).
 
     Raises:
-        InputError: the unit is nowhere stated, or the values contradict it (metres or millimetres taken for
-            centimetres).
+        InputError: the unit is nowhere stated, or the values contradict it; a diameter that no tree has.
     """
-    name = next((n for n in NAMES["dbh"] if n in table.columns), None)
-    if name is None:
-        return pd.Series(np.full(len(table), np.nan))
-    values = numbers(path, table, name, required=False)
-    asked = unit != "auto"
-    if not asked and "_" in name:
-        unit = name.rpartition("_")[2]
+    has = columns(table, "dbh", "dbh1", "dbh2", "girth")
+    keys = next((keys for keys in (("dbh",), ("dbh1", "dbh2"), ("dbh1",), ("girth",)) if set(keys) <= set(has)), ())
     if unit == "auto":
+        require(path, table, {key: has[key] for key in keys}, (), dict.fromkeys(keys, option))
+    read = [_diameters(path, table, key, has[key], unit, option) for key in keys]
+    if len(read) < 2:
+        return read[0] if read else pd.Series(np.full(len(table), np.nan), table.index)
+    both = np.sort(np.column_stack(read), axis=1)
+    apart = both[:, 1] > np.maximum(_CROSSWISE * both[:, 0], both[:, 0] + 5)
+    if apart.any():
         raise InputError(
-            f"{path}: column {name!r} does not say its unit (values {values.min():g} to {values.max():g}); "
-            f"rename it dbh_cm, dbh_mm, dbh_m or dbh_in, or give {option}."
+            f"{path}, {line_of(apart, table)}: {has['dbh1'].name} and {has['dbh2'].name} are {both[apart][0][0]:g} and "
+            f"{both[apart][0][1]:g} cm, expected two readings of one stem; correct them."
         )
-    dbh = values * _TO_CM[unit]
+    return read[0].fillna(read[1]).add(read[1].fillna(read[0])) / 2
+
+
+def _diameters(path: Path, table: pd.DataFrame, key: str, column: Column, unit: str, option: str) -> pd.Series:
+    """One column of diameters, or girths, as diameters in cm."""
+    asked = unit != "auto"
+    unit = unit if asked else column.unit
+    values = numbers(path, table, column.name)
+    dbh = values * QUANTITIES[key].units[unit] / (np.pi if key == "girth" else 1.0)
     known = dbh.dropna()
     if not len(known):
         return dbh
-    spread = f"{name} read as {unit} gives DBHs of {known.min():.3g} to {known.max():.3g} cm"
-    if known.max() < 2.5 or known.median() > 250 or known.min() <= 0:
+    spread = f"{column.name} read as {unit} gives DBHs of {known.min():.3g} to {known.max():.3g} cm"
+    if known.max() < 2.5 or known.median() > 250:
         raise InputError(
             f"{path}: {spread}, expected trees of about 5 to 100 cm; name the right unit in the column name or with "
             f"{option}."
         )
+    refuse_bounds(path, dbh, column.name, "dbh")
     # Millimetres are whole numbers, and those of thin trees would still pass for centimetres.
     whole = len(known) >= 3 and bool((values.dropna() % 1 == 0).all())
     if not asked and unit == "cm" and whole and (known.median() > 100 or known.median() > 60 and known.min() >= 50):
@@ -267,6 +266,8 @@ def dbh_in_cm(path: Path, table: pd.DataFrame, unit: str, option: str = "--dbh-u
             f"{path}: {spread}, median {known.median():.3g}, all whole numbers; if these are millimetres, give "
             f"{option} mm or rename the column dbh_mm, if they are centimetres, give {option} cm."
         )
+    if not asked:
+        refuse_odd_diameters(dbh, lambda bad: f"{path}, {line_of(bad, table)}", f"give {option} if it is right")
     return dbh
 
 
@@ -286,9 +287,8 @@ def place(
     if len(plots) == 1:
         placed["plot_id"] = placed["plot_id"].where(placed["plot_id"].notna(), plots[0].plot_id)
     if placed["plot_id"].isna().any():
-        raise InputError(
-            f"{path}, line {_line(placed['plot_id'].isna())}: has no plot_id; name the plot of every tree."
-        )
+        line = placed.loc[placed["plot_id"].isna(), "line"].iloc[0]
+        raise InputError(f"{path}, line {line}: has no plot_id; name the plot of every tree.")
     lost = sorted(set(placed["plot_id"]) - set(known))
     if lost:
         raise InputError(
@@ -296,6 +296,13 @@ def place(
             "its centre or correct the plot_id."
         )
     if "x" in placed:
+        for code in placed["epsg"].dropna().unique() if "epsg" in placed else ():
+            source, rows = epsg_crs(str(code), str(path)), (placed["epsg"] == code).to_numpy()
+            if source is not None and source != crs:
+                move = pyproj.Transformer.from_crs(source, crs, always_xy=True)
+                placed.loc[rows, ["x", "y"]] = np.column_stack(
+                    move.transform(*placed.loc[rows, ["x", "y"]].to_numpy(float).T)
+                )
         return placed
     turn = {
         key: bearing_to_grid_deg(known[key[0]], crs, protocol, key[1], path)
@@ -353,20 +360,3 @@ def _day(cell, protocol: FieldProtocol, path: Path) -> str:
         return ""
     text = str(cell).strip() if cell is not None and not pd.isna(cell) else (protocol.field_date or "")
     return parse_date(text, str(path)).isoformat() if text else ""
-
-
-def numbers(path: Path, table: pd.DataFrame, name: str, required: bool) -> pd.Series:
-    """A column as float64 (NaN where empty); the first cell that is no finite number is named."""
-    cells = table[name]
-    values = pd.to_numeric(cells, errors="coerce").astype(float)
-    bad = (cells.notna() | required) & ~np.isfinite(values)
-    if bad.any():
-        raise InputError(
-            f"{path}, line {_line(bad)}: {name} is {cells[bad.idxmax()]!r}, expected a number; correct it."
-        )
-    return values
-
-
-def _line(bad: pd.Series) -> int:
-    """Line in the file of the first True."""
-    return int(np.flatnonzero(np.asarray(bad))[0]) + 2

@@ -11,9 +11,11 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ..core.columns import columns, numbers, places, require
 from ..core.errors import InputError
 from ..core.plots import Plot
-from .field_trees import NAMES, dbh_in_cm, numbers, read_table
+from ..core.tables import read_table
+from .field_trees import dbh_in_cm
 from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked
 from .reviewed import COLUMNS as DECIDED
@@ -44,21 +46,14 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
     path = Path(path)
     if path.suffix.lower() == ".csv":
         table = read_table(path)
-        keys = ("field_id", "x", "y", "dbh")
-        found = {key: next((n for n in NAMES[key] if n in table.columns), "") for key in keys}
-        if "" in found.values():
-            raise InputError(f"{path}: found columns {', '.join(table.columns)}; expected tree_id, x, y, dbh_cm.")
-        trees = pd.DataFrame(
-            {
-                "tree_id": numbers(path, table, found["field_id"], required=True),
-                "x": numbers(path, table, found["x"], required=True),
-                "y": numbers(path, table, found["y"], required=True),
-                "dbh_cm": dbh_in_cm(path, table, dbh_unit, "--trees-dbh-unit"),
-            }
-        )
+        found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth")
+        require(path, table, found, ("field_id", "easting", "northing", ("dbh", "dbh1", "girth")))
+        trees = pd.DataFrame({"tree_id": numbers(path, table, found["field_id"].name, required=True)})
+        trees[["x", "y"]] = places(path, table, crs)
+        trees["dbh_cm"] = dbh_in_cm(path, table, dbh_unit, "--trees-dbh-unit")
         for name in ("dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"):
             if name in table:
-                trees[name] = numbers(path, table, name, required=False)
+                trees[name] = numbers(path, table, name)
         for name in ("qc_flag", *DECIDED):
             if name in table:
                 trees[name] = table[name]

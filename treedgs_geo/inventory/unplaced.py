@@ -33,7 +33,7 @@ def where_said(table: pd.DataFrame, name: str, found: pd.DataFrame) -> pd.Series
     values = values.where(np.isfinite(values))
     for row in np.flatnonzero(values.isna() & (found["lacks"] == "")):
         text = cells.iloc[row]
-        found.loc[row, "lacks"] = f"{name} is empty" if pd.isna(text) else f"{name} is {text!r}"
+        found.loc[found.index[row], "lacks"] = f"{name} is empty" if pd.isna(text) else f"{name} is {text!r}"
     return values
 
 

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from ..core.tables import plain_cell
+from ..core.tables import read_table
 from .carried import DECIDED, carried_decision, kept_place, merged_into
 from .reviewed import A_TREE
 from .tree_reading import read_trees
@@ -163,7 +163,7 @@ def _read(path: Path) -> Written:
         return Written(path)
     try:
         if path.suffix.lower() == ".csv":
-            table, crs = pd.read_csv(path, dtype=str).map(plain_cell), None
+            table, crs = read_table(path), None
             table[["x", "y"]] = table[["x", "y"]].apply(pd.to_numeric)
         else:
             layer = read_trees(path)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
+from ..core.columns import table_crs
 from ..core.crs import check_projected, project_crs
 from ..core.errors import CRSError, InputError
 from ..core.frames import heights_named
@@ -130,16 +131,9 @@ def _trees_of_canopy(canopy: Canopy, numbers: StandNumbers, origin: np.ndarray) 
 def _crs_of_plots(path: Path) -> pyproj.CRS:
     import geopandas as gpd
 
-    if path.suffix.lower() == ".csv":
-        from ..inventory.field_trees import read_table
-
-        table = read_table(path)
-        if "epsg" in table and table["epsg"].notna().any():
-            return pyproj.CRS.from_epsg(int(float(table["epsg"].dropna().iloc[0])))
-    else:
-        found = gpd.read_file(path, engine="pyogrio", rows=1).crs
-        if found is not None:
-            return pyproj.CRS(found)
+    found = table_crs(path) if path.suffix.lower() == ".csv" else gpd.read_file(path, engine="pyogrio", rows=1).crs
+    if found is not None:
+        return pyproj.CRS(found)
     raise CRSError(f"{path}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")
 
 

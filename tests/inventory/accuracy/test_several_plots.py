@@ -83,8 +83,8 @@ def test_tables_that_cannot_be_used_are_refused(table, tmp_path):
         ([good[0]], "holds no plot"),
         ([good[0].replace("lidar", "laser"), good[1]], "'laser' found"),
         ([*good[:2], good[1]], "'north' is in two rows"),
-        ([good[0], good[1].replace("north.gpkg", "gone.gpkg")], "row 2: trees gone.gpkg is not there"),
-        ([good[0], "north,north.gpkg,,"], "row 2: give either pairs"),
+        ([good[0], good[1].replace("north.gpkg", "gone.gpkg")], "line 2: trees gone.gpkg is not there"),
+        ([good[0], "north,north.gpkg,,"], "line 2: give either pairs"),
     ):
         table.write_text("\n".join(lines))
         with pytest.raises(InputError, match=match):

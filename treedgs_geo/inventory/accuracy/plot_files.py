@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ...core.errors import InputError
-from ...core.tables import csv_rows
+from ...core.tables import read_table
 from ..reviewed import reviewed
 from ..tree_reading import read_trees
 from .reference import Reference
@@ -81,12 +81,10 @@ def read_plot_files(path: Path) -> list[PlotFiles]:
     Raises:
         InputError: unknown or missing columns, no rows, a plot twice, a file that is not there.
     """
-    rows = csv_rows(path, "a row a plot")
-    if not rows:
-        raise InputError(f"{path}: holds no plot, expected a row a plot with plot_id and its files.")
-    if unknown := sorted(str(name) for name in rows[0] if name not in ("plot_id", *FILES)):
-        raise InputError(f"{path}: column {unknown[0]!r} found, expected plot_id, {', '.join(FILES)}.")
-    found = [_plot_of(path, number, row) for number, row in enumerate(rows, start=2)]
+    table = read_table(path)
+    if unknown := [name for name in table if name not in ("plot_id", *FILES)]:
+        raise InputError(f"{path}: columns {', '.join(unknown)} found, expected plot_id, {', '.join(FILES)}.")
+    found = [_plot_of(path, line, row.dropna()) for line, row in table.iterrows()]
     names = [plot.name for plot in found if plot.pairs is None]
     for name in names:
         if names.count(name) > 1:
@@ -94,13 +92,13 @@ def read_plot_files(path: Path) -> list[PlotFiles]:
     return found
 
 
-def _plot_of(path: Path, number: int, row: dict[str, str]) -> PlotFiles:
+def _plot_of(path: Path, line: object, row: pd.Series) -> PlotFiles:
     given = {name: path.parent / row[name] for name in FILES if row.get(name)}
     for name, file in given.items():
         if not file.exists():
-            raise InputError(f"{path}: row {number}: {name} {row[name]} is not there; paths count from the table.")
+            raise InputError(f"{path}, line {line}: {name} {row[name]} is not there; paths count from the table.")
     plot = PlotFiles(plot_id=str(row.get("plot_id") or ""), **given)
-    plot.check(f"{path}: row {number}")
+    plot.check(f"{path}, line {line}")
     return plot
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 import pyogrio
 
+from ...core.columns import line_of, numbers
 from ...core.errors import InputError
+from ...core.tables import read_table
 from ...core.wrong_units import wrong_unit
-from ..field_trees import numbers, read_table
 from .estimators import Tapes, without_unanswered
 
 #: Layer of the GeoPackage that tape-sample writes.
@@ -91,14 +92,14 @@ def read_taped(path: Path) -> Taped:
             f"{path}: found columns {', '.join(table.columns)}; expected tree_id and taped_cm (or {', '.join(TAPED)}): "
             "give the table that tape-sample wrote, filled in."
         )
-    found = pd.DataFrame({"tree_id": numbers(path, table, "tree_id", required=False)})
+    found = pd.DataFrame({"tree_id": numbers(path, table, "tree_id")})
     found["taped_cm"] = _diameters(path, table)
     found["state"] = _states(path, table, found)
     for name, column in (("plot_id", "plot_id"), ("note", "tape_note"), ("stratum", "stratum"), ("frame", "frame")):
-        text = table[column].map(_text) if column in table else pd.Series([None] * len(table))
+        text = table[column].map(_text) if column in table else pd.Series(None, table.index, dtype=object)
         found[name] = text.astype(object).where(text.notna(), None)
     for name in ("prob", "n_frame", "x", "y", "dbh_cm", "near_id"):
-        found[name] = numbers(path, table, name, required=False) if name in table else np.nan
+        found[name] = numbers(path, table, name) if name in table else np.nan
     empty = found["tree_id"].isna() & (found["state"] == "not reached") & found["note"].isna()
     found = found[~empty]
     extra = found[found["tree_id"].isna()]
@@ -127,15 +128,23 @@ def _table(path: Path) -> pd.DataFrame:
         raise InputError(f"{path}: cannot be read as a tape table ({problem}); give a CSV or a GeoPackage.") from None
     if not len(table):
         raise InputError(f"{path}: holds no row, expected one row a taped tree.")
+    table.index = pd.RangeIndex(1, len(table) + 1)
     return pd.DataFrame(table.drop(columns=table.geometry.name)) if "geometry" in table else pd.DataFrame(table)
 
 
 def _diameters(path: Path, table: pd.DataFrame) -> pd.Series:
-    found = pd.Series(np.full(len(table), np.nan))
+    found = pd.Series(np.full(len(table), np.nan), table.index)
     for name, factor in TAPED.items():
         if name not in table:
             continue
-        values = numbers(path, table, name, required=False).reset_index(drop=True) * factor
+        values = (
+            numbers(
+                path,
+                table,
+                name,
+            )
+            * factor
+        )
         both = values.notna() & found.notna()
         if both.any():
             raise InputError(f"{path}: {_which(table, both)} has two diameters ({name} and another); leave one.")
@@ -164,7 +173,7 @@ def _states(path: Path, table: pd.DataFrame, found: pd.DataFrame) -> pd.Series:
             f"there), "
             "dead, not reached, or nothing."
         )
-    state = said.map(STATES).reset_index(drop=True)
+    state = said.map(STATES)
     has = found["taped_cm"].notna()
     for wrong, text in (
         (has & state.isin(["none", "not reached"]), "a diameter, and a state that says that none was taped"),
@@ -209,6 +218,5 @@ def _text(value: object) -> str | None:
 
 
 def _which(table: pd.DataFrame, bad: pd.Series) -> str:
-    row = int(np.flatnonzero(np.asarray(bad))[0])
-    name = table["tree_id"].iloc[row]
-    return f"line {row + 2}" + (f" (tree {name})" if _text(name) else "")
+    name = table["tree_id"][np.asarray(bad)].iloc[0]
+    return line_of(bad, table) + (f" (tree {name})" if _text(name) else "")

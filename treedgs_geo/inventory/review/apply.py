@@ -16,7 +16,7 @@ import pyogrio
 import shapely
 
 from ...core.errors import InputError
-from ...core.tables import plain_cell
+from ...core.tables import read_table
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ...stems.quality.tree import TREE_FIELDS
 from ..carried import kept_place, merge_note, merged_into
@@ -216,10 +216,10 @@ def read_whole(path: Path) -> gpd.GeoDataFrame:
     """
     if path.suffix.lower() == ".csv":
         try:
-            table = pd.read_csv(path, dtype=str, encoding="utf-8-sig").map(plain_cell)
+            table = read_table(path, as_written=True).reset_index(drop=True)
             x, y = (pd.to_numeric(table[name]) for name in ("x", "y"))
             pd.to_numeric(table["tree_id"]).astype(int), table[["dbh_cm", "qc_flag"]]
-        except (OSError, ValueError, KeyError, pd.errors.ParserError) as problem:
+        except (ValueError, KeyError) as problem:
             raise InputError(
                 f"{path}: cannot be read as a tree table ({problem}); give a layer made by TreeDGS."
             ) from None

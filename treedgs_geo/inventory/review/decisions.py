@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ...core.columns import columns, numbers
 from ...core.errors import InputError
-from ..field_trees import NAMES, dbh_in_cm, numbers, read_table
+from ...core.tables import read_table
+from ..field_trees import dbh_in_cm
 from ..reviewed import DECISIONS, LEAST_TAPED_CM, MOST_TAPED_CM
 
 #: Takes a decision back.
@@ -47,17 +49,19 @@ def read_decisions(path: Path, dbh_unit: str = "auto") -> list[Decision]:
     """
     path = Path(path)
     table = read_table(path)
-    column = {key: next((n for n in NAMES[key] if n in table.columns), "") for key in ("field_id", "x", "y", "dbh")}
-    if "decision" not in table or not (column["field_id"] or (column["x"] and column["y"])):
+    has = columns(table, "field_id", "easting", "northing", "dbh", "girth")
+    if "decision" not in table or not ("field_id" in has or {"easting", "northing"} <= set(has)):
         raise InputError(
             f"{path}: found columns {', '.join(table.columns)}; expected tree_id (or x and y) and decision "
             f"({', '.join(DECISIONS)} or {UNDO})."
         )
-    unit = dbh_unit if column["dbh"] else "cm"
-    values = {"dbh": dbh_in_cm(path, table, unit).to_numpy(float)}
-    for key, name in (("tree", column["field_id"]), ("x", column["x"]), ("y", column["y"]), ("same_as", "same_as")):
-        empty = pd.Series(np.full(len(table), np.nan))
-        values[key] = (numbers(path, table, name, required=False) if name in table else empty).to_numpy(float)
+    values = {"dbh": dbh_in_cm(path, table, dbh_unit).to_numpy(float)}
+    names = {
+        key: has[own].name for key, own in (("tree", "field_id"), ("x", "easting"), ("y", "northing")) if own in has
+    }
+    for key in ("tree", "x", "y", "same_as"):
+        name = names.get(key, key)
+        values[key] = numbers(path, table, name).to_numpy() if name in table else np.full(len(table), np.nan)
     found = [_decision(path, table, values, row) for row in range(len(table))]
     seen: dict[int, int] = {}
     for decision in found:
@@ -73,7 +77,8 @@ def read_decisions(path: Path, dbh_unit: str = "auto") -> list[Decision]:
 
 
 def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], row: int) -> Decision:
-    where, cells = f"{path}, line {row + 2}", table.iloc[row]
+    line, cells = int(table.index[row]), table.iloc[row]
+    where = f"{path}, line {line}"
     text = {name: _text(cells.get(name)) for name in ("decision", "note", "by", "at")}
     dbh, x, y = (_number(values[key][row]) for key in ("dbh", "x", "y"))
     tree, same_as = (_whole(where, name, values[key][row]) for name, key in (("tree_id", "tree"), ("same_as",) * 2))
@@ -96,7 +101,7 @@ def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], ro
         raise InputError(f"{where}: a DBH of {dbh:g} cm, expected {LEAST_TAPED_CM:g} to {MOST_TAPED_CM:g} cm.")
     word = "dbh" if word == "stem" and dbh is not None else word
     placed = (x, y) if tree is None else (None, None)
-    return Decision(row + 2, word, tree, dbh, same_as, *placed, text["note"], text["by"], text["at"])
+    return Decision(line, word, tree, dbh, same_as, *placed, text["note"], text["by"], text["at"])
 
 
 def _whole(where: str, name: str, value: float) -> int | None:

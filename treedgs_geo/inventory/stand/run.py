@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from pathlib import Path
@@ -14,13 +12,13 @@ import pandas as pd
 import pyproj
 
 from ... import __version__
-from ...core.crs import check_projected, project_crs, suggest_utm
+from ...core.columns import table_crs
+from ...core.crs import check_projected, project_crs
 from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
-from ...core.tables import csv_text
 from ..double_sampling.joining import join
 from ..double_sampling.tapes import read_taped
 from ..field_trees import place
@@ -263,15 +261,10 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
             return None
         return pyproj.CRS.from_user_input(code) if code else None
     try:
-        for row in csv.DictReader(io.StringIO(csv_text(path))):
-            code = (row.get("epsg") or "").strip()
-            if code and (row.get("easting") or "").strip():
-                return check_projected(pyproj.CRS.from_epsg(int(float(code))), str(path))
-            if (row.get("lon") or "").strip() and (row.get("lat") or "").strip():
-                return suggest_utm(float(row["lon"]), float(row["lat"]))
-    except (InputError, OSError, ValueError, OverflowError, csv.Error, pyproj.exceptions.CRSError):
+        found = table_crs(Path(path))
+        return check_projected(found, str(path)) if found is not None else None
+    except (InputError, CRSError):
         return None
-    return None
 
 
 def _facts(settings: Any, stand: Stand) -> dict[str, str]:

@@ -15,15 +15,16 @@ from shapely import affinity, contains_xy
 from shapely.geometry import Point, box
 from shapely.geometry.base import BaseGeometry
 
+from ...core.columns import Column, columns, line_of, measured, places, require
 from ...core.errors import CRSError, InputError
-from ...core.tables import refuse_other_formats
-from ..field_trees import read_table
+from ...core.plots import plot_names, refuse_same
+from ...core.tables import column_name, read_table, refuse_other_formats
 
 #: How a tree of a plot that reaches over the stand's boundary counts.
 EDGE_RULES = ("zone", "walkthrough", "area", "none")
-#: Square metres per unit of an area column.
-_AREA_M2 = {"area_m2": 1.0, "area_ha": 1e4, "area_ac": 4046.8564224}
-_LENGTH_M = {"m": 1.0, "ft": 0.3048}
+#: What a table or layer of plots may hold.
+_PLACE = ("easting", "northing", "lon", "lat", "epsg")
+_MEASURES = ("radius", "width", "length", "area", "slope", "azimuth", "aspect")
 #: Segments a quarter circle, where a circle has to be a polygon (area 1e-6 too small).
 _SEGMENTS = 512
 
@@ -70,22 +71,33 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
         InputError: file, line and what is wrong. CRSError: no CRS to place the plots in.
     """
     path = Path(path)
-    refuse_other_formats(path, layers=path.suffix.lower() != ".csv")
-    table = read_table(path) if path.suffix.lower() == ".csv" else _read_layer(path, crs)
-    if "plot_id" not in table:
-        other = next((name for name in ("plot", "plotid", "plot_no") if name in table), None)
-        table["plot_id"] = table[other] if other else [f"plot_{k + 1}" for k in range(len(table))]
+    is_table = path.suffix.lower() == ".csv"
+    refuse_other_formats(path, layers=not is_table)
+    table = read_table(path) if is_table else _read_layer(path, crs)
+    has = columns(table, "plot_id", *_PLACE, *_MEASURES)
+    sizes = next((keys for keys in (("radius",), ("width", "length"), ("area",)) if set(keys) <= set(has)), ())
+    if is_table:
+        place = (("easting", "lon"), ("northing", "lat")) if on_map else ()
+        slope = ("slope",) if along == "slope" else ()
+        size = ("radius", "width") if on_map else ("radius", "width", "area")
+        require(path, table, has, (*place, *(() if sizes else (size,)), *slope), dict.fromkeys((*sizes, *slope), ""))
+    # What else a layer or table holds may be called the same and mean something else.
+    has = {key: column for key, column in has.items() if key not in _MEASURES or column.unit}
+    values = {key: measured(path, table, key, has.get(key)).to_numpy() for key in _MEASURES}
+    values["slope"] = _slopes_deg(path, table, has.get("slope"))
+    if is_table:
+        values["x"], values["y"] = places(path, table, crs, required=on_map).T
+    else:
+        middles = table.geometry.centroid
+        values["x"], values["y"] = middles.x.to_numpy(), middles.y.to_numpy()
     plots: list[SamplePlot] = []
-    for position, row in table.iterrows():
-        where = f"{path}, plot {row['plot_id']}" if "geometry" in table else f"{path}, line {int(str(position)) + 2}"
-        if pd.isna(row["plot_id"]):
-            raise InputError(f"{where}: has no plot_id; name every plot.")
-        made = _plot(where, row, crs, along, on_map)
-        if any(plot.plot_id == made.plot_id for plot in plots):
-            raise InputError(f"{where}: plot_id {made.plot_id!r} appears twice; give every plot its own id.")
+    for k, name in enumerate(plot_names(path, table, has.get("plot_id"))):
+        where = f"{path}, line {table.index[k]}" if is_table else f"{path}, plot {name}"
+        outline = None if is_table else table.geometry.iloc[k]
+        made = _plot(where, name, {key: float(of[k]) for key, of in values.items()}, outline, along, on_map)
         plots.append(replace(made, weight_area_ha=made.area_ha))
-    if not plots:
-        raise InputError(f"{path}: holds no plot, expected one row a plot.")
+    centres = np.column_stack([values["x"], values["y"]])
+    refuse_same(path, [plot.plot_id for plot in plots], centres, np.array([plot.radius_m for plot in plots]))
     return plots
 
 
@@ -194,32 +206,27 @@ def weights(plot: SamplePlot, x: np.ndarray, y: np.ndarray, boundary: BaseGeomet
     return np.where(inside, count, 0.0)
 
 
-def _plot(where: str, row: pd.Series, crs: pyproj.CRS | None, along: str, on_map: bool) -> SamplePlot:
-    name = str(row["plot_id"]).strip()
-    geometry = row.get("geometry")
-    slope = _slope_deg(where, row)
+def _plot(
+    where: str, name: str, row: dict[str, float], geometry: BaseGeometry | None, along: str, on_map: bool
+) -> SamplePlot:
+    """row: :data:`_MEASURES` (m, m2, degrees) and ``x, y``, NaN where there is none."""
+    slope, circle, x, y = (row[key] for key in ("slope", "radius", "x", "y"))
     if along == "slope" and not np.isfinite(slope):
         raise InputError(f"{where}: has no slope_pct or slope_deg, which a plot laid out along the slope needs.")
     shrink = float(np.cos(np.radians(slope))) if along == "slope" else 1.0
     slope = slope if np.isfinite(slope) else 0.0
-    circle = _size(where, row, "radius")
-    if isinstance(geometry, BaseGeometry) and geometry.geom_type != "Point" and circle is None:
+    if geometry is not None and geometry.geom_type != "Point" and not np.isfinite(circle):
         if geometry.area <= 0:
             raise InputError(f"{where}: its outline has no area; correct it.")
-        middle = geometry.centroid
-        return SamplePlot(name, "polygon", geometry.area / 1e4, middle.x, middle.y, np.nan, geometry, slope)
-    x, y = _centre(where, row, crs)
-    if on_map and not (np.isfinite(x) and np.isfinite(y)):
-        raise InputError(f"{where}: has no centre; expected easting, northing (with epsg) or lon, lat.")
-    width, length = _size(where, row, "width"), _size(where, row, "length")
-    if circle is not None:
+        return SamplePlot(name, "polygon", geometry.area / 1e4, x, y, np.nan, geometry, slope)
+    if np.isfinite(circle):
         area = np.pi * circle**2 * shrink / 1e4
         if not np.isfinite(x):
             return SamplePlot(name, "area", area, radius_m=circle, slope_deg=slope)
         disc = Point(x, y).buffer(circle, _SEGMENTS)
         if shrink > 1 - 1e-9:
             return SamplePlot(name, "circle", area, x, y, circle, disc, slope)
-        aspect = _number(where, row, "aspect_deg")
+        aspect = row["aspect"]
         if on_map and not np.isfinite(aspect):
             raise InputError(
                 f"{where}: has no aspect_deg (where the slope faces), which a round plot on a slope needs."
@@ -227,78 +234,32 @@ def _plot(where: str, row: pd.Series, crs: pyproj.CRS | None, along: str, on_map
         # On the map a circle laid out along the ground is an ellipse, short downhill.
         flat = affinity.rotate(affinity.scale(disc, 1.0, shrink), -aspect if np.isfinite(aspect) else 0.0)
         return SamplePlot(name, "ellipse", area, x, y, circle, flat, slope)
-    if width is not None and length is not None:
+    width, length, turn = row["width"], row["length"], row["azimuth"]
+    if np.isfinite([width, length]).all():
         area = width * length * shrink / 1e4
         if not np.isfinite(x):
             return SamplePlot(name, "area", area, slope_deg=slope)
         if shrink < 1 - 1e-9 and on_map:
             raise InputError(f"{where}: a rectangle laid out along the slope cannot be drawn; give horizontal sides.")
-        turn = _number(where, row, "azimuth_deg")
         shape = box(x - width / 2, y - length / 2, x + width / 2, y + length / 2)
         shape = affinity.rotate(shape, -turn if np.isfinite(turn) else 0.0, origin=(x, y))
         return SamplePlot(name, "rectangle", area, x, y, np.nan, shape, slope)
-    for column, factor in _AREA_M2.items():
-        value = _number(where, row, column)
-        if np.isfinite(value) and value > 0 and not on_map:
-            return SamplePlot(name, "area", value * factor * shrink / 1e4, x, y, slope_deg=slope)
+    if row["area"] > 0 and not on_map:
+        return SamplePlot(name, "area", row["area"] * shrink / 1e4, x, y, slope_deg=slope)
     wanted = "radius_m, or width_m and length_m" + ("" if on_map else ", or area_m2, area_ha or area_ac")
     raise InputError(f"{where}: has no size; expected {wanted}.")
 
 
-def _centre(where: str, row: pd.Series, crs: pyproj.CRS | None) -> tuple[float, float]:
-    geometry = row.get("geometry")
-    if isinstance(geometry, BaseGeometry) and ("x" not in row or geometry.geom_type == "Point"):
-        return geometry.centroid.x, geometry.centroid.y
-    for first, second in (("easting", "northing"), ("lon", "lat"), ("x", "y")):
-        if first not in row or second not in row:
-            continue
-        x, y = _number(where, row, first), _number(where, row, second)
-        if not (np.isfinite(x) and np.isfinite(y)):
-            continue
-        source = None
-        if first == "lon":
-            source = crs.geodetic_crs.to_2d() if crs is not None and crs.geodetic_crs else None
-        elif str(row.get("epsg") if pd.notna(row.get("epsg")) else "").strip():
-            try:
-                source = pyproj.CRS.from_epsg(int(float(row["epsg"])))
-            except (ValueError, pyproj.exceptions.CRSError):
-                raise CRSError(f"{where}: epsg {row['epsg']!r} is unknown; give the code of its coordinates.") from None
-        if source is not None and crs is not None and source != crs:
-            x, y = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(x, y)
-        return float(x), float(y)
-    return np.nan, np.nan
-
-
-def _size(where: str, row: pd.Series, what: str) -> float | None:
-    """A radius or side in metres, None where the row has none."""
-    for unit, factor in _LENGTH_M.items():
-        value = _number(where, row, f"{what}_{unit}")
-        if np.isfinite(value):
-            if not 0 < value * factor <= 1000:
-                raise InputError(f"{where}: {what}_{unit} is {value:g}, expected above 0 and up to 1000 m.")
-            return value * factor
-    return None
-
-
-def _slope_deg(where: str, row: pd.Series) -> float:
-    percent, degrees = _number(where, row, "slope_pct"), _number(where, row, "slope_deg")
-    slope = degrees if np.isfinite(degrees) else float(np.degrees(np.arctan(percent / 100)))
-    if abs(slope) > 60:
-        raise InputError(f"{where}: slope of {slope:.0f} degrees, expected up to 60; check its unit.")
-    return abs(slope)
-
-
-def _number(where: str, row: pd.Series, name: str) -> float:
-    value = row.get(name)
-    if value is None or pd.isna(value) or str(value).strip() == "":
-        return np.nan
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.inf
-    if not np.isfinite(number):
-        raise InputError(f"{where}: {name} is {value!r}, expected a number; correct it.")
-    return number
+def _slopes_deg(path: Path, table: pd.DataFrame, column: Column | None) -> np.ndarray:
+    """(N,) slopes in degrees, above 0 either way."""
+    slope = np.abs(measured(path, table, "slope", column))
+    slope = np.degrees(np.arctan(slope / 100)) if column is not None and column.unit == "pct" else slope
+    if (slope > 60).any():
+        raise InputError(
+            f"{path}, {line_of(slope > 60)}: slope of {slope[slope > 60].iloc[0]:.0f} degrees, expected up to 60; "
+            "check its unit."
+        )
+    return slope.to_numpy()
 
 
 def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
@@ -310,7 +271,7 @@ def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
         layer = gpd.read_file(path, layer=chosen, engine="pyogrio")
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a plots table or layer ({problem}).") from None
-    layer.columns = [name if name == "geometry" else str(name).lower() for name in layer.columns]
+    layer.columns = [name if name == "geometry" else column_name(str(name)) for name in layer.columns]
     layer = layer[layer.geometry.notna() & ~layer.geometry.is_empty].reset_index(drop=True)
     kinds = set(layer.geometry.geom_type) - {"Point", "Polygon", "MultiPolygon"}
     if kinds or not len(layer):

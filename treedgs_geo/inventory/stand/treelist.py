@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
-from ..field_trees import NAMES, FieldProtocol, dbh_in_cm, numbers, read_field_trees, read_table
+from ...core.tables import read_table
+from ..field_trees import FieldProtocol, read_field_trees
 from ..match import read_measured
 from ..reviewed import Reviewed, reviewed
 from .species import species_of
 from .values import count_of
 
-#: Names of a height column; the unit is its last part.
-_HEIGHTS = ("height_m", "height_ft", "ht_m", "ht_ft", "height", "ht")
 _LIVE = {"", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"}
 _DEAD = {"dead", "d", "snag", "2", "standing dead", "mort", "ds"}
 #: Columns of a tree list.
@@ -105,17 +105,20 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
 
 
 def _more_columns(path: Path, trees: pd.DataFrame) -> None:
-    """What a CSV of measured trees may hold beside DBH and place: species, status, note, height_m and
+    """What a CSV of measured trees may hold beside DBH and place: species, status, note, height (m or ft) and
     height_se_m, n_pts, qc_reason."""
     if path.suffix.lower() != ".csv":
         return
     table = read_table(path)
-    for name in ("species", "status", "note", "qc_reason"):
+    found = columns(table, "species", "status", "height")
+    names = {key: found[key].name for key in ("species", "status") if key in found}
+    for name, written in {**names, "note": "note", "qc_reason": "qc_reason"}.items():
+        if written in table:
+            trees[name] = table[written].to_numpy(object)
+    trees["height_m"] = measured(path, table, "height", found.get("height")).to_numpy()
+    for name in ("height_se_m", "n_pts"):
         if name in table:
-            trees[name] = table[name].astype(object).where(table[name].notna(), None)
-    for name in ("height_m", "height_se_m", "n_pts"):
-        if name in table:
-            trees[name] = numbers(path, table, name, required=False)
+            trees[name] = numbers(path, table, name).to_numpy()
 
 
 def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeList:
@@ -144,45 +147,13 @@ def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeLis
 def read_tally(path: Path, protocol: FieldProtocol, height_unit: str = "auto") -> pd.DataFrame:
     """The field table as :func:`~treedgs_geo.inventory.field_trees.read_field_trees` reads it, with ``height_m``.
 
-    A table without positions (no bearing and distance, no coordinates) is read too: it needs ``plot_id, tree_id`` and a
-    DBH column.
+    A table without positions (no bearing and distance, no coordinates) is read too: it needs a DBH column.
 
     Raises:
         InputError: file, line, what was found and what was expected.
     """
-    path = Path(path)
-    table = read_table(path)
-    if {*NAMES["azimuth"], *NAMES["x"]} & set(table.columns):
-        found = read_field_trees(path, protocol)
-    else:
-        found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
-        for key in ("plot_id", "field_id", "status", "species"):
-            column = next((other for other in NAMES[key] if other in table), None)
-            values = table[column].astype(object) if column else pd.Series([None] * len(table), dtype=object)
-            found[key] = values.where(values.notna(), None)
-        if found["field_id"].isna().all():
-            found["field_id"] = [str(k + 1) for k in range(len(found))]
-        if found["field_id"].isna().any() or found.duplicated(["plot_id", "field_id"]).any():
-            raise InputError(f"{path}: a tree_id is empty or appears twice in its plot; number every tree of a plot.")
-    name = next((other for other in _HEIGHTS if other in table), None)
-    found["height_m"] = np.nan
-    if name:
-        unit = name.rpartition("_")[2] if "_" in name else height_unit
-        if unit not in ("m", "ft"):
-            raise InputError(
-                f"{path}: column {name!r} does not say its unit; rename it height_m or height_ft, or give "
-                "--height-unit."
-            )
-        heights = numbers(path, table, name, required=False) * (0.3048 if unit == "ft" else 1.0)
-        # Nobody measures a height of 0: tables write it for "not measured".
-        found["height_m"] = heights.where(heights > 0)
-        tall = found["height_m"] > 120
-        if tall.any():
-            raise InputError(
-                f"{path}, line {int(np.flatnonzero(tall)[0]) + 2}: a height of {found['height_m'][tall].iloc[0]:.0f} "
-                "m, expected up to 120; name the right unit in the column's name or with --height-unit."
-            )
-    return found
+    placed = bool(columns(read_table(path), "azimuth", "distance", "easting"))
+    return read_field_trees(path, protocol, height_unit, placed)
 
 
 def settle_status(found: TreeList) -> None:

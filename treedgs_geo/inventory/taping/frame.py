@@ -10,10 +10,11 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ...core.columns import columns
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
-from ..field_trees import read_table
+from ...core.tables import read_table
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.treelist import from_layer, settle_status
 from ..stand.values import BA, count_of
@@ -94,7 +95,7 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
 def _more(path: Path) -> pd.DataFrame:
     """``plot_id, dbh_lo_cm, dbh_hi_cm`` by tree_id."""
     table = read_table(path) if path.suffix.lower() == ".csv" else pd.DataFrame(read_trees(path))
-    key = "tree_id" if "tree_id" in table else next(name for name in ("tree", "treeid", "n") if name in table)
+    key = columns(table, "field_id")["field_id"].name
     found = pd.DataFrame(index=pd.to_numeric(table[key]).astype(int))
     plot = table["plot_id"] if "plot_id" in table else pd.Series(None, table.index, dtype=object)
     said = plot.map(lambda value: None if value is None or pd.isna(value) else str(value).strip() or None)

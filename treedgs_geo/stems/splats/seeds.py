@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
 import pyproj
 
+from ...core.columns import columns, places, require
 from ...core.crs import LocalFrame
 from ...core.errors import CRSError, InputError, MissingComponentError
-from ...core.tables import csv_text
-
-_X, _Y = ("x", "easting", "east", "e"), ("y", "northing", "north", "n")
+from ...core.tables import read_table
 
 
 def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
@@ -28,7 +25,7 @@ def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: not found; give a CSV with x, y or a point layer of stem positions.")
-    found = _from_csv(path) if path.suffix.lower() in (".csv", ".txt") else _from_layer(path, frame.crs)
+    found = _from_csv(path, frame.crs) if path.suffix.lower() in (".csv", ".txt") else _from_layer(path, frame.crs)
     if len(found) == 0:
         raise InputError(f"{path}: holds no stem position; give at least one point.")
     if not np.isfinite(found).all():
@@ -42,19 +39,10 @@ def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
     return local
 
 
-def _from_csv(path: Path) -> np.ndarray:
-    try:
-        rows = list(csv.DictReader(io.StringIO(csv_text(path))))
-    except (OSError, ValueError, csv.Error) as problem:
-        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give columns x, y.") from None
-    names = {str(name).strip().lower(): name for name in (rows[0] if rows else {})}
-    x, y = (next((names[key] for key in wanted if key in names), None) for wanted in (_X, _Y))
-    if rows and (x is None or y is None):
-        raise InputError(f"{path}: found columns {', '.join(names)}; expected x, y or easting, northing.")
-    try:
-        return np.array([[float(row[x]), float(row[y])] for row in rows]).reshape(-1, 2)
-    except (TypeError, ValueError):
-        raise InputError(f"{path}: a coordinate is not a number; correct the table.") from None
+def _from_csv(path: Path, crs: pyproj.CRS) -> np.ndarray:
+    table = read_table(path)
+    require(path, table, columns(table, "easting", "northing", "lon", "lat"), (("easting", "lon"), ("northing", "lat")))
+    return places(path, table, crs)
 
 
 def _from_layer(path: Path, crs: pyproj.CRS) -> np.ndarray:

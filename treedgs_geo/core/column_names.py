@@ -1,0 +1,134 @@
+"""Names of columns in English, German, Spanish and in FIA's published tables; their units and bounds."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
+_M = {"m": 1.0, "ft": 0.3048}
+_DEG = {"deg": 1.0, "gon": 0.9, "mil": 360 / 6400}
+_AREA = {"m2": 1.0, "ha": 1e4, "ac": 4046.8564224}
+#: Other names of units.
+_UNITS = {
+    "in": "inch inches zoll pulgadas",
+    "ft": "feet foot fuss pies",
+    "m": "metres meters metros meter",
+    "m2": "m² sqm",
+    "ac": "acre acres",
+    "deg": "degrees grad grados °",
+    "gon": "gons",
+    "mil": "mils",
+    "pct": "percent prozent %",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """what: in a sentence. names: that a column may have, the best first, without the unit. units: those that a name
+    may say -> how many of the first one. low, high: bounds, in the first unit."""
+
+    what: str
+    names: str
+    units: Mapping[str, float] = field(default_factory=dict)
+    low: float = -np.inf
+    high: float = np.inf
+
+    @property
+    def unit(self) -> str:
+        """The first unit, which values are given in."""
+        return next(iter(self.units), "")
+
+    @property
+    def examples(self) -> str:
+        """``distance_m or distance_ft``."""
+        first = self.names.split()[0]
+        return " or ".join(f"{first}_{unit}" for unit in self.units) or first
+
+
+_DBH = "dbh bhd dap d13 d130 d_1_3 d1_3 d_130 diameter durchmesser diametro diam d"
+
+
+def _reading(k: int) -> Quantity:
+    """The first or second of two readings of a DBH, as callipers are read crosswise."""
+    return Quantity("a DBH", " ".join(f"{name}{k} {name}_{k}" for name in _DBH.split()), _CM, 0.5, 500.0)
+
+
+#: Every column that a table of plots or trees may have.
+QUANTITIES = {
+    "plot_id": Quantity(
+        "the plot",
+        "plot_id plot plotid plot_no plot_nr plot_number plot_name probekreis probekreis_nr probeflaeche parcela "
+        "parcela_id id_parcela parcela_no subplot",
+    ),
+    "field_id": Quantity(
+        "the tree's number",
+        "tree_id field_id tree treeid tree_no tree_nr tree_number stem_id tag baum_id baum baumnr baum_nr baumnummer "
+        "arbol_id id_arbol arbol arbol_no nr no n",
+    ),
+    "azimuth": Quantity("the bearing", "azimuth bearing az azim azimut peilung rumbo acimut", _DEG),
+    "distance": Quantity("the distance", "distance dist entfernung distanz abstand distancia", _M),
+    "easting": Quantity(
+        "the easting",
+        "easting x x_m east e este ostwert rechtswert utm_x utm_e x_utm x_coord coord_x coordenada_x",
+    ),
+    "northing": Quantity(
+        "the northing",
+        "northing y y_m north n norte nordwert hochwert utm_y utm_n y_utm y_coord coord_y coordenada_y",
+    ),
+    "lon": Quantity("the longitude", "lon long longitude lng laengengrad longitud"),
+    "lat": Quantity("the latitude", "lat latitude breitengrad latitud"),
+    "epsg": Quantity("the EPSG code", "epsg srid crs epsg_code"),
+    "radius": Quantity("the radius", "radius plot_radius halbmesser radio r", _M, 0.1, 1000.0),
+    "width": Quantity("the width", "width breite ancho", _M, 0.1, 1000.0),
+    "length": Quantity("the length", "length laenge largo", _M, 0.1, 1000.0),
+    "area": Quantity("the area", "area plot_area flaeche superficie", _AREA),
+    "dbh": Quantity("the DBH", _DBH, _CM, 0.5, 500.0),
+    "dbh1": _reading(1),
+    "dbh2": _reading(2),
+    "girth": Quantity("the girth", "girth circumference gbh cbh umfang cap circunferencia", _CM, 1.5, 1600.0),
+    "height": Quantity("the height", "height ht tree_height total_height hoehe baumhoehe altura altura_total h", _M),
+    "slope": Quantity("the slope", "slope neigung hangneigung pendiente", {"deg": 1.0, "pct": 1.0}),
+    "aspect": Quantity("where the slope faces", "aspect exposition orientacion", _DEG),
+    "status": Quantity("live or dead", "status tree_status zustand estado"),
+    "species": Quantity("the species", "species spp sp species_code baumart art especie"),
+    "date": Quantity("the date", "date field_date survey_date date_measured datum fecha"),
+}
+#: FIA's TREE table (https://www.fia.fs.usda.gov): degrees, feet and inches by definition. Columns that tell it.
+FIA = {
+    "plot_id": ("subp", ""),
+    "field_id": ("tree", ""),
+    "azimuth": ("azimuth", "deg"),
+    "distance": ("dist", "ft"),
+    "dbh": ("dia", "in"),
+    "height": ("ht", "ft"),
+    "species": ("spcd", ""),
+    "status": ("statuscd", ""),
+}
+FIA_MARKS = {"spcd", "statuscd", "tpa_unadj", "plt_cn"}
+
+
+@cache
+def spellings(key: str) -> list[tuple[str, str]]:
+    """Names (:func:`plain_name`) of a quantity's column with the unit that each says, the best first."""
+    units = QUANTITIES[key].units
+    found = []
+    for name in QUANTITIES[key].names.split():
+        for unit in units:
+            for spelt in (unit, *_UNITS.get(unit, "").split()):
+                found.append((plain_name(f"{name}_{spelt}"), unit))
+                if len(name) > 2:
+                    found.append((plain_name(name + spelt), unit))
+        found.append((name, ""))
+    return found
+
+
+def plain_name(name: str) -> str:
+    """Without accents; umlauts as Germans write them where there are none: ``höhe`` is ``hoehe``."""
+    for letter, letters in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss")):
+        name = name.replace(letter, letters)
+    return "".join(letter for letter in unicodedata.normalize("NFKD", name) if not unicodedata.combining(letter))

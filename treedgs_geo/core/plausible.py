@@ -1,0 +1,88 @@
+"""Diameters and heights that no tree of a stand has: marks for "not measured", and values in another unit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .errors import InputError
+
+#: Trees that a distribution needs.
+_LEAST = 5
+#: Diameters this large, and that many times the next smaller one of the stand, are looked at; up to a third of all.
+_LARGE_CM, _GAP = 150.0, 3.0
+#: Trees of at least 5 cm are at most 250 times as high as they are thick; their median is at most 110 (150 in single
+#: dense stands), and 3.3 times as much where heights are in feet.
+_SLENDER, _SLENDER_STAND, _THIN_CM = 4.0, 2.0, 5.0
+#: Nobody can have measured a DBH on a lower tree, m.
+_LEAST_HEIGHT_M = 1.3
+
+
+def odd_diameters(dbh_cm: np.ndarray) -> tuple[np.ndarray, str]:
+    """(N,) which of a stand's diameters (cm, NaN where there is none) are no diameters in centimetres, and why; none
+    where the others say nothing."""
+    d = np.asarray(dbh_cm, float)
+    known = np.isfinite(d)
+    nines = np.array(
+        [known[k] and set(f"{value:g}".replace(".", "")) == {"9"} and value > 9 for k, value in enumerate(d)]
+    )
+    rest = d[known & ~nines]
+    marks = nines & (d > 1.5 * rest.max()) if len(rest) >= 3 else np.zeros(len(d), bool)
+    if marks.any():
+        return marks, f"the others are up to {rest.max():.1f} cm, it looks like a mark for 'not measured'"
+    order = np.sort(d[known])
+    if len(order) < _LEAST:
+        return np.zeros(len(d), bool), ""
+    steps = order[1:] / order[:-1]
+    first = len(order) - len(order) // 3
+    wide = [k for k in range(first, len(order)) if steps[k - 1] >= _GAP and order[k] >= _LARGE_CM]
+    if not wide:
+        return np.zeros(len(d), bool), ""
+    low, high = order[0], order[wide[0] - 1]
+    large = known & (d >= order[wide[0]])
+    if not ((d[large] >= 8 * low) & (d[large] <= 12 * high)).all():
+        return np.zeros(len(d), bool), ""
+    return large, f"the others are {low:.1f} to {high:.1f} cm, it looks like millimetres, or a decimal point is missing"
+
+
+def refuse_odd_diameters(dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str) -> None:
+    """Refuse what :func:`odd_diameters` finds. where: of the first of a mask, for the sentence.
+
+    Raises:
+        InputError: see above.
+    """
+    odd, why = odd_diameters(dbh_cm)
+    if odd.any():
+        more = f" (and {odd.sum() - 1} more like it)" if odd.sum() > 1 else ""
+        value = np.asarray(dbh_cm, float)[odd][0]
+        raise InputError(f"{where(odd)}: a DBH of {value:g} cm{more}: {why}; correct it, or {remedy}.")
+
+
+def refuse_odd_heights(
+    height_m: np.ndarray, dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str
+) -> None:
+    """Refuse heights that no tree of its DBH has. height_m, dbh_cm: (N,), NaN where there is none. where: of the first
+    of a mask, for the sentence.
+
+    Raises:
+        InputError: a height above 120 m, below breast height, too slender; heights in feet.
+    """
+    h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slender = np.where(d >= _THIN_CM, h / d, np.nan)
+        some = np.isfinite(slender)
+        if some.sum() >= _LEAST and np.median(slender[some]) > _SLENDER_STAND:
+            raise InputError(
+                f"{where(some)}: the trees are {100 * np.median(slender[some]):.0f} times as high as they are thick "
+                f"(median of {int(some.sum())}), expected 40 to 150: the heights look like feet in metres; {remedy}."
+            )
+        checks = (
+            (h > 120, "expected up to 120"),
+            (np.isfinite(d) & (h < _LEAST_HEIGHT_M), "so low that it has no DBH, but one is given"),
+            (slender > _SLENDER, "too much for its DBH"),
+        )
+    for bad, why in checks:
+        if bad.any():
+            dbh = f" (DBH {d[bad][0]:g} cm)" if np.isfinite(d[bad][0]) else ""
+            raise InputError(f"{where(bad)}: a height of {h[bad][0]:.3g} m{dbh}, {why}; correct it, or {remedy}.")
