@@ -90,6 +90,20 @@ def test_every_geotag_file_that_is_read_counts(flight, given):
     assert "unchanged" in geotag(flight, flight / given)[1]
 
 
+def test_photos_that_were_moved_are_the_same_photos(flight):
+    before, _ = geotag(flight, flight / "ppk")
+    moved = flight.with_name("a disk elsewhere")
+    flight.rename(moved)
+    (moved / "ppk").rename(moved / "a_solution")  # sorts before the photos now
+    again, said = geotag(moved, moved / "a_solution")
+    assert "geotag: unchanged since the last run, kept" in said
+    assert again.digest() == before.digest() and all(path.is_file() for path in again.paths)
+    # But not the same photos under other names, nor one that was changed.
+    photo = list_photos(moved / "photos")[0]
+    photo.write_bytes(photo.read_bytes() + b"\0")
+    assert "unchanged" not in geotag(moved, moved / "a_solution")[1]
+
+
 def test_a_ruined_stations_layer_is_made_again_and_an_edited_one_is_taken(flight):
     before, _ = geotag(flight, flight / "ppk")
     layer = flight / "work" / "geotags.gpkg"

@@ -312,18 +312,18 @@ def read_json(source: Path) -> Any:
 
 
 def fingerprint(paths: Iterable[Path]) -> str:
-    """Short hash over names and whole contents: changes when an input changes, not when it is copied or touched.
+    """Short hash over names and whole contents: changes when an input changes, not when it is copied, moved or touched.
 
     Raises:
         InputError: a file that cannot be read.
     """
-    ordered = sorted(Path(p) for p in paths)
-    digest = hashlib.sha256()
+    files = [Path(p) for p in paths]
     # Hashing and reading both leave Python to the other threads.
     with ThreadPoolExecutor(min(8, os.cpu_count() or 1)) as pool:
-        for path, content in zip(ordered, pool.map(content_hash, ordered), strict=True):
-            digest.update(f"{path.name}:{content}:".encode("utf-8", "surrogateescape"))
-    return digest.hexdigest()[:16]
+        parts = sorted(
+            f"{path.name}:{content}:" for path, content in zip(files, pool.map(content_hash, files), strict=True)
+        )
+    return hashlib.sha256("".join(parts).encode("utf-8", "surrogateescape")).hexdigest()[:16]
 
 
 def content_hash(path: Path) -> str:

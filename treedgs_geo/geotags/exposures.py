@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,16 @@ from .mrk import Marks
 from .pairing import pair_photos
 from .photos import Photo, shorten
 from .rtklib import Trajectory, read_pos
+from .timing import (
+    EXIF_LEAST_S,
+    GPS_UTC_S,
+    LEAST_WITNESSES,
+    NEAR_S,
+    PRECISE_LEAST_S,
+    PRECISE_M,
+    ROUGH_LEAST_S,
+    find_shift,
+)
 from .trajectory import Interpolated, interpolate
 from .velocity import turned_to_grid
 
@@ -126,6 +137,56 @@ def antenna_at(
         quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
     xyz += turned_to_grid(marks.offset_enu[rows], _convergence(crs, tracks[0]))
     return Interpolated(xyz, sd, quality, off_m, velocity)
+
+
+def in_time(
+    marks: Marks,
+    rows: np.ndarray,
+    tracks: list[Trajectory],
+    own: np.ndarray,
+    crs: pyproj.CRS,
+    source: pyproj.CRS | None,
+    delay_s: float,
+    reporter: Reporter,
+) -> tuple[list[Trajectory], float]:
+    """The antenna's paths with the times of the one over these exposures corrected where it certainly comes late or
+    early, and the standard error of that, seconds.
+
+    Args:
+        own: (N, 2) the photos' own positions, project metres, NaN unknown: witnesses where the marks have none.
+    """
+    at = marks.gps_s[rows] + delay_s
+    over = [k for k, track in enumerate(tracks) if track.gps_s[0] < at.max() and track.gps_s[-1] > at.min()]
+    if len(over) != 1:
+        return tracks, 0.0
+    track = tracks[over[0]]
+    path = lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s))
+    seen = (marks.flag[rows] != 0) & (marks.lat_deg[rows] != 0)
+    witness, least_s, whose = own, EXIF_LEAST_S, "the photos' own GPS positions"
+    if seen.sum() >= LEAST_WITNESSES:
+        lon, lat, height = (values[rows] for values in (marks.lon_deg, marks.lat_deg, marks.height_m))
+        camera = lonlat_to_project(crs, lon, lat, height, source, decimal_year(marks.gps_s))
+        witness = (camera - turned_to_grid(marks.offset_enu[rows], _convergence(crs, track)))[:, :2]
+        witness[~seen] = np.nan
+        precise = np.nan_to_num(np.median(marks.sd[rows][seen].max(axis=1)), nan=np.inf) <= PRECISE_M
+        least_s, whose = PRECISE_LEAST_S if precise else ROUGH_LEAST_S, f"the positions in {marks.path.name}"
+    shift = find_shift(track.gps_s, path[:, :2], at, witness, least_s)
+    if shift is None or not shift.certain:
+        return tracks, 0.0
+    seconds, sd_s, why = shift.seconds, shift.sd_s, ""
+    if abs(abs(seconds) - GPS_UTC_S) < min(NEAR_S, 4 * sd_s + 0.1):
+        seconds, sd_s, why = (
+            float(np.copysign(GPS_UTC_S, seconds)),
+            0.0,
+            " (GPS time was taken for UTC, or the reverse)",
+        )
+    reporter.warn(
+        f"{track.path.name}: its times are {abs(seconds):.2f} s too {'late' if seconds > 0 else 'early'}{why}, by "
+        f"{whose}; they were corrected (to {shift.sd_s:.2f} s, {shift.sd_s * shift.speed_m_s:.2f} m along the flight). "
+        "Look at the time system of the PPK."
+    )
+    corrected = replace(track, gps_s=track.gps_s - seconds)
+    return [corrected if k == over[0] else each for k, each in enumerate(tracks)], sd_s
 
 
 def _convergence(crs: pyproj.CRS, track: Trajectory) -> float:

@@ -18,9 +18,10 @@ from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
 from .agreement import check_agreement
 from .datum import check_frame, decimal_year, geotags_frame
-from .exposures import antenna_at, assign_marks, marks_of_events, note_spare
+from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_spare
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import read_mrk
+from .own_tags import without_faults
 from .pairing import pair_photos
 from .photos import Photo, read_photos, shorten
 from .ppk import solve
@@ -34,8 +35,12 @@ from .velocity import with_velocities
 
 #: Standard deviation of a navigation-grade (EXIF) position, E, N, U metres.
 EXIF_SD_M = np.array([2.0, 2.0, 4.0])
+#: The same of a height that no photo says: those of a flight differ by less, metres.
+UNKNOWN_HEIGHT_SD_M = 30.0
 #: A flight ends where no photo is taken for this long.
 FLIGHT_GAP_S = 60.0
+#: A position that is not known better than this along the flight, as the path's time is not, is no fix, metres.
+LATE_M = 0.05
 
 
 def read_stations(
@@ -70,7 +75,7 @@ def read_stations(
         (True, True)
     """
     reporter = reporter or Reporter()
-    found = read_photos(Path(photos), reporter)
+    found = without_faults(read_photos(Path(photos), reporter), reporter)
     own = _middle(found)
     project = _checked_crs(crs, own)
     source = geotags_frame(frame)
@@ -82,7 +87,7 @@ def read_stations(
     if geotags is None:
         if not stations.is_placed.any():
             raise GeotagError(
-                f"{photos}: none of the {len(found)} photos has a GPS position in its EXIF; "
+                f"{photos}: none of the {len(found)} photos has a GPS position of its own in its EXIF; "
                 "give --geotags (MRK, .pos or a CSV with name, lat, lon, h)."
             )
         if (vertical := vertical_of(project)) is not None:
@@ -181,11 +186,15 @@ def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
     xyz = np.full((len(photos), 3), np.nan)
     sd = np.full((len(photos), 3), np.nan)
     quality = ["none"] * len(photos)
+    no_height = not any(np.isfinite(photo.height_m) for photo in photos)
     for i, photo in enumerate(photos):
-        if not (photo.has_position and np.isfinite(photo.height_m)):
+        if not photo.has_position or not (no_height or np.isfinite(photo.height_m)):
             continue
-        xyz[i] = lonlat_to_project(flat, *np.array([[photo.lon_deg], [photo.lat_deg], [photo.height_m]]))[0]
+        height = float(np.nan_to_num(photo.relative_altitude_m)) if no_height else photo.height_m
+        xyz[i] = lonlat_to_project(flat, *np.array([[photo.lon_deg], [photo.lat_deg], [height]]))[0]
         quality[i], sd[i] = _grade(photo.rtk_flag, photo.sd, "exif")
+        if no_height:
+            sd[i, 2] = UNKNOWN_HEIGHT_SD_M
     utc = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
     return Stations(
         [p.name for p in photos],
@@ -300,8 +309,12 @@ def _from_marks(
         utc[np.array(group)[rows < 0]] = pairing.utc[rows < 0]
         utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:
+            late_s = 0.0
+            if files.pos:
+                tracks, late_s = in_time(each, own, tracks, stations.xyz[paired, :2], crs, source, delay_s, reporter)
             solved = antenna_at(each, own, tracks, crs, source, delay_s)
-            xyz[paired], sd[paired], track_says.off_m[paired] = solved.xyz, solved.sd, solved.off_m
+            late_m = late_s * np.abs(np.nan_to_num(solved.velocity))
+            xyz[paired], sd[paired], track_says.off_m[paired] = solved.xyz, np.hypot(solved.sd, late_m), solved.off_m
             track_says.velocity[paired] = solved.velocity
             seen = np.flatnonzero((each.flag[own] != 0) & (each.lat_deg[own] != 0))
             if files.mrk and len(seen):
@@ -309,8 +322,8 @@ def _from_marks(
                 track_says.marked[paired[seen]] = lonlat_to_project(
                     crs, lon, lat, height, source, decimal_year(each.gps_s)
                 )
-            for i, value in zip(paired, solved.quality, strict=True):
-                quality[i] = value
+            for i, value, late in zip(paired, solved.quality, late_m.max(axis=1), strict=True):
+                quality[i] = "float" if value == "fix" and late > LATE_M else value
         else:
             lon, lat, height = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
             xyz[paired] = lonlat_to_project(crs, lon, lat, height, source, decimal_year(each.gps_s))

@@ -56,6 +56,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from .published_plot import check_published
     from .routes import CHAIN_PRESETS
     from .search_forecast import only_nadir, planned_ground, planned_views, search_ahead
+    from .stages import Collector
     from .stages_before_stems import check_cover
 
     findings = Findings(reporter)
@@ -69,7 +70,9 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         findings.problem(str(problem))
     list_photos(settings.photos)
     with reporter.stage("photos and geotags", 0.0, 0.7):
-        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
+        heard = Collector(reporter)
+        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=heard)
+        findings.warnings += len(heard.warnings)
     fix_pct = _report_positions(stations, findings)
     with reporter.stage("plots and terrain", 0.7, 0.85):
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []

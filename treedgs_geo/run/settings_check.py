@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 #: Settings that may differ: they change no diameter.
 _FREE = frozenset({"output", "workspace", "sheets", "dry_run", "at"})
+#: Files that stages know by their content, wherever they are.
+_BY_CONTENT = frozenset({"photos", "geotags", "dtm", "gcp", "calibration"})
 
 
 def same_run(settings: PhotosToDbhSettings) -> PhotosToDbhSettings:
@@ -39,7 +41,9 @@ def same_run(settings: PhotosToDbhSettings) -> PhotosToDbhSettings:
         if item.name in _FREE or item.name not in had:
             continue
         value, before = getattr(settings, item.name), had[item.name]
-        if isinstance(value, Path) and isinstance(before, str):
+        if item.name in _BY_CONTENT:
+            same = (value is None) == (before is None)
+        elif isinstance(value, Path) and isinstance(before, str):
             same = _where(Path(start) / before) == _where(value)
         elif item.name == "crs":
             same = _same_crs(value, before)

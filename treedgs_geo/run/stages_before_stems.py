@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,11 +98,14 @@ def _geotag(run: Run, photos: list[Path]) -> Stations:
         write_stations(layer, stations)
         return {"photos": len(stations), "positions": stations.counts()}
 
-    used = {"photos": settings.photos, "geotags": settings.geotags, "crs": settings.crs}
+    # By what the files are, not by where: photos that were moved are the same photos.
+    own = [path.relative_to(settings.photos).as_posix() for path in photos]
+    used = {"photos": own, "geotags": settings.geotags is not None, "crs": settings.crs}
     given = find_geotags(settings.geotags, settings.photos).all() if settings.geotags else []
     # People may move a camera by hand: the layer is taken as it is.
     run.steps.run("geotag", used, photos + given, [layer], work, readable=lambda: read_stations_layer(layer))
-    return read_stations_layer(layer)
+    stations = read_stations_layer(layer)
+    return replace(stations, paths=[settings.photos / name for name in stations.names])
 
 
 def check_cover(settings: PhotosToDbhSettings, flight: Flight, dtm: Dtm | None) -> None:
@@ -186,7 +189,7 @@ def _ground(run: Run, given: Dtm | None, aligned: Aligned, area: Area) -> Dtm:
         return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 
     style_raster(path)
-    used = {"dtm": settings.dtm, "plots": circles(area)}
+    used = {"dtm": settings.dtm is not None, "plots": circles(area)}
     if given is not None:
         # A world file beside the raster places it as well.
         used["grid"] = [list(given.transform), given.crs.to_wkt() if given.crs is not None else None]
