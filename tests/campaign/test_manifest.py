@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_campaign import make_cloud, write_manifest
 
-from treedgs_geo.campaign.manifest import Checker, read_rows
+from treedgs_geo.campaign.manifest import Checker, table_rows
 from treedgs_geo.campaign.places import folder_name
 from treedgs_geo.campaign.state import make_plan
 from treedgs_geo.core.costs import CostModel
@@ -123,11 +123,11 @@ def test_two_rows_may_not_share_inner_plots(tmp_path, clouds):
     "content, words",
     [
         (b"", "is empty"),
-        (b"PK\x03\x04rest", "workbook"),
+        (b"PK\x03\x04rest", "a spreadsheet or an archive"),
         (b"plot_id,plot_id\na,b\n", "appears twice"),
         (b"plot_id,cloud\n", "holds no plot"),
         (b"plot_id,cloud\na,b,c\n", "more cells"),
-        (b"\x00\x01\x02\x00", "not a text"),
+        (b"\x00\x01\x02\x00", "not text"),
     ],
 )
 def test_what_is_no_manifest(tmp_path, content, words):
@@ -153,6 +153,6 @@ def test_a_plan_is_read_line_by_line(tmp_path, clouds):
 
 def test_lines_count_as_in_an_editor(tmp_path):
     (tmp_path / "p.csv").write_text('plot_id,cloud\n\n"a\nb",c\nd,e\n')
-    assert [line for line, _ in read_rows(tmp_path / "p.csv")] == [4, 5]
+    assert [line for line, _ in table_rows(tmp_path / "p.csv")] == [4, 5]
     checker = Checker(tmp_path / "p.csv", None)
     assert list(checker.rows()) == [] and "is no short line of text" in checker.problems[0]

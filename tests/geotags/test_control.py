@@ -237,11 +237,11 @@ CSV = "label,easting,northing,height,photo,u,v,sd_h_m,kind,epsg\n"
     [
         ("no CRS at all\n" + ONE, CRSError, "line 1: 'no CRS at all' is not a CRS"),
         ("", InputError, "holds no control point"),
-        (CSV, InputError, "holds no control point"),
+        (CSV, InputError, "holds no row"),
         ("label,photo,u,v\nA,a.jpg,1,2\n", InputError, "found columns label, photo, u, v"),
-        (CSV + "A,500000,3700000,,DJI_0001.JPG,1,2,,,\n", InputError, "line 2: found"),
-        (CSV + "A,500000,3700000,50,,1,2,,,\n", InputError, "line 2: found"),
-        (CSV + "A,500000,3700000,50,DJI_0001.JPG,1,2,0,,\n", InputError, "line 2: standard deviation '0'"),
+        (CSV + "A,500000,3700000,,DJI_0001.JPG,1,2,,,\n", InputError, "line 2: height is empty"),
+        (CSV + "A,500000,3700000,50,,1,2,,,\n", InputError, "line 2: has no photo"),
+        (CSV + "A,500000,3700000,50,DJI_0001.JPG,1,2,0,,\n", InputError, "line 2: standard deviation sd_h_m is 0 m"),
         (CSV + "A,500000,3700000,50,DJI_0001.JPG,1,2,,maybe,\n", InputError, "line 2: kind 'maybe'"),
         (CSV + "A,500000,3700000,50,DJI_0001.JPG,1,2,,,9999999\n", CRSError, "line 2: epsg '9999999'"),
         (

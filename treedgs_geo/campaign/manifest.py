@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import re
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -12,9 +9,10 @@ from dataclasses import field as item
 from pathlib import Path
 from typing import Any
 
+from ..core.columns import columns
 from ..core.errors import InputError, TreeDGSError
 from ..core.settings import Param, build, params_of
-from ..core.tables import decoded
+from ..core.tables import read_rows
 from .inputs import PlotInputs, look_at
 
 #: Column of the input -> verb that a row with it runs.
@@ -22,8 +20,6 @@ ROUTES = {"photos": "photos-to-dbh", "cloud": "pointcloud-to-dbh"}
 #: Settings that the campaign gives itself.
 _OWN = {"workspace", "output", "stems_output", "input", "trees", "dry_run"}
 _PATHS = ("file", "folder", "files")
-#: What the plot may be called in a field table.
-_PLOT_COLUMNS = ("plot_id", "plot", "plotid", "plot_no")
 #: How many rows are explained in one error.
 _MOST_REPORTED = 8
 
@@ -54,63 +50,11 @@ class Checked:
     inputs: PlotInputs
 
 
-def read_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """``(line, cells by column name)`` of a CSV as it comes: comma, semicolon or tab, UTF-8, UTF-16 or the Western
-    Windows code page, with or without a byte-order mark. Column names in lower case with underscores; empty rows and
-    cells are left out.
-
-    Raises:
-        InputError: not readable, no heading, a column twice, more cells than columns.
-    """
-    text = _text_of(path)
-    first = text.lstrip("\r\n").split("\n", 1)[0].strip()
-    declared = re.fullmatch(r'"?sep=(.)"?', first)
-    lines = io.StringIO(text, newline="")
-    skipped = 0
-    if declared:
-        lines.readline()
-        skipped = 1
-        first = text.split("\n", 2)[1]
-    mark = declared.group(1) if declared else max(";\t,", key=first.count)
-    reader = csv.reader(lines, delimiter=mark)
-    heads: list[str] | None = None
-    try:
-        for cells in reader:
-            cells = [unicodedata.normalize("NFC", cell.strip()) for cell in cells]
-            line = reader.line_num + skipped
-            if not any(cells):
-                continue
-            if heads is None:
-                heads = [re.sub(r"[\s\-]+", "_", cell.lower()) for cell in cells]
-                named = [head for head in heads if head]
-                twice = sorted({head for head in named if named.count(head) > 1})
-                if twice:
-                    raise InputError(f"{path}: column {twice[0]!r} appears twice; keep one of them.")
-                continue
-            if any(cells[len(heads) :]) or any(cell and not head for cell, head in zip(cells, heads, strict=False)):
-                raise InputError(
-                    f"{path}, line {line}: has more cells than the heading has columns; put values that contain "
-                    f"{mark!r} in quotes, or name the column."
-                )
-            row = {head: cell for head, cell in zip(heads, cells, strict=False) if head and cell}
-            yield line, row | {"": mark}
-    except csv.Error as problem:
-        raise InputError(f"{path}, line {reader.line_num}: is not CSV ({problem}); save the table again.") from None
-    if heads is None:
-        raise InputError(f"{path}: is empty, expected a heading (plot_id, photos or cloud, …) and one row a plot.")
-
-
-def _text_of(path: Path) -> str:
-    try:
-        raw = Path(path).read_bytes()
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read ({problem.strerror}); give the manifest, a CSV table.") from None
-    if raw[:4] == b"PK\x03\x04" or raw[:4] == b"\xd0\xcf\x11\xe0":
-        raise InputError(f"{path}: is a workbook, expected a CSV table; in Excel choose Save as, CSV UTF-8.")
-    try:
-        return decoded(raw)
-    except ValueError:
-        raise InputError(f"{path}: is not a text table, expected CSV; save it as CSV UTF-8.") from None
+def table_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    """``(line, cells by column name)`` of a table (:func:`~treedgs_geo.core.tables.read_rows`) without empty cells."""
+    heads, rows = read_rows(Path(path))
+    for line, cells in rows:
+        yield line, {head: cell for head, cell in zip(heads, cells, strict=True) if head and cell}
 
 
 class Checker:
@@ -134,7 +78,7 @@ class Checker:
 
     def rows(self) -> Iterator[Checked]:
         """Rows that can be run; the others are kept as sentences (:meth:`conclude`)."""
-        for line, cells in read_rows(self.manifest):
+        for line, cells in table_rows(self.manifest):
             name = cells.get("plot_id")
             try:
                 yield self._check(line, cells)
@@ -158,7 +102,6 @@ class Checker:
             raise InputError(f"{self.manifest}: holds no plot, expected one row a plot below the heading.")
 
     def _check(self, line: int, cells: dict[str, str]) -> Checked:
-        mark = cells.pop("")
         plot_id = cells.pop("plot_id", "")
         if not plot_id:
             raise InputError("has no plot_id; give every plot its own id in a column plot_id.")
@@ -171,14 +114,14 @@ class Checker:
         if len(named) != 1:
             found = "both photos and cloud" if named else "neither photos nor cloud"
             raise InputError(f"names {found}; give a folder of photos or one point cloud.")
-        row = self._row(line, plot_id, named[0], cells, mark)
+        row = self._row(line, plot_id, named[0], cells)
         inputs = look_at(row.route, row.values, row.plots, row.field, self.crs)
         if row.route == "cloud" and inputs.use_crs:
             row.values["crs"] = inputs.use_crs
         self._twice(row)
         return Checked(row, inputs)
 
-    def _row(self, line: int, plot_id: str, route: str, cells: dict[str, str], mark: str) -> PlotRow:
+    def _row(self, line: int, plot_id: str, route: str, cells: dict[str, str]) -> PlotRow:
         specs = self.verbs[route]
         values: dict[str, Any] = {}
         pairing: dict[str, Any] = {}
@@ -189,10 +132,10 @@ class Checker:
             if name in ROUTES:
                 values["photos" if name == "photos" else "input"] = self._path(name, text)
             elif name in specs:
-                values[name] = self._value(name, specs[name], text, mark)
+                values[name] = self._value(name, specs[name], text)
             elif name in self.pairing:
                 if tally:
-                    pairing[name] = self._value(name, self.pairing[name], text, mark)
+                    pairing[name] = self._value(name, self.pairing[name], text)
             elif not any(name in known for known in self.verbs.values()):
                 raise InputError(self._unknown(name))
             elif name != "geotags":
@@ -209,12 +152,8 @@ class Checker:
             build(self.match, {**pairing, "trees": "t.gpkg", "field": tally, "plots": plots, "output": "p.gpkg"})
         return PlotRow(line, plot_id, route, values, plots, tally, pairing)
 
-    def _value(self, name: str, spec: Param, text: str, mark: str) -> Any:
-        if spec.kind in _PATHS:
-            return self._path(name, text)
-        if spec.kind in ("number", "integer") and mark == ";":
-            return re.sub(r"^(-?\d+),(\d+)$", r"\1.\2", text)
-        return text
+    def _value(self, name: str, spec: Param, text: str) -> Any:
+        return self._path(name, text) if spec.kind in _PATHS else text
 
     def _path(self, name: str, text: str) -> str:
         """Absolute path; what is relative counts from the manifest's folder."""
@@ -240,8 +179,7 @@ class Checker:
         if not plots:
             return
         if self._table[0] != plots:
-            found = {cells.get("plot_id", "") for _, cells in read_rows(Path(plots))}
-            self._table = (plots, found, "")
+            self._table = (plots, {_plot_of(cells) for _, cells in table_rows(Path(plots))}, "")
         ids = self._table[1]
         if plot_id in ids:
             return
@@ -267,22 +205,28 @@ class Checker:
             )
 
 
+def _plot_of(cells: dict[str, str]) -> str:
+    """The plot that a row of a table of plots or trees names."""
+    column = columns(cells, "plot_id").get("plot_id")
+    return cells[column.name] if column is not None else ""
+
+
 def own_plots(row: dict[str, Any]) -> list[dict[str, str]]:
     """The row's circle out of its plots table; every row of it when the row's id is not there."""
     if not row["plots"]:
         return []
-    cells = [found for _, found in read_rows(Path(row["plots"]))]
-    return [found for found in cells if found.get("plot_id") == row["plot_id"]] or cells
+    cells = [found for _, found in table_rows(Path(row["plots"]))]
+    return [found for found in cells if _plot_of(found) == row["plot_id"]] or cells
 
 
 def own_field(row: dict[str, Any]) -> list[dict[str, str]]:
     """The field trees of the row's plots, out of a table that may hold every plot's."""
     if not row["field"]:
         return []
-    cells = [found for _, found in read_rows(Path(row["field"]))]
-    wanted = {found.get("plot_id") for found in own_plots(row)}
-    column = next((name for name in _PLOT_COLUMNS if any(name in found for found in cells)), "")
-    return [found for found in cells if not column or found.get(column) in wanted]
+    cells = [found for _, found in table_rows(Path(row["field"]))]
+    wanted = {_plot_of(found) for found in own_plots(row)}
+    named = any(_plot_of(found) for found in cells)
+    return [found for found in cells if not named or _plot_of(found) in wanted]
 
 
 def _placeholders(route: str) -> dict[str, str]:

@@ -74,20 +74,13 @@ def _own_plots(row: dict[str, Any], folder: Path) -> Path:
 
 
 def _write_rows(target: Path, rows: list[dict[str, str]]) -> Path:
-    names = list(dict.fromkeys(name for found in rows for name in found if name))
+    names = list(dict.fromkeys(name for found in rows for name in found))
     with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
         writer = SafeWriter(stream, names)
         writer.header()
         for found in rows:
-            comma = found.get("") == ";"
-            writer.record({name: _point(text) if comma else text for name, text in found.items() if name})
+            writer.record(found)
     return target
-
-
-def _point(text: str) -> str:
-    """``4,6`` of a table with semicolons is ``4.6``."""
-    left, comma, right = text.partition(",")
-    return f"{left}.{right}" if comma and left.lstrip("-").isdigit() and right.isdigit() else text
 
 
 def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, reporter: Reporter) -> dict[str, Any]:

@@ -80,8 +80,8 @@ QUANTITIES = {
         "the northing",
         "northing y y_m north n norte nordwert hochwert utm_y utm_n y_utm y_coord coord_y coordenada_y",
     ),
-    "lon": Quantity("the longitude", "lon long longitude lng laengengrad longitud"),
-    "lat": Quantity("the latitude", "lat latitude breitengrad latitud"),
+    "lon": Quantity("the longitude", "lon long longitude lng lon_deg longitude_deg gpslongitude laengengrad longitud"),
+    "lat": Quantity("the latitude", "lat latitude lat_deg latitude_deg gpslatitude breitengrad latitud"),
     "epsg": Quantity("the EPSG code", "epsg srid crs epsg_code"),
     "radius": Quantity("the radius", "radius plot_radius halbmesser radio r", _M, 0.1, 1000.0),
     "width": Quantity("the width", "width breite ancho", _M, 0.1, 1000.0),
@@ -97,6 +97,20 @@ QUANTITIES = {
     "status": Quantity("live or dead", "status tree_status zustand estado"),
     "species": Quantity("the species", "species spp sp species_code baumart art especie"),
     "date": Quantity("the date", "date field_date survey_date date_measured datum fecha"),
+}
+#: Those of a table of photos or control points.
+QUANTITIES |= {
+    "photo": Quantity("the photo", "photo image image_name imagename filename file sourcefile name label"),
+    "altitude": Quantity(
+        "the height", "h height height_m alt altitude ellh z elevation ellipsoidal_height gpsaltitude"
+    ),
+    "sd_e": Quantity("its error", "sd_e sde sde_m std_e sd_h_m acch h_acc", units={"m": 1.0}, low=1e-4, high=100.0),
+    "sd_n": Quantity("its error", "sd_n sdn sdn_m std_n sd_h_m acch h_acc", units={"m": 1.0}, low=1e-4, high=100.0),
+    "sd_u": Quantity("its error", "sd_u sdu sdu_m std_u sd_v_m accv v_acc", units={"m": 1.0}, low=1e-4, high=100.0),
+    "point": Quantity("the point", "label gcp gcp_name point point_id marker id name"),
+    "u": Quantity("the pixel's column", "u u_px px pixel_x im_x"),
+    "v": Quantity("the pixel's row", "v v_px py pixel_y im_y"),
+    "kind": Quantity("control or check", "kind type role"),
 }
 #: FIA's TREE table (https://www.fia.fs.usda.gov): degrees, feet and inches by definition. Columns that tell it.
 FIA = {

@@ -136,6 +136,20 @@ def read_table(path: Path, comments: bool = False, as_written: bool = False) -> 
     return pd.DataFrame(named, index=lines, dtype=object)
 
 
+def read_heading(path: Path) -> list[str]:
+    """Names of the columns by the first line that is not empty, to know a table by; none where it is no text."""
+    try:
+        text = decoded(Path(path).read_bytes()[:65536].rpartition(b"\n")[0] or Path(path).read_bytes()[:65536])
+    except (OSError, ValueError):
+        return []
+    text, _, separator = _separator(text.replace("\r\n", "\n").replace("\r", "\n"))
+    first = next((line for line in text.split("\n") if line.strip()), "")
+    try:
+        return [column_name(cell) for cell in next(csv.reader([first], delimiter=separator), [])]
+    except csv.Error:
+        return []
+
+
 def column_name(text: str) -> str:
     """A heading in lower case with underscores for whatever parts its words: ``DBH [cm]`` is ``dbh_cm``."""
     plain = unicodedata.normalize("NFC", text).strip().lower()
@@ -148,7 +162,10 @@ def _separator(text: str) -> tuple[str, int, str]:
     if hint := re.fullmatch(r'"?sep=(.)"?', first.strip(" ")):
         return rest, 1, hint[1]
     heading = re.sub(r'"[^"]*"', "", text.lstrip("\n").partition("\n")[0])
-    return text, 0, max(",;\t", key=heading.count)
+    separator = max(",;\t", key=heading.count)
+    if separator not in heading and " " in heading.strip():
+        return re.sub(r"^ +| +$", "", text, flags=re.MULTILINE), 0, " "
+    return text, 0, separator
 
 
 def _heads(path: Path, cells: list[str], as_written: bool) -> list[str]:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pyproj
 
+from ..core.columns import Column, columns, epsg_crs, line_of, numbers, refuse_bounds, require
 from ..core.errors import CRSError, InputError
-from ..core.tables import plain_cell, refuse_other_formats
-from .tables import EAST, HEIGHT, LAT, LON, NORTH, SD, crs_of_line, find_column, split_row
+from ..core.tables import read_heading, read_table, refuse_other_formats
+from .tables import crs_of_line
 
-_LABEL = ("label", "#label", "gcp", "gcp_name", "point", "point_id", "marker", "id", "name")
-_PHOTO = ("photo", "image", "image_name", "imagename", "filename", "file", "sourcefile")
-_U, _V = ("u", "u_px", "px", "pixel_x", "im_x"), ("v", "v_px", "py", "pixel_y", "im_y")
-_KIND = ("kind", "type", "role")
+_PLACE = ("easting", "northing", "lon", "lat")
 _KINDS = {"control": False, "gcp": False, "check": True, "checkpoint": True, "check point": True}
 #: A label that ends so names a check point: ``P7_check``, ``P7-check``.
 _CHECK_LABEL = re.compile(r"[\s_.-]check$", re.IGNORECASE)
@@ -51,19 +49,14 @@ def read_control_rows(path: Path) -> tuple[pyproj.CRS | None, list[ControlRow]]:
         InputError: no such file, neither of the two formats, a row that cannot be read. CRSError: an unknown CRS.
     """
     refuse_other_formats(path)
+    if {"photo", "u"} & set(columns(read_heading(path), "photo", "u")):
+        return _of_csv(path)
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as problem:
         raise InputError(f"{path}: cannot be read ({problem.strerror}); {_EXPECTED}.") from None
-    filled = [(n, line.rstrip()) for n, line in enumerate(lines, 1) if line.strip()]
-    columns = [cell.strip().lower() for cell in split_row(filled[0][1])] if filled else []
-    try:
-        if find_column(columns, _PHOTO) >= 0:
-            crs, rows = _of_csv(path, columns, filled[1:])
-        else:
-            crs, rows = _of_gcp_list(path, [(n, line) for n, line in filled if not line.lstrip().startswith("#")])
-    except csv.Error as problem:
-        raise InputError(f"{path}: is not CSV ({problem}); save the table again.") from None
+    filled = [(n, line.rstrip()) for n, line in enumerate(lines, 1) if line.strip() and line.lstrip()[:1] != "#"]
+    crs, rows = _of_gcp_list(path, filled)
     if not rows:
         raise InputError(f"{path}: holds no control point; {_EXPECTED}.")
     return crs, rows
@@ -93,54 +86,49 @@ def _of_gcp_list(path: Path, filled: list[tuple[int, str]]) -> tuple[pyproj.CRS 
     return crs, rows
 
 
-def _of_csv(
-    path: Path, columns: list[str], filled: list[tuple[int, str]]
-) -> tuple[pyproj.CRS | None, list[ControlRow]]:
-    label, photo, u, v, kind = (find_column(columns, names) for names in (_LABEL, _PHOTO, _U, _V, _KIND))
-    lon, lat, height = (find_column(columns, names) for names in (LON, LAT, HEIGHT))
-    east, north = find_column(columns, EAST), find_column(columns, NORTH)
-    geographic = lon >= 0 and lat >= 0
-    place = (lon, lat, height) if geographic else (east, north, height)
-    if min(*place, photo, u, v) < 0:
-        raise InputError(f"{path}: found columns {', '.join(columns)}; {_EXPECTED}.")
-    deviations = [find_column(columns, names) for names in SD]
-    rows: list[ControlRow] = []
-    codes: dict[str, int] = {}
-    for number, line in filled:
-        if line.lstrip().startswith("#"):
-            continue
-        cells = [str(plain_cell(cell)).strip() for cell in split_row(line)]
-        cells += [""] * (len(columns) - len(cells))
-        numbers = [_number(cells[i]) for i in (*place, u, v)]
-        if not np.isfinite(numbers).all() or not cells[photo]:
-            raise InputError(
-                f"{path}, line {number}: found {line.strip()[:70]!r}, expected a place, a photo and pixels in the "
-                "columns of line 1; correct the row."
-            )
-        x, y, z, px, py = numbers
-        sd = tuple(_deviation(path, number, cells[i] if i >= 0 else "") for i in deviations)
-        check = _kind(path, number, cells[kind]) if kind >= 0 else None
-        name = cells[label] if label >= 0 else ""
-        rows.append(
-            ControlRow(number, name, (x, y, z), cells[photo], (px, py), (sd[0], sd[1], sd[2]), _says_check(name, check))
+def _of_csv(path: Path) -> tuple[pyproj.CRS | None, list[ControlRow]]:
+    table = read_table(path, comments=True)
+    deviations = ("sd_e", "sd_n", "sd_u")
+    has = columns(table, "point", "photo", "u", "v", "kind", *_PLACE, "altitude", "epsg", *deviations)
+    require(path, table, has, (("easting", "lon"), ("northing", "lat"), "altitude", "photo", "u", "v"))
+    geographic = {"lon", "lat"} <= set(has)
+    place = (*(("lon", "lat") if geographic else ("easting", "northing")), "altitude")
+    xyz = np.column_stack([numbers(path, table, has[key].name, required=True) for key in place])
+    pixels = np.column_stack([numbers(path, table, has[key].name, required=True) for key in "uv"])
+    sd = np.full((len(table), 3), np.nan)
+    for k, key in enumerate(deviations):
+        if key in has:
+            values = numbers(path, table, has[key].name)
+            refuse_bounds(path, values, f"standard deviation {has[key].name}", key)
+            sd[:, k] = values
+    bare = table[has["photo"].name].isna()
+    if bare.any():
+        raise InputError(f"{path}, {line_of(bare)}: has no photo; complete or delete the row.")
+    rows = []
+    for k, line in enumerate(table.index):
+        cell = {key: table[column.name].iloc[k] or "" for key, column in has.items()}
+        check = _kind(path, line, cell.get("kind", ""))
+        label, (x, y, z), (u, v), (e, n, up) = (
+            cell.get("point", ""),
+            xyz[k].tolist(),
+            pixels[k].tolist(),
+            sd[k].tolist(),
         )
-        if "epsg" in columns:
-            codes.setdefault(cells[columns.index("epsg")], number)
-    return _csv_crs(path, codes, geographic), rows
+        rows.append(ControlRow(line, label, (x, y, z), cell["photo"], (u, v), (e, n, up), _says_check(label, check)))
+    return _csv_crs(path, table, has.get("epsg"), geographic), rows
 
 
-def _csv_crs(path: Path, codes: dict[str, int], geographic: bool) -> pyproj.CRS | None:
+def _csv_crs(path: Path, table: pd.DataFrame, column: Column | None, geographic: bool) -> pyproj.CRS | None:
     """The CRS of a table: column ``epsg`` (one for all rows), WGS 84 degrees, or the project's."""
-    if len(codes) > 1:
-        first, second = list(codes.values())[:2]
-        raise InputError(f"{path}, lines {first} and {second}: have different epsg; write all points in one CRS.")
-    code = next(iter(codes), "")
-    if not code:
-        return pyproj.CRS.from_epsg(4326) if geographic else None
-    try:
-        return pyproj.CRS.from_epsg(int(float(code)))
-    except (ValueError, OverflowError, pyproj.exceptions.CRSError):
-        raise CRSError(f"{path}, line {codes[code]}: epsg {code!r} is unknown; give the EPSG code.") from None
+    codes = table[column.name].fillna("") if column is not None else pd.Series([""], [2])
+    other = codes != codes.iloc[0]
+    if other.any():
+        raise InputError(
+            f"{path}, lines {codes.index[0]} and {codes.index[other][0]}: have different epsg; write all points in one "
+            "CRS."
+        )
+    found = epsg_crs(codes.iloc[0], f"{path}, line {codes.index[0]}")
+    return pyproj.CRS.from_epsg(4326) if found is None and geographic else found
 
 
 def _number(text: str) -> float:
@@ -148,16 +136,6 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         return float("nan")
-
-
-def _deviation(path: Path, number: int, text: str) -> float:
-    value = _number(text) if text else float("nan")
-    if text and not 0 < value <= 100:
-        raise InputError(
-            f"{path}, line {number}: standard deviation {text!r}, expected metres above 0 and up to 100; leave the "
-            "cell empty for the usual one."
-        )
-    return value
 
 
 def _kind(path: Path, number: int, text: str) -> bool | None:

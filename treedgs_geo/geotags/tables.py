@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,22 +9,15 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
+from ..core.columns import columns, line_of, numbers, require
 from ..core.crs import lonlat_to_project
-from ..core.errors import CRSError, GeotagError
+from ..core.errors import CRSError, GeotagError, InputError
 from ..core.frames import transform
 from ..core.map_scale import check_place
+from ..core.tables import read_heading, read_table
 
-#: Names of columns, lower case: photo, longitude and latitude, height, easting and northing.
-NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")
-LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
-LON = ("lon", "long", "longitude", "lon_deg", "longitude_deg", "gpslongitude")
-HEIGHT = ("h", "height", "alt", "altitude", "ellh", "z", "elevation", "height_m", "ellipsoidal_height", "gpsaltitude")
-EAST, NORTH = ("x", "e", "east", "easting"), ("y", "n", "north", "northing")
-SD = (
-    ("sd_e", "sde", "sde_m", "std_e", "sd_h_m", "acch", "h_acc"),
-    ("sd_n", "sdn", "sdn_m", "std_n", "sd_h_m", "acch", "h_acc"),
-    ("sd_u", "sdu", "sdu_m", "std_u", "sd_v_m", "accv", "v_acc"),
-)
+#: What a table of positions may hold.
+_COLUMNS = ("photo", "lat", "lon", "altitude", "easting", "northing", "sd_e", "sd_n", "sd_u")
 
 
 @dataclass(frozen=True)
@@ -44,12 +36,8 @@ def is_position_table(path: Path) -> bool:
     """True when the file's header has a photo name and a position, or it is ODM's ``geo.txt``."""
     if path.name.lower() == "geo.txt":
         return True
-    try:
-        with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
-            columns = {cell.strip().lower() for cell in split_row(stream.readline())}
-    except (OSError, csv.Error):
-        return False
-    return bool(columns & set(NAME)) and bool(columns & set(LAT + NORTH)) and bool(columns & set(LON + EAST))
+    found = columns(read_heading(path), *_COLUMNS)
+    return "photo" in found and ({"lat", "lon"} <= set(found) or {"easting", "northing"} <= set(found))
 
 
 def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = None) -> NamedPositions:
@@ -63,16 +51,11 @@ def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = 
     """
     path = Path(path)
     try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as problem:
-        raise GeotagError(
-            f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions."
-        ) from None
-    read = _read_geo_txt if path.name.lower() == "geo.txt" else _read_csv
-    try:
-        rows = read(path, lines, crs, frame)
-    except csv.Error as problem:
-        raise GeotagError(f"{path}: is not CSV ({problem}); save the table again.") from None
+        rows = _read_geo_txt(path, crs, frame) if path.name.lower() == "geo.txt" else _read_csv(path, crs, frame)
+    except CRSError:
+        raise
+    except InputError as problem:
+        raise GeotagError(str(problem)) from None
     names = [row[0] for row in rows]
     doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
     if doubled:
@@ -81,19 +64,6 @@ def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = 
         raise GeotagError(f"{path}: holds no position, expected one row a photo.")
     values = np.array([row[1] for row in rows], float)
     return NamedPositions(path, names, values[:, :3], values[:, 3:6])
-
-
-def split_row(line: str) -> list[str]:
-    """Cells of one line, whichever of ; tab , or blanks parts them."""
-    for separator in (";", "\t", ","):
-        if separator in line:
-            return next(csv.reader([line.strip()], delimiter=separator))
-    return line.split()
-
-
-def find_column(columns: list[str], options: tuple[str, ...]) -> int:
-    """Number of the first of ``options`` among the columns (lower case), -1 without any."""
-    return next((columns.index(option) for option in options if option in columns), -1)
 
 
 def crs_of_line(text: str, where: str) -> pyproj.CRS:
@@ -111,47 +81,38 @@ def crs_of_line(text: str, where: str) -> pyproj.CRS:
         raise CRSError(f"{where}: {text.strip()!r} is not a CRS; expected for example EPSG:4326.") from None
 
 
-def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
-    columns = [cell.strip().lower() for cell in split_row(lines[0])] if lines else []
-
-    name, lat, lon, height = (find_column(columns, options) for options in (NAME, LAT, LON, HEIGHT))
-    east, north = find_column(columns, EAST), find_column(columns, NORTH)
-    geographic = lat >= 0 and lon >= 0
-    if name < 0 or height < 0 or not (geographic or (east >= 0 and north >= 0)):
+def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
+    table = read_table(path, comments=True)
+    has = columns(table, *_COLUMNS)
+    require(path, table, has, ("photo", "altitude", ("lat", "northing"), ("lon", "easting")))
+    geographic = {"lat", "lon"} <= set(has)
+    place = ("lon", "lat") if geographic else ("easting", "northing")
+    xyz = np.column_stack([numbers(path, table, has[key].name, required=True) for key in (*place, "altitude")])
+    beyond = (np.abs(xyz[:, :2]) > [180, 90]).any(axis=1)
+    if geographic and beyond.any():
         raise GeotagError(
-            f"{path}: found columns {', '.join(columns)}; expected name, lat, lon, h (ellipsoidal metres) "
-            "or name, x, y, z in the project CRS."
+            f"{path}, {line_of(beyond, table)}: {place} {xyz[beyond][0, :2]} are no degrees; name the columns x and y "
+            "where they are project coordinates, or correct the row."
         )
-    sd_places = [find_column(columns, options) for options in SD]
-    rows = []
-    for number, line in enumerate(lines[1:], start=2):
-        if not line.strip():
-            continue
-        cells = split_row(line)
-        try:
-            first, second = float(cells[lon if geographic else east]), float(cells[lat if geographic else north])
-            h = float(cells[height])
-            sd = [float(cells[i]) if i >= 0 and cells[i].strip() else float("nan") for i in sd_places]
-            if not np.isfinite([first, second, h]).all() or geographic and (abs(first) > 180 or abs(second) > 90):
-                raise ValueError
-        except (ValueError, IndexError):
-            raise GeotagError(
-                f"{path}, line {number}: found {line.strip()[:60]!r}, expected a position in the columns of "
-                "line 1; correct the row."
-            ) from None
-        xyz = (
-            lonlat_to_project(crs, np.array([first]), np.array([second]), np.array([h]), frame)[0]
-            if geographic
-            else np.array([first, second, h])
-        )
-        rows.append((Path(cells[name].strip().replace("\\", "/")).name, [*xyz, *sd]))
-    return rows
+    if geographic:
+        xyz = lonlat_to_project(crs, *xyz.T, frame)
+    sd = np.full((len(table), 3), np.nan)
+    for k, key in enumerate(("sd_e", "sd_n", "sd_u")):
+        if key in has:
+            sd[:, k] = numbers(path, table, has[key].name)
+    bare = table[has["photo"].name].isna()
+    if bare.any():
+        raise GeotagError(f"{path}, {line_of(bare)}: has no photo; complete or delete the row.")
+    names = [Path(name.replace("\\", "/")).name for name in table[has["photo"].name]]
+    return [(name, values) for name, values in zip(names, np.hstack([xyz, sd]).tolist(), strict=True)]
 
 
-def _read_geo_txt(
-    path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None
-) -> list[tuple[str, list[float]]]:
+def _read_geo_txt(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
     """ODM: CRS line, then ``name x y [z] [yaw pitch roll] [h_acc v_acc]``."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give ODM's geo.txt.") from None
     filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
     if not filled:
         return []

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
-from importlib.resources import files
+from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
 
 from ...core.errors import InputError
+from ...core.tables import read_table
 from .expression import Formula
 from .species import Species, species_of
 
@@ -130,15 +129,11 @@ def read_equations(own: Path | None = None) -> list[Equation]:
     Raises:
         InputError: file, line, and what is wrong in it; an id twice in one file.
     """
-    text = (files(__package__) / "data" / "equations.csv").read_text(encoding="utf-8")
-    built_in = _parse(text, "built-in equations")
+    with as_file(files(__package__) / "data" / "equations.csv") as path:
+        built_in = _read(path, "built-in equations")
     if own is None:
         return built_in
-    try:
-        text = Path(own).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputError(f"{own}: cannot be read as a CSV table ({problem}); give a table of equations.") from None
-    mine = _parse(text, str(own))
+    mine = _read(Path(own), str(own))
     names = {equation.id for equation in mine}
     return [*mine, *(equation for equation in built_in if equation.id not in names)]
 
@@ -167,19 +162,14 @@ def choose(
     return None
 
 
-def _parse(text: str, where: str) -> list[Equation]:
-    try:
-        rows = list(csv.DictReader(io.StringIO(text)))
-    except csv.Error as problem:
-        raise InputError(f"{where}: is not CSV ({problem}); save the table again.") from None
-    if not rows:
-        raise InputError(f"{where}: holds no equation, expected columns {', '.join(COLUMNS)}.")
-    lost = [name for name in ("id", "quantity", "species", "formula", "result_unit", "source") if name not in rows[0]]
+def _read(path: Path, where: str) -> list[Equation]:
+    table = read_table(path).fillna("")
+    lost = [name for name in ("id", "quantity", "species", "formula", "result_unit", "source") if name not in table]
     if lost:
         raise InputError(f"{where}: lacks the columns {', '.join(lost)}; expected {', '.join(COLUMNS)}.")
     found: list[Equation] = []
-    for number, row in enumerate(rows, start=2):
-        cell = {name: (row.get(name) or "").strip() for name in COLUMNS}
+    for number, row in table.iterrows():
+        cell = {name: row.get(name, "") for name in COLUMNS}
         line = f"{where}, line {number}"
         if cell["id"] in {equation.id for equation in found} or not cell["id"]:
             raise InputError(f"{line}: id {cell['id']!r} is empty or appears twice; give every equation its own id.")
