@@ -206,7 +206,7 @@ def _dagger(name: str) -> str:
 
 
 def _inline(found: re.Match[str]) -> str:
-    name, key, form, _ = found.groups()
+    name, key, form = (" ".join(part.split()) for part in found.groups()[:3])  # an editor may have wrapped the line
     return f"<!--= {name}; {key}; {form} -->{figure(content(name), key, form)}{_dagger(name)}<!--/-->"
 
 

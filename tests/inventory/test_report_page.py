@@ -184,3 +184,9 @@ def test_the_page_works_from_the_file_system(tmp_path):
     assert said[3:5] == [str(measured[0].tree_id), str(measured[-1].tree_id)]
     assert said[5:7] == ["7", f"sheets/{RUN}/7.jpg"]
     assert said[7:] == [30, "TreeDGS report"]
+
+
+def test_the_page_says_what_it_rests_on(tmp_path):
+    text = page_of(tmp_path, forest(3)).read_text(encoding="utf-8")
+    assert "no photo of a tree that somebody taped has been measured" in text and "A network trained on" in text
+    assert "Tape some trees" in text

@@ -16,6 +16,7 @@ from urllib.parse import quote
 import geopandas as gpd
 import numpy as np
 
+from ..core.calibration import CALIBRATION, NETWORK, TAPE
 from ..core.files import atomic_path
 from ..core.plots import Plot
 from .report_map import FLAGS, stem_map
@@ -101,6 +102,7 @@ def write_report(
         trees=found,
         card=card,
         cost=cost,
+        rests_on=f"{CALIBRATION} {NETWORK if trees['method'].str.startswith('photos').any() else ''} {TAPE}",
     )
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

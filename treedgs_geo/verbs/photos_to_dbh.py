@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.calibration import CALIBRATION, NETWORK, TAPE
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..run.settings import PhotosToDbhSettings
@@ -37,7 +38,7 @@ COMMAND = Command(
         "straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with "
         "DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems "
         "under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the "
-        "same workspace resumes."
+        f"same workspace resumes. {CALIBRATION} {NETWORK} {TAPE}"
     ),
     settings=PhotosToDbhSettings,
     run=photos_to_dbh,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.calibration import CALIBRATION, TAPE
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..run.settings import PointcloudToDbhSettings
@@ -31,7 +32,7 @@ COMMAND = Command(
         "height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud "
         "reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the "
         "lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; "
-        "give --crs where it has none ('local' for a scan without a place on the map)."
+        f"give --crs where it has none ('local' for a scan without a place on the map). {CALIBRATION} {TAPE}"
     ),
     settings=PointcloudToDbhSettings,
     run=run,
