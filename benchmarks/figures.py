@@ -7,9 +7,9 @@ A page says where a figure is from, and this puts it there:
 - ``<!--= FILE; KEY; FORMAT -->0.48<!--/-->`` in a sentence or a cell. KEY is a path: names, indices, ``column=value``
   (one of several rows) and ``*`` (all), separated by ``/``. FORMAT is Python's, after ``max``, ``min``, ``sum``,
   ``mean``, ``range`` or ``len`` where the key gives several.
-- ``<!-- table`` with ``from FILE; KEY`` (and ``; LABEL``) and ``TITLE = KEY; FORMAT`` lines ``-->``, to
+- ``<!-- table -->``, a comment with ``from FILE; KEY`` (and ``; LABEL``) and ``TITLE = KEY; FORMAT`` lines, to
   ``<!-- /table -->``: one line for each row that KEY gives (none where a history is empty); ``@`` is its name or label.
-- ``<!-- made FILE ... -->`` to ``<!-- /made -->``: command, date, commit and machine of these files.
+- ``<!-- made -->``, ``<!-- FILE ... -->``, to ``<!-- /made -->``: command, date, commit and machine of these files.
 - ``<!-- sources -->`` to ``<!-- /sources -->``: the same of every file.
 
 A figure whose code has changed since carries a dagger; how much of the code that its command imports has changed is in
@@ -40,7 +40,7 @@ PUBLISHED = RESULTS / "published.json"
 MAX_CHANGED = 0.33
 PACKAGES = ("benchmarks", "treedgs_geo", "treedgs_lab")
 INLINE = re.compile(r"<!--= ([^;>]+); ([^;>]+); ([^>]+?) -->(.*?)<!--/-->", re.S)
-BLOCK = re.compile(r"<!-- (table|made|sources)\b(.*?)-->\n.*?<!-- /\1 -->", re.S)
+BLOCK = re.compile(r"<!-- (table|made|sources) -->\n(?:<!--(.*?)-->\n)?.*?<!-- /\1 -->", re.S)
 DAGGER = "†"
 _SINCE = re.compile(r"; code changed since: \d+ %|(?<=\| )\d+ %(?= \|$)", re.M)
 _SEVERAL: dict[str, Callable[[list], Any]] = {
@@ -207,7 +207,8 @@ def _dagger(name: str) -> str:
 
 def _inline(found: re.Match[str]) -> str:
     name, key, form = (" ".join(part.split()) for part in found.groups()[:3])  # an editor may have wrapped the line
-    return f"<!--= {name}; {key}; {form} -->{figure(content(name), key, form)}{_dagger(name)}<!--/-->"
+    marker = found[0][: found.start(4) - found.start()]
+    return f"{marker}{figure(content(name), key, form)}{_dagger(name)}<!--/-->"
 
 
 def _table(spec: str) -> str:
@@ -261,7 +262,8 @@ def _sources() -> str:
 def _block(found: re.Match[str]) -> str:
     kind, spec = found.groups()
     body = {"table": _table, "made": _made, "sources": lambda _: _sources()}[kind](spec)
-    return f"<!-- {kind}{spec}-->\n\n{body}\n\n<!-- /{kind} -->"
+    given = "" if spec is None else f"<!--{spec}-->\n"
+    return f"<!-- {kind} -->\n{given}\n{body}\n\n<!-- /{kind} -->"
 
 
 def filled(text: str) -> str:

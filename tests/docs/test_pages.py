@@ -41,7 +41,11 @@ def text_of(name: str) -> str:
 def outside_code(text: str) -> str:
     """The page without code blocks, code spans and the parts that benchmarks write."""
     text = re.sub(r"^```.*?^```", "", text, flags=re.S | re.M)
-    text = figures.INLINE.sub("", figures.BLOCK.sub("", text))
+    text = (
+        figures.INLINE.sub("", figures.BLOCK.sub("", text))
+        .replace("<!-- figures -->", "")
+        .replace("<!-- /figures -->", "")
+    )
     text = re.sub(r"^<!-- (\S+) -->.*?^<!-- /\1 -->", "", text, flags=re.S | re.M)
     text = re.sub(r"(?<=\n\n)(?:    .*\n)+", "", text)
     return re.sub(r"`[^`]*`", "", text)
