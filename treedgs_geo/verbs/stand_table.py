@@ -107,6 +107,15 @@ class StandTableSettings(FieldProtocol):
     biomass_equation: str | None = param(
         None, kind="text", advanced=True, help="id of the biomass equation for all trees"
     )
+    top_cm: float = param(
+        7.0,
+        kind="number",
+        unit="cm",
+        minimum=0,
+        maximum=50,
+        advanced=True,
+        help="top diameter of the stem volumes that measured stem curves give (sections of the tree layer)",
+    )
     outside: str = param(
         "flag",
         kind="choice",

@@ -15,6 +15,7 @@ import shapely
 from ...core.files import ensure_writable, temporary_beside
 from ...core.geopackage import atomic_geopackage, save_style
 from ...core.resource_errors import reporting_full_disk
+from .stem_volume import CURVES
 from .survey import Stand
 
 PLOTS, TREES = "stand_plots", "stand_trees"
@@ -75,6 +76,7 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
             "ba_m2": v.value["ba"][tree],
             "volume_m3": v.value["volume"][tree],
             "biomass_kg": v.value["biomass"][tree],
+            **{name: stand.trees[name].to_numpy(float)[tree] for name in CURVES if name in stand.trees},
             "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
             "qc_reason": [text or None for text in stand.trees["qc_reason"].fillna("").to_numpy(object)[tree]],
             "note": [text or None for text in stand.trees["note"].fillna("").to_numpy(object)[tree]],

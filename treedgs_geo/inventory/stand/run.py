@@ -34,6 +34,7 @@ from .pdf import write_pdf
 from .sample import SamplePlot, census, read_boundary, read_sample
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
+from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand
 from .taped import TapeInput, taped_sentences, taped_summary
 from .treelist import TreeList, from_tally, label_species, read_tally
@@ -83,6 +84,8 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
         plots, boundary = _read_plots(settings, trees, reporter)
         trees.trees = label_species(trees.trees, settings.species)
         tapes = _read_tapes(settings, trees)
+        if settings.trees is not None and (said := add_stem_volumes(trees.trees, settings.trees, settings.top_cm)):
+            trees.notes.append(said)
     with reporter.stage("estimate", 0.2, 0.4):
         expanded = expand(
             trees, plots, boundary, settings.edge, settings.min_dbh_cm, settings.plots or settings.boundary

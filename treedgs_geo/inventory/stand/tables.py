@@ -283,6 +283,8 @@ def trees_table(stand: Stand, units: str) -> Table:
     listed = stand.listed()
     tree, plot, weight = (listed[name].to_numpy() for name in ("tree", "plot", "weight"))
     metric = units == "metric"
+    cubic = 1 if metric else 1 / FOOT**3
+    curves = {"stem": "stem_m3", "stem_se": "stem_se_m3"} if "stem_m3" in stand.trees else {}
     column = {
         "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
         "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
@@ -295,8 +297,9 @@ def trees_table(stand: Stand, units: str) -> Table:
         "weight": weight,
         "trees_per": weight / stand.design.areas[plot] * quantities["trees"].factor,
         "ba": v.value["ba"][tree] * (1 if metric else 1 / FOOT**2),
-        "volume": v.value["volume"][tree] * (1 if metric else 1 / FOOT**3),
+        "volume": v.value["volume"][tree] * cubic,
         "biomass": v.value["biomass"][tree] * (1 if metric else 1 / POUND),
+        **{key: stand.trees[name].to_numpy(float)[tree] * cubic for key, name in curves.items()},
         "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
         "qc_reason": stand.trees["qc_reason"].fillna("").to_numpy(object)[tree],
         "note": stand.trees["note"].fillna("").to_numpy(object)[tree],
@@ -326,6 +329,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("ba", f"Basal area, {area}", 4),
             Column("volume", f"Volume, {volume}", 3),
             Column("biomass", f"Biomass, {mass}", 1),
+            *([Column("stem", f"Stem by its curve, {volume}", 3), Column("stem_se", "s.e.", 3)] if curves else []),
             Column("qc_flag", "Flag"),
             Column("qc_reason", "Reason"),
             Column("note", "Note"),
