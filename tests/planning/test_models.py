@@ -226,7 +226,7 @@ def test_stems_are_judged_the_same_from_any_frame():
     """A site far from the origin and a tilted ground give what they would at the origin."""
 
     class Place:
-        numbers, mapped, canopy = NUMBERS, None, None
+        numbers, mapped, mapped_area, canopy = NUMBERS, None, None, None
 
         def __init__(self, shift):
             self.shift = shift

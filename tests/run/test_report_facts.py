@@ -20,7 +20,11 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.plots import Plot, plot_cells
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.stations import Stations, write_stations
-from treedgs_geo.run.report_facts import ENOUGH_VIEWS, matched, photo_facts
+from treedgs_geo.inventory.searched import not_seen, partly_searched, searched_table
+from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.run.context import Site
+from treedgs_geo.run.report_facts import matched, photo_facts
+from treedgs_geo.run.searched import ENOUGH_VIEWS, seen_in_cloud, seen_in_photos
 from treedgs_geo.terrain.dtm import Dtm, write_dtm
 
 CRS = pyproj.CRS.from_epsg(32617)
@@ -71,7 +75,7 @@ def test_how_far_the_reconstruction_went():
 
 def test_a_flight_in_figures(space):
     plots = [Plot("near", 500000.0, 3450000.0, 2.0), Plot("far", 500080.0, 3450000.0, 2.0)]
-    facts = photo_facts(space, ring(), plots, SFM)
+    facts = photo_facts(space, ring(), plots, SFM, searched(ring(), plots))
     assert facts["flown"] == "2023-11-14 to 2023-11-15 (UTC), 2 flights"
     assert facts["positions"] == "22 of 24 photos fixed (92 %), 2 float"
     assert facts["cameras against their positions"].startswith("east 1.2, north 3.4, height 5.6 cm")
@@ -80,10 +84,51 @@ def test_a_flight_in_figures(space):
     assert facts["ground sample distance"].startswith(f"{100 * np.hypot(45, 68.7) / CAMERA.fx:.2f} cm a pixel")
 
 
-def test_too_few_photos_are_an_area_not_seen(space):
+def searched(views, plots):
+    ground = Dtm(np.full((400, 400), 100.0), Affine(1, 0, 499800, 0, -1, 3450200), CRS)
+    site = Site(LocalFrame(CRS, ORIGIN), views, ground, Area.circles(np.array([[3.0, 4.0]]), np.array([5.0])))
+    return searched_table(seen_in_photos(site, plots), plots, CRS)
+
+
+def test_too_few_photos_are_an_area_not_seen():
     plots = [Plot("near", 500000.0, 3450000.0, 2.0)]
-    assert photo_facts(space, ring()[: ENOUGH_VIEWS - 1], plots, SFM)["plot area not seen"].startswith("100 %")
-    assert photo_facts(space, ring()[:ENOUGH_VIEWS], plots, SFM)["plot area not seen"].startswith("0 %")
+    assert not_seen(searched(ring()[: ENOUGH_VIEWS - 1], plots)) == "100 %"
+    assert not_seen(searched(ring()[:ENOUGH_VIEWS], plots)) == "0 %"
+
+
+def test_a_plot_that_photos_see_in_part():
+    plots = [Plot("near", 500000.0, 3450000.0, 2.0), Plot("wide", 500000.0, 3450000.0, 15.0)]
+    table = searched(ring(), plots).set_index("plot_id")
+    assert table.loc["near", "share"] == 1.0 and 0.05 < table.loc["wide", "share"] < 0.6
+    assert table.loc["wide"].geometry.area == pytest.approx(table.loc["wide", "area_m2"], abs=0.01)
+    (sentence,) = partly_searched(table.reset_index(), "elsewhere no photo looks")
+    assert sentence.startswith("1 of 2 plots was searched in part only: wide (")
+    assert partly_searched(table.loc[["near"]].reset_index(), "") == []
+    # Without plots: the circles of the search.
+    (whole,) = searched(ring(), []).geometry
+    assert whole.area == pytest.approx(np.pi * 25, rel=1e-2) and whole.centroid.x == pytest.approx(500003.0)
+
+
+@pytest.mark.parametrize(
+    ("inside", "area"),
+    [
+        (lambda q: (abs(q) <= 8).all(axis=1), 256.0),
+        (lambda q: np.hypot(*q.T) <= 10, np.pi * 100),
+        (lambda q: (abs(q) <= 8).all(axis=1) & (np.hypot(*q.T) > 6), 256 - np.pi * 36),
+    ],
+)
+def test_the_area_that_a_cloud_covers(inside, area):
+    rng = np.random.default_rng(1)
+    xy = rng.uniform(-12, 12, (115_000, 2))
+    xy = xy[inside(xy)] + [425000.0, 3718000.0]
+    flat = Dtm(np.full((100, 100), 50.0), Affine(1, 0, 424950, 0, -1, 3718050), CRS)
+    xyz = np.column_stack([xy, np.full(len(xy), 51.0)])
+    assert seen_in_cloud(xyz, flat).area == pytest.approx(area, rel=0.02)
+    # Crowns beyond it are no ground that was searched, and a shadow of 3 m is searched beside.
+    crowns = np.column_stack([rng.uniform(-12, 12, (50_000, 2)) + [425000.0, 3718000.0], np.full(50_000, 65.0)])
+    shadow = np.hypot(*(xyz[:, :2] - [425007.0, 3718000.0]).T) > 1.5
+    assert seen_in_cloud(np.vstack([xyz[shadow], crowns]), flat).area == pytest.approx(area, rel=0.08)
+    assert seen_in_cloud(crowns, flat).area == 0
 
 
 def test_what_is_not_known_is_not_said(tmp_path):
@@ -139,7 +184,7 @@ def test_a_cloud_with_plots_and_a_report(tmp_path):
         assert f"data-sheet='trees_sheets/{run_id}/{number}.jpg'" in page
     assert "1 of 3 plots do not lie on the cloud" in page and "2 stems have a DBH" in page
     # Plot B reaches 1 m over the cloud's edge, A is within it.
-    assert ", A 0 %) holds no point in the lowest 3 m" in page and "(B " in page
+    assert ", A 0 %) holds no point in the lowest 5 m" in page and "(B " in page
     import laspy
 
     assert set(np.unique(laspy.read(tmp_path / "stems.laz")["tree_id"])) == set(trees["tree_id"])

@@ -55,15 +55,22 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     """
     import pandas as pd
 
+    from ..inventory.searched import add_searched, read_searched
     from ..inventory.written import read_written
 
     total = 0
     held: list[Any] = []
     waiting = 0
     written, numbers = read_written(path), set()
+    searched, silent = [], []
     with _target(path) as temporary:
         for plot in plots:
             table = _plot_trees(plot, crs)
+            found = read_searched(Path(plot["folder"]) / TREES)
+            if found is None:
+                silent.append(plot["plot_id"])
+            else:
+                searched.append(_searched(found, plot, crs))
             numbers.update(table["tree_id"])
             total += len(table)
             waiting += len(table)
@@ -82,6 +89,15 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
             from ..inventory.tree_reading import LAYER
 
             save_style(temporary, LAYER)
+            # What was searched of some plots only would make the others unsearched.
+            if searched and not silent:
+                add_searched(temporary, pd.concat(searched, ignore_index=True))
+    if silent and searched and reporter is not None:
+        reporter.warn(
+            f"{path.name} does not say where stems were searched for, since {len(silent)} plots do not "
+            f"({', '.join(map(str, silent[:5]))}{', …' if len(silent) > 5 else ''}, measured by an older version): "
+            "measure them again."
+        )
     written.report(reporter)
     return total
 
@@ -137,6 +153,18 @@ def _plot_trees(plot: dict[str, Any], crs: str) -> Any:
     heights = table.geometry.z.to_numpy()
     points = gpd.points_from_xy(table["x"], table["y"], heights)
     return table.set_geometry(gpd.GeoSeries(points, index=table.index, crs=_crs(crs)))
+
+
+def _searched(table: Any, plot: dict[str, Any], crs: str) -> Any:
+    """What was searched of one plot, named and placed as its trees are."""
+    if len(table) == 1:
+        table["plot_id"] = plot["plot_id"]
+    table["camp_plot"] = plot["plot_id"]
+    if plot["crs"] == crs:
+        return table.set_crs(_crs(crs), allow_override=True)
+    table = table.set_crs(_crs(plot["crs"]), allow_override=True).to_crs(_crs(crs))
+    middle = table.geometry.centroid
+    return table.assign(x=middle.x.round(3), y=middle.y.round(3))
 
 
 def _typed(table: Any) -> Any:

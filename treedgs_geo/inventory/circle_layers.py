@@ -10,6 +10,7 @@ import pyproj
 from shapely.geometry import Point
 
 from ..core.geopackage import save_style
+from .searched import add_searched
 
 #: Names of the layers in ``trees.gpkg``.
 CIRCLES, SECTIONS = "circles", "sections"
@@ -38,8 +39,13 @@ def section_table(sections: list[dict], crs: pyproj.CRS) -> gpd.GeoDataFrame:
     return gpd.GeoDataFrame(table, geometry=gpd.GeoSeries(shapes, crs=crs), crs=crs)
 
 
-def add_layers(geopackage: Path, trees: gpd.GeoDataFrame, sections: list[dict] | None = None) -> None:
-    """Append ``circles`` (and ``sections`` where there are any) to a tree layer's GeoPackage, styled."""
+def add_layers(
+    geopackage: Path,
+    trees: gpd.GeoDataFrame,
+    sections: list[dict] | None = None,
+    searched: gpd.GeoDataFrame | None = None,
+) -> None:
+    """Append ``circles`` (and ``sections`` and ``searched`` where there are any) to a tree layer's GeoPackage."""
     tables = {CIRCLES: circle_table(trees)}
     if sections:
         tables[SECTIONS] = section_table(sections, trees.crs)
@@ -48,3 +54,4 @@ def add_layers(geopackage: Path, trees: gpd.GeoDataFrame, sections: list[dict] |
             continue
         table.to_file(geopackage, layer=name, driver="GPKG", engine="pyogrio", mode="a", geometry_type="Polygon")
         save_style(geopackage, name)
+    add_searched(geopackage, searched)

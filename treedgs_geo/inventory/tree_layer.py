@@ -21,6 +21,8 @@ from ..core.resource_errors import reporting_full_disk
 from ..core.tables import safe_frame
 from ..stems.quality.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SECTIONS, add_layers
+from .searched import COLUMNS as SEARCHED_COLUMNS
+from .searched import SEARCHED
 from .tree_reading import LAYER, SHORT_NAMES
 from .written import read_written
 
@@ -30,6 +32,7 @@ OWN_LAYERS = {
     CIRCLES: frozenset({"tree_id", "dbh_cm", "dbh_se_cm", "qc_flag"}),
     SECTIONS: frozenset({"tree_id", "height_m", "d_cm", "d_se_cm"}),
     "slices": frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),  # of 0.1, replaced by the sections
+    SEARCHED: frozenset(SEARCHED_COLUMNS),
 }
 #: Stands in the style of the trees (``tools/layer_styles/trees.py``) for the folder of their evidence sheets.
 SHEETS_FOLDER = "folder-of-the-sheets"
@@ -98,12 +101,13 @@ def write_trees(
     reporter: Reporter | None = None,
     copies: tuple[Path, ...] = (),
     sheets: Path | None = None,
+    searched: gpd.GeoDataFrame | None = None,
 ) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
-    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections`` where they are
-    given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`). In an existing GeoPackage only these layers
-    are replaced.
+    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections`` and ``searched`` where they
+    are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
+    :func:`treedgs_geo.inventory.searched.searched_table`). In an existing GeoPackage only these layers are replaced.
     What a person wrote into the layer that is replaced (species, status, note, decisions), or into ``copies`` of it,
     goes on with its trees; the reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's
     map tips show.
@@ -123,7 +127,7 @@ def write_trees(
     table = written.fill(tree_table(trees, crs))
     left = written.left(table, set(table["tree_id"]))
     table = pd.concat([table, left], ignore_index=True) if len(left) else table
-    write_table(path, table, lambda temporary: add_layers(temporary, table, sections), sheets)
+    write_table(path, table, lambda temporary: add_layers(temporary, table, sections, searched), sheets)
     written.report(reporter)
     return path
 

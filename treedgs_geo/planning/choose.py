@@ -101,7 +101,7 @@ def stems_of(site: PlanSite, seed: int) -> Stems:
 def _add_plot(
     made: Stems, site: PlanSite, name: str, centre: np.ndarray, radius: float, rng: np.random.Generator
 ) -> None:
-    trees = about_plot(rng, site.mapped, site.numbers, centre, radius)
+    trees = about_plot(rng, site.mapped, site.numbers, centre, radius, site.mapped_area)
     half = radius + REACH_M
     n = int(np.ceil(2 * half / CELL_M))
     axis = -half + CELL_M * (np.arange(n) + 0.5)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pyproj
+from shapely.affinity import translate
+from shapely.geometry.base import BaseGeometry
 
 from ..core.columns import table_crs
 from ..core.crs import check_projected, project_crs
@@ -14,7 +16,9 @@ from ..core.errors import CRSError, InputError
 from ..core.frames import heights_named
 from ..core.map_scale import check_place
 from ..core.progress import Reporter
+from ..inventory.searched import searched_area
 from ..inventory.stand.sample import SamplePlot, read_sample
+from ..inventory.stand.searched_part import as_searched
 from ..inventory.stand.treelist import from_layer, settle_status
 from ..terrain.dtm import Dtm, read_dtm
 from .canopy import Canopy, canopy_of_cloud, canopy_of_raster
@@ -31,8 +35,9 @@ _RASTERS, _CLOUDS = (".tif", ".tiff"), (".las", ".laz", ".copc")
 @dataclass(frozen=True)
 class PlanSite:
     """crs: of the plan. origin: (2,) its planning frame. plots, targets: what is photographed. numbers: of the stand.
-    mapped: trees that somebody mapped. dtm: terrain. canopy: its top where measured. level_m: height of the ground
-    without a terrain model. datum: of the heights, in words. notes: sentences for the user."""
+    mapped: trees that somebody mapped. mapped_area: ground on which all trees are (None: not known). dtm: terrain.
+    canopy: its top where measured. level_m: height of the ground without a terrain model. datum: of the heights, in
+    words. notes: sentences for the user."""
 
     crs: pyproj.CRS
     origin: np.ndarray
@@ -40,6 +45,7 @@ class PlanSite:
     targets: list[Target]
     numbers: StandNumbers
     mapped: Trees | None
+    mapped_area: BaseGeometry | None
     dtm: Dtm | None
     canopy: Canopy | None
     datum: str
@@ -95,22 +101,23 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     notes = (
         [] if dtm is not None else ["No terrain model was given: the ground is taken as level, check heights on site."]
     )
-    canopy, trees = None, None
+    canopy, trees, searched = None, None, None
     ending = settings.stand.suffix.lower() if settings.stand else ""
     if settings.stand and ending in _RASTERS:
         canopy = canopy_of_raster(settings.stand, crs)
     elif settings.stand and ending in _CLOUDS:
         canopy = canopy_of_cloud(settings.stand, crs, dtm, centres, max(t.radius_m for t in targets))
     elif settings.stand:
-        trees = _mapped_trees(settings.stand, crs)
-    numbers = _numbers(plots, settings, canopy, trees, notes)
-    mapped = None
+        trees, searched = _mapped_trees(settings.stand, crs)
+    numbers = _numbers(plots, settings, canopy, trees, searched, notes)
+    mapped, area = None, None
     if trees is not None:
         xy, dbh_m, height = trees
         mapped = dressed_trees(xy - origin, dbh_m, numbers, height)
+        area = translate(searched, *-origin) if searched is not None else None
     elif canopy is not None:
         mapped = _trees_of_canopy(canopy, numbers, origin)
-    site = PlanSite(crs, origin, plots, targets, numbers, mapped, dtm, canopy, _datum(settings, dtm), notes)
+    site = PlanSite(crs, origin, plots, targets, numbers, mapped, area, dtm, canopy, _datum(settings, dtm), notes)
     _require_ground(site, settings)
     return site
 
@@ -146,8 +153,9 @@ def _radius(plot: SamplePlot) -> float:
     return float(np.hypot(*(corners - [plot.x, plot.y]).T).max())
 
 
-def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(N, 2) project coordinates, (N,) DBH m, (N,) height m (NaN unknown) of living trees with a place."""
+def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], BaseGeometry | None]:
+    """(N, 2) project coordinates, (N,) DBH m, (N,) height m (NaN unknown) of living trees with a place; and the ground
+    that was searched for them, where the layer says it."""
     found = from_layer(path, crs)
     settle_status(found)
     table = found.trees[~found.trees["dead"].to_numpy(bool)]
@@ -159,11 +167,16 @@ def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[np.ndarray, np.ndarray, 
         xy = np.column_stack(pyproj.Transformer.from_crs(found.crs, crs, always_xy=True).transform(xy[:, 0], xy[:, 1]))
     dbh = table["dbh_cm"].to_numpy(float)
     dbh = np.where(np.isfinite(dbh), dbh, np.nanmedian(dbh)) / 100
-    return xy[placed], dbh[placed], table["height_m"].to_numpy(float)[placed]
+    return (xy[placed], dbh[placed], table["height_m"].to_numpy(float)[placed]), searched_area(path, crs)
 
 
 def _numbers(
-    plots: list[SamplePlot], settings: PlanFlightSettings, canopy: Canopy | None, trees: tuple | None, notes: list[str]
+    plots: list[SamplePlot],
+    settings: PlanFlightSettings,
+    canopy: Canopy | None,
+    trees: tuple | None,
+    searched: BaseGeometry | None,
+    notes: list[str],
 ) -> StandNumbers:
     """The stand's numbers: as given, else from what was measured."""
     found: dict[str, float | None] = {
@@ -179,9 +192,13 @@ def _numbers(
     if trees is not None:
         xy, dbh, height = trees
         measured = {"dbh_mean_cm": 100 * float(dbh.mean()), "dbh_sd_cm": 100 * float(dbh.std())}
-        inside = sum(int(plot.contains(xy[:, 0], xy[:, 1]).sum()) for plot in plots)
-        if inside:
-            measured["stems_per_ha"] = inside / sum(plot.area_ha for plot in plots)
+        if searched is None or any(plot.outline is not None and plot.outline.intersects(searched) for plot in plots):
+            # The plan's plots may reach beyond those of the earlier visit, or be others.
+            known, _, said = as_searched(plots, searched, xy, Path(str(settings.stand)).name)
+            notes += said
+            inside = sum(int(plot.contains(xy[:, 0], xy[:, 1]).sum()) for plot in known)
+            if inside:
+                measured["stems_per_ha"] = inside / sum(plot.area_ha for plot in known)
         if np.isfinite(height).any():
             measured["tree_height_m"] = float(np.nanmean(height))
     elif canopy is not None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from shapely import contains_xy
+from shapely.geometry.base import BaseGeometry
 
 from .spacing import natural
 
@@ -99,12 +101,12 @@ def drawn_stand(rng: np.random.Generator, numbers: StandNumbers, reach_m: float)
 
 def about_plot(
     rng: np.random.Generator, mapped: Trees | None, numbers: StandNumbers, centre: np.ndarray, radius_m: float,
-    mapped_area: np.ndarray | None = None,
+    mapped_area: BaseGeometry | None = None,
 ) -> Trees:  # fmt: skip
     """Trees about one plot, relative to its centre: the mapped ones, and drawn ones where nobody mapped any.
 
-    mapped_area: (3,) centre and radius of the circle in which all trees are mapped, planning frame; ``None`` = the
-    plot's circle out to its farthest mapped tree.
+    mapped_area: ground on which all trees are mapped, planning frame; ``None`` = the plot's circle out to its farthest
+    mapped tree.
     """
     reach = radius_m + REACH_M
     drawn = drawn_stand(rng, numbers, reach)
@@ -116,10 +118,9 @@ def about_plot(
         return drawn
     own = replace(mapped.take(near), xy=away[near])
     if mapped_area is None:
-        middle, cover = np.zeros(2), max(radius_m, float(np.hypot(*own.xy.T).max()))
+        outside = np.hypot(*drawn.xy.T) > max(radius_m, float(np.hypot(*own.xy.T).max()))
     else:
-        middle, cover = mapped_area[:2] - centre, float(mapped_area[2])
-    outside = np.hypot(*(drawn.xy - middle).T) > cover
+        outside = ~contains_xy(mapped_area, *(drawn.xy + centre).T)
     return Trees.join([own, drawn.take(outside)])
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..core.files import ensure_writable
 from ..core.plots import Plot
 from ..core.progress import Reporter
+from ..inventory.searched import partly_searched, searched_table
 from ..inventory.tree_layer import check_output, write_trees
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.file_crs import LOCAL_CRS
@@ -23,6 +24,7 @@ from ..terrain.cloud_ground import CloudGround
 from .cloud_input import load_cloud, load_ground, tree_summary
 from .cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_report
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
+from .searched import LOW_M, seen_in_cloud
 from .settings import PointcloudToDbhSettings
 
 #: Attributes of a cloud that measuring may ask for.
@@ -59,10 +61,12 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     sections = stem_sections(cloud.xyz, tree_id, trees)
     with reporter.stage("sheets", 0.95, 0.99):
         sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, sections, reporter)
-    write_trees(
-        settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter, sheets=sheets_of(settings.output)
-    )
+    crs = cloud.horizontal_crs or LOCAL_CRS
+    searched = searched_table(seen_in_cloud(cloud.xyz, ground.dtm), plots, crs)
+    for sentence in partly_searched(searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
+        reporter.warn(sentence)
+    write_trees(settings.output, trees, crs, sections, reporter, sheets=sheets_of(settings.output), searched=searched)
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
     summary = tree_summary(trees, reporter)
-    report = write_cloud_report(settings, cloud, trees, plots, ground.dtm, log, sheets)
+    report = write_cloud_report(settings, cloud, trees, plots, searched, log, sheets)
     return {"output": str(settings.output), "report": report, "stems_output": stems_file, **summary}

@@ -10,22 +10,22 @@ import numpy as np
 import pyproj
 
 from ..core.errors import CRSError, InputError
-from ..core.plots import Plot, plot_cells, read_plots
+from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
 from ..core.workspace import peak_memory_mb
+from ..inventory.searched import not_seen
 from ..pointcloud.file_crs import LOCAL_CRS
-from ..terrain.dtm import Dtm
-from .report_facts import not_seen
+from .searched import LOW_M
 from .stages import Collector
 
 if TYPE_CHECKING:
+    import geopandas as gpd
+
     from ..pointcloud.cloud import PointCloud
     from .settings import PointcloudToDbhSettings
 
 #: Points this far around a plot stay: the ground, and stems whose points reach over the edge.
 MARGIN_M = 5.0
-#: A stem shows in the lowest metres; a cell without a point there shows none.
-LOW_M = 3.0
 
 
 class RunLog(Collector):
@@ -122,7 +122,7 @@ def write_cloud_report(
     cloud: PointCloud,
     trees: list[Any],
     plots: list[Plot],
-    dtm: Dtm,
+    searched: gpd.GeoDataFrame,
     log: RunLog,
     sheets: dict[int, Path],
 ) -> str | None:
@@ -140,7 +140,7 @@ def write_cloud_report(
         + ("" if plots else f", {len(cloud) / max(span[0] * span[1], 1.0):,.0f} a square metre"),
         "date in the file": _date(settings.input),
         "ground": str(settings.dtm) if settings.dtm else "from the cloud",
-        "plot area not seen": _bare_area(cloud, dtm, plots),
+        "plot area not seen": f"{not_seen(searched)} holds no point in the lowest {LOW_M:g} m" if plots else "",
         "method": f"{settings.method}, {settings.fit}",
         "breast height": f"{settings.bh_m:g} m",
         "CRS": crs.to_string() if cloud.horizontal_crs is not None else "local metres, none",
@@ -161,18 +161,6 @@ def write_cloud_report(
 
 def _within(plot: Plot, xyz: np.ndarray, margin_m: float) -> np.ndarray:
     return np.hypot(xyz[:, 0] - plot.x, xyz[:, 1] - plot.y) <= plot.radius_m + margin_m
-
-
-def _bare_area(cloud: PointCloud, dtm: Dtm, plots: list[Plot]) -> str:
-    """The share of the plots where no point lies in the lowest metres."""
-    if not plots:
-        return ""
-    cells, owner = plot_cells(plots, cell_m=1.0)
-    with np.errstate(invalid="ignore"):
-        low = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1]) < LOW_M
-    filled = {tuple(cell) for cell in np.unique(np.floor(cloud.xyz[low, :2]).astype(np.int64), axis=0)}
-    missing = np.array([tuple(cell) not in filled for cell in np.floor(cells).astype(np.int64)])
-    return not_seen(plots, owner, missing) + f" holds no point in the lowest {LOW_M:g} m"
 
 
 def _date(path: Path) -> str:

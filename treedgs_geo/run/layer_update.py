@@ -18,6 +18,7 @@ from ..inventory.carried import DECIDED, carried_decision
 from ..inventory.circle_layers import add_layers
 from ..inventory.review.apply import BESIDE_M, read_whole, with_row
 from ..inventory.reviewed import NO_TREE, decided
+from ..inventory.searched import read_searched
 from ..inventory.tree_layer import tree_table, write_table, write_trees
 from ..inventory.tree_reading import LAYER
 from ..inventory.written import COLUMNS
@@ -141,21 +142,22 @@ def merge_layers(run: Run, changed: list[Change], trees: list[Tree], crs: CRS, r
     """
     output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
     source = layer_of(run)
+    searched = read_searched(copy) if copy.exists() else None
     if source is None:
-        write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets)
+        write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets, searched=searched)
     else:
         table, sentences = merged(read_whole(source), changed, crs)
         for sentence in sentences:
             reporter.warn(f"{output.name}: {sentence}")
-        write_table(output, table, lambda made: add_layers(made, table), sheets)
+        write_table(output, table, lambda made: add_layers(made, table, searched=searched), sheets)
     if output.resolve() == copy.resolve():
         return
     try:
         if copy.exists() and is_whole(copy, LAYER):
             own, _ = merged(read_whole(copy), changed, crs)
-            write_table(copy, own, lambda made: add_layers(made, own), sheets)
+            write_table(copy, own, lambda made: add_layers(made, own, searched=searched), sheets)
         else:
-            write_trees(copy, _with(trees, changed), crs, copies=(output,), sheets=sheets)
+            write_trees(copy, _with(trees, changed), crs, copies=(output,), sheets=sheets, searched=searched)
     except (OutputError, InputError) as problem:  # the result itself is written
         reporter.warn(str(problem))
 

@@ -13,6 +13,7 @@ from ..core.geopackage import is_whole, move_aside
 from ..core.progress import Reporter
 from ..inventory.report import write_report
 from ..inventory.reviewed import reviewed
+from ..inventory.searched import read_searched
 from ..inventory.tree_layer import write_trees
 from ..inventory.tree_reading import LAYER
 from ..planning.flown import planned_and_got
@@ -22,19 +23,23 @@ from .report_facts import kept_table, photo_facts
 from .stages import Collector
 
 if TYPE_CHECKING:
+    import geopandas as gpd
     from pyproj import CRS
 
 
-def write_layers(run: Run, trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
-    """The layer asked for, and its copy in the workspace."""
+def write_layers(
+    run: Run, trees: list[Tree], crs: CRS, reporter: Reporter, searched: gpd.GeoDataFrame | None = None
+) -> None:
+    """The layer asked for, and its copy in the workspace. searched: what goes into both
+    (:func:`..inventory.searched.searched_table`)."""
     output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
-    write_trees(output, trees, crs, reporter=reporter, sheets=sheets)
+    write_trees(output, trees, crs, reporter=reporter, sheets=sheets, searched=searched)
     if output.resolve() == copy.resolve():
         return
     try:
         if copy.exists() and not is_whole(copy, LAYER):
             reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
-        write_trees(copy, trees, crs, copies=(output,), sheets=sheets)
+        write_trees(copy, trees, crs, copies=(output,), sheets=sheets, searched=searched)
     except OutputError as problem:  # the result itself is written
         reporter.warn(str(problem))
 
@@ -84,7 +89,7 @@ def write_page(
         "TreeDGS": run.space.record["version"],
         "run": run_id,
     }
-    facts = photo_facts(run.space, views, flight.plots, sfm) | facts
+    facts = photo_facts(run.space, views, flight.plots, sfm, read_searched(run.path(names.TREES))) | facts
     if planned:
         facts["planned and got"] = planned[0]
     warnings = run.steps.warnings + reporter.warnings

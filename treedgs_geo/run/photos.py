@@ -13,6 +13,7 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
 from ..geotags.photos import list_photos
+from ..inventory.searched import partly_searched, searched_table
 from ..inventory.tree_layer import check_output
 from ..planning.flown import read_expected
 from ..stems.quality.tree import Tree
@@ -22,6 +23,7 @@ from .measure import measure, placed
 from .outputs import compare_with_plan, write_layers, write_page
 from .published_plot import check_published, is_published
 from .routes import preset_of
+from .searched import ENOUGH_VIEWS, seen_in_photos
 from .sheets import make_sheets
 from .stages import Collector, Steps
 from .stages_before_stems import Ready, prepare
@@ -93,7 +95,11 @@ def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str,
             reporter.warn(f"No stem is measurable: {nothing}.")
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
-        write_layers(run, trees, flight.stations.crs, reporter)
+        searched = searched_table(seen_in_photos(site, plots), plots, flight.stations.crs)
+        why = f"elsewhere fewer than {ENOUGH_VIEWS} photos look from the side"
+        for sentence in partly_searched(searched, why) if site is not None else []:
+            reporter.warn(sentence)
+        write_layers(run, trees, flight.stations.crs, reporter, searched)
         planned = compare_with_plan(run, aligned, trees, reporter)
         write_page(run, run_id, flight, aligned, trees, sheets, reporter, planned)
         return {"report": str(report)}

@@ -15,27 +15,33 @@ from ..core.errors import InputError
 from ..core.plots import Plot, plot_cells
 from ..core.workspace import Workspace
 from ..geotags.stations import Stations, read_stations_layer
+from ..inventory.searched import not_seen
 from ..inventory.tree_layer import tree_table
 from ..inventory.tree_reading import read_trees
+from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.model import FRAME
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import read_dtm
+from .context import Site
+from .searched import ENOUGH_VIEWS, over_ground, photos_looking
 
 if TYPE_CHECKING:
     import geopandas as gpd
     from pyproj import CRS
 
-#: A place counts as seen when this many photos look at it from the side, as where stems are looked for without plots.
-ENOUGH_VIEWS = 6
-#: Sine of the angle from straight down that is "from the side".
-SIDE_SIN = 0.3
 
-
-def photo_facts(space: Workspace, views: list[View], plots: list[Plot], sfm: dict[str, Any]) -> dict[str, str]:
+def photo_facts(
+    space: Workspace,
+    views: list[View],
+    plots: list[Plot],
+    sfm: dict[str, Any],
+    searched: gpd.GeoDataFrame | None = None,
+) -> dict[str, str]:
     """Rows of the run card: flight, positions, their residuals, ground sample distance, area not seen.
 
-    sfm: report of the reconstruction; a row whose figures it (or the workspace) lacks is left out.
+    sfm: report of the reconstruction; searched: :func:`..inventory.searched.searched_table`. A row whose figures they
+    (or the workspace) lack is left out.
     """
     facts: dict[str, str] = {}
     if space.path(names.GEOTAGS).exists():
@@ -51,10 +57,13 @@ def photo_facts(space: Workspace, views: list[View], plots: list[Plot], sfm: dic
     if sfm.get("level"):
         facts["photos matched"] = matched(sfm)
     if views and space.path(names.DTM).exists():
-        crs = LocalFrame.load(space.path(names.SFM) / FRAME)
-        cells = plot_cells(plots) if plots else None
-        if cells is not None:
-            facts.update(_seen(space, crs, views, plots, *cells))
+        frame = LocalFrame.load(space.path(names.SFM) / FRAME)
+        facts["ground sample distance"] = _sample_distance(space, frame, views, plots) if plots else ""
+    if plots and searched is not None:
+        facts["plot area not seen"] = (
+            f"{not_seen(searched)} is seen from the side by fewer than {ENOUGH_VIEWS} photos (trunks and leaves in the "
+            "way not counted)"
+        )
     return {name: text for name, text in facts.items() if text}
 
 
@@ -92,48 +101,15 @@ def matched(sfm: dict[str, Any]) -> str:
     return text
 
 
-def _seen(
-    space: Workspace, frame: LocalFrame, views: list[View], plots: list[Plot], xy: np.ndarray, owner: np.ndarray
-) -> dict[str, str]:
-    """Ground sample distance at breast height, and the share of each plot that too few photos see from the side."""
-    ground = read_dtm(space.path(names.DTM), frame.crs).height(xy[:, 0], xy[:, 1])
-    if not np.isfinite(ground).any():
-        return {}
-    ground = np.where(np.isfinite(ground), ground, np.nanmedian(ground))
-    points = frame.to_local(np.column_stack([xy, ground + 1.3]))
-    count, sizes = np.zeros(len(points), int), []
-    for view in views:
-        pixels, depth = view.project(points)
-        inside = view.contains(pixels) & (depth > 0)
-        offset = points - view.centre
-        side = np.hypot(offset[:, 0], offset[:, 1]) >= SIDE_SIN * np.linalg.norm(offset, axis=1)
-        count += inside & side
-        if inside.any():
-            sizes.append(100 * float(np.median(depth[inside])) / view.camera.fx)
-    facts = {}
-    if sizes:
-        low, middle, high = np.percentile(sizes, [5, 50, 95])
-        facts["ground sample distance"] = (
-            f"{middle:.2f} cm a pixel at breast height in the plots ({low:.2f} to {high:.2f}; {len(sizes)} photos)"
-        )
-    facts["plot area not seen"] = not_seen(plots, owner, count < ENOUGH_VIEWS) + (
-        f" is seen from the side by fewer than {ENOUGH_VIEWS} photos (trunks and leaves in the way not counted)"
-    )
-    return facts
-
-
-def not_seen(plots: list[Plot], owner: np.ndarray, missing: np.ndarray) -> str:
-    """``4 % (A 9 %, B 0 %)``: the share of cells that are missing, all together and, of several plots, the worst."""
-    text = f"{_percent(missing.mean())}"
-    if len(plots) > 1:
-        shares = sorted(((missing[owner == k].mean(), plot.plot_id) for k, plot in enumerate(plots)), reverse=True)
-        text += f" ({', '.join(f'{name} {_percent(share)}' for share, name in shares[:8])}"
-        text += ", the others less)" if len(shares) > 8 else ")"
-    return text
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %" if not 0 < share < 0.01 else "less than 1 %"
+def _sample_distance(space: Workspace, frame: LocalFrame, views: list[View], plots: list[Plot]) -> str:
+    """Ground sample distance at breast height in the plots; '' without ground."""
+    site = Site(frame, views, read_dtm(space.path(names.DTM), frame.crs), Area.circles(np.empty((0, 2)), np.empty(0)))
+    points = over_ground(site, plot_cells(plots, cell_m=2.0)[0])
+    sizes = [] if points is None else photos_looking(views, points)[1]
+    if not sizes:
+        return ""
+    low, middle, high = np.percentile(sizes, [5, 50, 95])
+    return f"{middle:.2f} cm a pixel at breast height in the plots ({low:.2f} to {high:.2f}; {len(sizes)} photos)"
 
 
 def kept_table(path: Path, trees: list[Tree], crs: CRS) -> gpd.GeoDataFrame:

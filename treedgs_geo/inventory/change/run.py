@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyproj
+from shapely import contains_xy
 
 from ... import __version__
 from ...core.crs import check_projected, project_crs
@@ -18,10 +20,12 @@ from ...core.map_scale import check_place
 from ...core.progress import Reporter
 from ...core.tables import safe_frame
 from ..pairing import PairingOptions
+from ..searched import searched_area
 from ..stand.estimate import Design
 from ..stand.page import write_page
 from ..stand.pdf import report_fonts, write_pdf
 from ..stand.sample import SamplePlot, read_sample
+from ..stand.searched_part import as_searched
 from ..stand.treelist import TreeList, from_layer, settle_status
 from ..stand.values import count_of
 from .growth import Change, SharedErrors, stand_change, tree_growth
@@ -31,6 +35,8 @@ from .report import make_change_document
 
 #: A tree that shrank, or grew faster than the limit, by more than this many standard errors is named.
 _ODD = 3.0
+#: Trees this near to ground that both dates searched are compared, m: two maps of it do not agree to the decimetre.
+_RIM_M = 0.5
 
 
 def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
@@ -132,7 +138,7 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
         lists.append(found)
     before, after = lists
     if before.crs != after.crs:
-        import pyproj
+        before.searched = searched_area(settings.before, after.crs)
 
         x, y = pyproj.Transformer.from_crs(before.crs, after.crs, always_xy=True).transform(
             before.trees["x"].to_numpy(float), before.trees["y"].to_numpy(float)
@@ -150,14 +156,37 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
                 f"layers of "
                 "the same ground."
             )
+    return before, after, _common_ground(before, after, settings)
+
+
+def _common_ground(before: TreeList, after: TreeList, settings: Any) -> list[SamplePlot]:
+    """The plots as far as both dates searched them; a tree on ground that one date did not search is neither new nor
+    gone, so that without plots only trees on common ground stay."""
     plots = read_sample(settings.plots, after.crs) if settings.plots is not None else []
-    return before, after, plots
+    for path, date in ((settings.before, before), (settings.after, after)):
+        if plots:
+            place = date.trees[["x", "y"]].to_numpy(float)
+            plots, warnings, notes = as_searched(plots, date.searched, place, Path(path).name)
+            date.warnings += warnings
+            date.notes += notes
+    if plots or before.searched is None or after.searched is None:
+        return plots
+    common = before.searched.intersection(after.searched)
+    for date, text in ((before, "first"), (after, "second")):
+        inside = contains_xy(common.buffer(_RIM_M), date.trees["x"], date.trees["y"])
+        if not inside.all():
+            date.notes.append(
+                f"{count_of(int((~inside).sum()), 'tree')} of the {text} date left out: on ground that was not "
+                "searched at both dates."
+            )
+        date.trees = date.trees[inside].reset_index(drop=True)
+    return plots
 
 
 def _remarks(
     before: TreeList, after: TreeList, joined: Joined, trees: pd.DataFrame, plots: list[SamplePlot], settings: Any
 ) -> tuple[list[str], list[str]]:
-    warnings = [*joined.warnings]
+    warnings = [*before.warnings, *after.warnings, *joined.warnings]
     notes = [f"First date: {text}" for text in before.notes] + [f"Second date: {text}" for text in after.notes]
     fate = trees["fate"]
     lost = (fate == "mortality") & trees["after_id"].isna()

@@ -213,6 +213,7 @@ def plot_table(design: Design, plots: list[SamplePlot], rows: pd.DataFrame, valu
                 "area_ha": [p.area_ha for p in plots],
                 "expansion": 1 / design.areas,
                 "edge": [p.edge for p in plots],
+                "searched_pct": [100 * p.searched for p in plots],
                 "x": [p.x for p in plots],
                 "y": [p.y for p in plots],
                 "trees_ha": count / design.areas,

@@ -60,7 +60,7 @@ def expand(
     if trees.from_field:
         parts = _by_name(found, trees, boundary, edge_rule, path)
     else:
-        parts = _by_place(found, table, boundary, edge_rule)
+        parts = _by_place(found, table, boundary, edge_rule, trees.searched is not None)
     if not found.plots:
         raise InputError(f"{path}: no plot is left to count. {' '.join(found.warnings[:3])}")
     rows = pd.concat(parts, ignore_index=True) if parts else _rows(0, [], [])
@@ -87,8 +87,11 @@ def _rows(plot: int, tree: np.ndarray | list, weight: np.ndarray | list) -> pd.D
     )
 
 
-def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | None, rule: str) -> list[pd.DataFrame]:
-    """Measured trees, by where they stand. A tree in two plots counts in both: each is a sample of its own."""
+def _by_place(
+    found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | None, rule: str, searched: bool
+) -> list[pd.DataFrame]:
+    """Measured trees, by where they stand. A tree in two plots counts in both: each is a sample of its own. searched:
+    it is known that the plots were searched; else a plot far from any tree is taken as not surveyed."""
     x, y = table["x"].to_numpy(float), table["y"].to_numpy(float)
     parts: list[pd.DataFrame] = []
     kept: list[SamplePlot] = []
@@ -96,7 +99,7 @@ def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | Non
     for plot in found.plots:
         away = float(np.nanmin(np.hypot(x - plot.x, y - plot.y), initial=np.inf))
         reach = np.sqrt(plot.area_ha * 1e4 / np.pi)
-        if plot.edge != "census" and away > max(UNSEEN_M, 3 * reach):
+        if not searched and plot.edge != "census" and away > max(UNSEEN_M, 3 * reach):
             found.warnings.append(
                 f"Plot {plot.plot_id}: the nearest measured tree is {away:,.0f} m away; taken as not "
                 "surveyed and left out."

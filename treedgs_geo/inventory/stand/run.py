@@ -32,6 +32,7 @@ from .layers import write_geopackage, write_shapefiles
 from .page import write_page
 from .pdf import write_pdf
 from .sample import SamplePlot, census, read_boundary, read_sample
+from .searched_part import as_searched
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
 from .stem_volume import add_stem_volumes
@@ -214,7 +215,7 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
     if settings.plots is None:
         if trees.from_field:
             trees.trees["plot_id"] = "stand"
-        return [census(boundary, "stand")], boundary
+        return _searched(settings, trees, [census(boundary, "stand")]), boundary
     plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
     check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots), photos=True)
     moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
@@ -231,7 +232,19 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
         trees.notes.append(f"Centres as match-plots found them (co-registered): {count_of(len(moved), 'plot')}.")
     if trees.from_field and trees.crs is not None:
         _place_tally(settings, trees, plots, reporter)
-    return plots, boundary
+    return _searched(settings, trees, plots), boundary
+
+
+def _searched(settings: Any, trees: TreeList, plots: list[SamplePlot]) -> list[SamplePlot]:
+    """The plots as far as they were searched; a crew's tally is of whole plots."""
+    if trees.from_field:
+        return plots
+    kept, warnings, notes = as_searched(
+        plots, trees.searched, trees.trees[["x", "y"]].to_numpy(float), Path(settings.trees).name
+    )
+    trees.warnings += warnings
+    trees.notes += notes
+    return kept
 
 
 def _place_tally(settings: Any, trees: TreeList, plots: list[SamplePlot], reporter: Reporter) -> None:

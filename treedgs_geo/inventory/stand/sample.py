@@ -19,6 +19,7 @@ from ...core.columns import Column, columns, line_of, measured, places, require
 from ...core.errors import CRSError, InputError
 from ...core.plots import plot_names, refuse_same
 from ...core.tables import column_name, read_table, refuse_other_formats
+from ..searched import SEARCHED
 
 #: How a tree of a plot that reaches over the stand's boundary counts.
 EDGE_RULES = ("zone", "walkthrough", "area", "none")
@@ -35,6 +36,7 @@ class SamplePlot:
 
     x, y: centre (NaN for ``area``). outline: the plot on the ground. inside: share of it inside the stand (1 without a
     boundary). weight_area_ha: the area that its trees are divided by. edge: what was found about the stand's edge.
+    searched: share in which stems were searched for; the others are then this part (:mod:`.searched_part`).
     """
 
     plot_id: str
@@ -48,6 +50,7 @@ class SamplePlot:
     inside: float = 1.0
     weight_area_ha: float = np.nan
     edge: str = "no boundary given"
+    searched: float = 1.0
 
     def contains(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """True for positions in the plot; on the line counts as in."""
@@ -265,7 +268,9 @@ def _slopes_deg(path: Path, table: pd.DataFrame, column: Column | None) -> np.nd
 def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
     try:
         layers = [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
-        chosen = next((name for name in ("plots", "stand_plots") if name in layers), layers[0] if layers else None)
+        chosen = next(
+            (name for name in ("plots", "stand_plots", SEARCHED) if name in layers), layers[0] if layers else None
+        )
         if chosen is None:
             raise ValueError("no layer with geometry")
         layer = gpd.read_file(path, layer=chosen, engine="pyogrio")

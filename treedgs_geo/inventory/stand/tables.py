@@ -211,6 +211,7 @@ def plots_table(stand: Stand, units: str) -> Table:
     rows = []
     for _, plot in stand.plot_rows.iterrows():
         row = {name: plot[name] for name in ("plot_id", "shape", "edge")}
+        row["searched_pct"] = known_number(plot["searched_pct"])
         row.update({name: int(plot[name]) for name in ("n_trees", "n_missing", "n_dead")})
         row[quantities["area"].key] = known_number(plot["area_ha"], quantities["area"].factor)
         row["expansion"] = known_number(plot["expansion"], quantities["trees"].factor)
@@ -227,6 +228,7 @@ def plots_table(stand: Stand, units: str) -> Table:
             Column(area.key, area.heading, 4),
             Column("expansion", f"Expansion, {quantities['trees'].unit}", 2),
             Column("edge", "Stand's edge"),
+            Column("searched_pct", "Searched, %", 1),
             Column("n_trees", "Measured", 0),
             Column("n_missing", "Without DBH", 0),
             Column("n_dead", "Dead", 0),

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pyproj
+from shapely.geometry.base import BaseGeometry
 
 from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
@@ -15,6 +16,7 @@ from ...core.tables import read_table
 from ..field_trees import FieldProtocol, read_field_trees
 from ..match import read_measured
 from ..reviewed import Reviewed, reviewed
+from ..searched import searched_area
 from .species import species_of
 from .values import count_of
 
@@ -48,7 +50,8 @@ class TreeList:
     stem). from_field: DBHs are the crew's.
 
     centres: plot_id -> co-registered centre, from a pairs layer. tallied: plot_id -> chance that a tree of the plot
-    would be found among the pairs. review: what a person decided. notes, warnings: sentences.
+    would be found among the pairs. review: what a person decided. searched: where stems were searched for, in
+    ``crs`` (None: the layer does not say). notes, warnings: sentences.
     """
 
     trees: pd.DataFrame
@@ -57,6 +60,7 @@ class TreeList:
     centres: dict[str, tuple[float, float]] = field(default_factory=dict)
     tallied: dict[str, float] = field(default_factory=dict)
     review: Reviewed = field(default_factory=Reviewed)
+    searched: BaseGeometry | None = None
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -96,7 +100,10 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
             f"{path}: tree {trees['tree_id'][bad.idxmax()]} has a DBH of {trees['dbh_cm'][bad.idxmax()]:g} cm, "
             "expected above 0 and below 1000; correct the layer."
         )
-    found = TreeList(trees, measured.crs, False, review=review, notes=review.sentences(Path(path).name))
+    searched = searched_area(path, measured.crs)
+    found = TreeList(
+        trees, measured.crs, False, review=review, searched=searched, notes=review.sentences(Path(path).name)
+    )
     for name, what in (("species", "Species"), ("status", "Status")):
         n = int(trees[name].notna().sum())
         if n:

@@ -53,6 +53,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
     with reporter.stage("check", 0.4, 0.5):
         checked = check_tapes(frame, taped, rows, dbh_cm, settings.confidence_pct / 100)
     checked.notes[:0] = notes
+    checked.warnings += frame.warnings
     restored = Frame(frame.trees.assign(dbh_cm=dbh_cm), frame.crs, frame.plots)
     if taped.frame and taped.frame != restored.mark or taped.n_frame not in (0, len(frame.trees)):
         checked.warnings.append(

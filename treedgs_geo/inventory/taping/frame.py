@@ -16,6 +16,7 @@ from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
 from ...core.tables import read_table
 from ..stand.sample import SamplePlot, read_sample
+from ..stand.searched_part import as_searched
 from ..stand.treelist import from_layer, settle_status
 from ..stand.values import BA, count_of
 from ..tree_reading import read_trees
@@ -31,6 +32,7 @@ class Frame:
     crs: pyproj.CRS
     plots: list[SamplePlot]
     notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
     @property
     def mark(self) -> str:
@@ -66,10 +68,12 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
         dbh_lo_cm=more["dbh_lo_cm"].to_numpy(float),
         dbh_hi_cm=more["dbh_hi_cm"].to_numpy(float),
     )
-    frame = Frame(trees, used, [], [*found.notes, *found.warnings])
+    frame = Frame(trees, used, [], found.notes, found.warnings)
     if plots is not None:
-        frame.plots = read_sample(plots, used)
         place = trees[["x", "y"]].to_numpy(float)
+        frame.plots, warnings, notes = as_searched(read_sample(plots, used), found.searched, place, path.name)
+        frame.warnings += warnings
+        frame.notes += notes
         trees["plot_id"] = None
         for plot in reversed(frame.plots):
             trees.loc[plot.contains(place[:, 0], place[:, 1]), "plot_id"] = plot.plot_id
