@@ -31,7 +31,7 @@ HISTORY = RESULTS / "blind.json"
 #: A real camera's faults, in every plot.
 FAULTS = (
     "--flight-speed-m-s 4 --gimbal-rate-deg-s 0.4 --readout-ms 10 --exposure-ms 1 --sun-shift-min 15 --sensor drone "
-    "--wind-smooth true --wind-sway-cm 5 --k1 -0.11 --k2 0.02"
+    "--wind-sway-cm 5 --k1 -0.11 --k2 0.02"
 )
 KINDS = {
     "open": "--stems-per-ha 450 --dbh-mean-cm 30",
@@ -40,10 +40,12 @@ KINDS = {
         "--stems-per-ha 700 --lean-max-deg 12 --strong-leans 2 --forks-above-bh 1 --forks-below-bh 1 "
         "--touching-saplings 2 --ellipticity-pct 10"
     ),
-    "few photos": "--stems-per-ha 700 --photos 20",
+    "few photos": "--stems-per-ha 700 --photos 18",
 }
 #: Plots of each kind.
 PLOTS = 2
+SIZE = "--preset demo --radius-m 7.5 --photos 32 --samples 2"
+TRIAL_SIZE = "--preset test --samples 1"
 DRAWS = 2000
 
 
@@ -133,7 +135,7 @@ def run(version: str, work: Path, size: str, plots: int) -> dict[str, Any]:
         source: {"all": {**figures(stems), "false": false[source]}, "ok": figures(stems, "ok")}
         for source, stems in found.items()
     }
-    return {**made_by([row["seed"] for row in rows]), "plots": rows, **pooled}
+    return {**made_by([row["seed"] for row in rows]), "commit": version, "plots": rows, **pooled}
 
 
 def main() -> int:
@@ -144,7 +146,7 @@ def main() -> int:
     options = parser.parse_args()
     version = commit()
     if options.trial:
-        row = run(version, options.work, "--preset test --samples 1 --image-width 480 --image-height 360", 1)
+        row = run(version, options.work, TRIAL_SIZE, 1)
         write_json(options.trial, {"rows": [row]})
         return 0
     history = read_json(HISTORY)
@@ -152,7 +154,7 @@ def main() -> int:
         raise SystemExit("the code differs from its commit; commit first: seeds are drawn from the commit's hash")
     if version in {row["commit"] for row in history["rows"]}:
         raise SystemExit(f"commit {version} has its row; a blind test is run once")
-    row = run(version, options.work, "--preset demo --samples 2", PLOTS)
+    row = run(version, options.work, SIZE, PLOTS)
     write_json(HISTORY, {"made_by": made_by(row["seeds"]), "rows": [*history["rows"], row]})
     return 0
 

@@ -15,6 +15,7 @@ from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position, score
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.stems.cloud.estimate.cloud import point_weights
+from treedgs_geo.stems.cloud.estimate.frames import TreeFrame
 from treedgs_geo.stems.cloud.estimate.published import PublishedOptions, measure_published
 from treedgs_geo.stems.geometry.circles import SolidCircle
 from treedgs_geo.stems.geometry.cylinder import fit_cylinder
@@ -52,7 +53,8 @@ SAME_STEM_TOP_M = 8.0
 class StemPoints:
     """Segmented points of one source, stem by stem in the order of the reference (``None``: not found).
 
-    points: (N, 3) local x, y and height above the ground, m. weights: (N,) reliability, ones where there is none."""
+    points: (N, 3) local x, y and height above the ground at the stem's foot (:class:`.frames.TreeFrame`), m. weights:
+    (N,) reliability, ones where there is none."""
 
     points: list[np.ndarray | None]
     weights: list[np.ndarray | None]
@@ -78,8 +80,7 @@ def stem_points(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, reference: Ref
     found = StemPoints([None] * len(reference), [None] * len(reference))
     for i, j in pair_by_position(reference.xy, np.array(places).reshape(-1, 2), MATCH_M):
         own = groups[int(j)]
-        local = np.column_stack([cloud.xyz[own, :2] - np.floor(places[int(j)]), height[own]])
-        found.points[int(i)] = local
+        found.points[int(i)] = TreeFrame.of(cloud, own, dtm).points
         found.weights[int(i)] = np.ones(len(own)) if reliability is None else reliability[own]
     return found
 

@@ -114,6 +114,46 @@ def test_published_circle_is_seeded_and_as_studied():
     assert -2.0 < np.mean(200 * (solid[:, 2] - R)) < 1.0
 
 
+def tried_circles(points, weights, seed, hypotheses):
+    """x, y, squared radius of every circle that the draws of a seed make: splitmix64, three by weight, none twice."""
+    state, cumulative, mean = seed, np.cumsum(weights), points.mean(axis=0)
+    for _ in range(hypotheses):
+        picked: list[int] = []
+        while len(picked) < 3:
+            state = (state + 0x9E3779B97F4A7C15) % 2**64
+            z = state
+            z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
+            z = (z ^ (z >> 27)) * 0x94D049BB133111EB % 2**64
+            z ^= z >> 31
+            drawn = min(int(np.searchsorted(cumulative, (z >> 11) / 2**53 * cumulative[-1], "right")), len(points) - 1)
+            if drawn not in picked:
+                picked.append(drawn)
+        three = points[picked] - mean
+        try:
+            a, b, d = np.linalg.solve(np.column_stack([three, np.ones(3)]), -(three**2).sum(axis=1))
+        except np.linalg.LinAlgError:
+            continue
+        yield -a / 2 + mean[0], -b / 2 + mean[1], (a * a + b * b) / 4 - d
+
+
+@pytest.mark.parametrize("power", [0.6, 0.85, 2.0])
+def test_the_solid_circle_returned_is_the_best_of_those_tried(power):
+    rng = np.random.default_rng(8)
+    points = np.vstack([ring(rng, 60, 0.01, filled=True), rng.uniform(-1, 1, (30, 2))])
+    weights = rng.uniform(0.2, 1.0, len(points))
+    solid = SolidCircle(power=power, hypotheses=400)
+    best = 0.0
+    for x, y, r2 in tried_circles(points, weights, 11, solid.hypotheses):
+        if not solid.r_min_m**2 <= r2 <= solid.r_max_m**2:
+            continue
+        inside = ((points - (x, y)) ** 2).sum(axis=1) <= r2 * (1 + 1e-5)
+        if inside.sum() >= solid.least_inliers * len(points):
+            best = max(best, weights[inside].sum() / r2 ** (power / 2))
+    x, y, r = fit_solid_circles([points], [weights], solid, [11])[0]
+    inside = ((points - (x, y)) ** 2).sum(axis=1) <= r * r * (1 + 1e-5)
+    assert weights[inside].sum() / r**power == pytest.approx(best, rel=1e-5)
+
+
 def test_published_weights_decide():
     """Points of little weight outside the stem hardly move the circle; as the heavy ones they do."""
     rng = np.random.default_rng(1)
