@@ -12,8 +12,10 @@ import pytest
 from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears, make_survey
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.double_sampling.tapes import read_taped
+from treedgs_geo.inventory.stand.run import read_stand
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
+from treedgs_geo.verbs.stand_table import StandTableSettings
 from treedgs_geo.verbs.tape_check import TapeCheckSettings
 from treedgs_geo.verbs.tape_check import run as check
 from treedgs_geo.verbs.tape_sample import TapeSampleSettings
@@ -150,6 +152,52 @@ def test_a_spreadsheet_with_semicolons_and_decimal_commas(drawn, tmp_path):
     assert {k: v for k, v in found.items() if k.startswith("bias")} == {
         k: v for k, v in same.items() if k.startswith("bias")
     }
+
+
+def test_tapes_typed_with_commas_beside_what_the_tool_wrote_with_points(drawn, tmp_path):
+    path = filled(drawn, tmp_path)
+    same, _, _ = checked(drawn, path, tmp_path / "a")
+    table = pd.read_csv(path, dtype=str)
+    table["taped_cm"] = table["taped_cm"].str.replace(".", ",")
+    table.to_csv(path, index=False, sep=";")
+    found, _, _ = checked(drawn, path, tmp_path / "b")
+    assert found["bias_cm"] == same["bias_cm"]
+    assert "." not in "".join(pd.read_csv(drawn / "tapes" / "tapes.csv", dtype=str)["about_cm"].dropna())
+
+
+def column(change):
+    return lambda t: t.assign(taped_cm=change(t["taped_cm"].to_numpy(float)))
+
+
+OTHER_TREES = [
+    (column(lambda tape: np.roll(tape, 1)), "fit the trees 1 row above theirs .* has slipped down"),
+    (column(lambda tape: np.r_[np.nan, tape[:-1]]), "fit the trees 1 row above theirs .* has slipped down"),
+    (column(lambda tape: np.r_[tape[2:], np.nan, np.nan]), "fit the trees 2 rows below theirs .* has slipped up"),
+    (column(np.sort), "go from the smallest on, those measured do not: the column was sorted alone"),
+]
+
+
+@pytest.mark.parametrize(("change", "sentence"), OTHER_TREES)
+def test_tapes_of_other_trees_correct_nothing(drawn, tmp_path, change, sentence):
+    path = filled(drawn, tmp_path, change)
+    with pytest.raises(InputError, match=sentence):
+        checked(drawn, path, tmp_path / "no")
+    settings = StandTableSettings(
+        trees=drawn / "trees.gpkg", plots=drawn / "plots.csv", taped=path, species="PITA", output=tmp_path / "s"
+    )
+    with pytest.raises(InputError, match=sentence):
+        read_stand(settings, Ears())
+
+
+def test_shuffled_tapes_blame_no_layer(drawn, tmp_path):
+    path = filled(drawn, tmp_path, column(np.random.default_rng(5).permutation))
+    _, figures, ears = checked(drawn, path, tmp_path / "out")
+    assert "fit no better than exchanged ones" in ears.warnings[0] and "ba_m2_difference" in figures
+    assert not any("too thick" in text or "too narrow" in text for text in ears.warnings)
+    # A layer with a large bias, or large errors that it states, is compared as before.
+    for wrong in (lambda t: t * 1.18, lambda t: t + np.random.default_rng(1).normal(0, 2.5, len(t))):
+        _, _, ears = checked(drawn, filled(drawn, tmp_path, column(wrong)), tmp_path / "fine")
+        assert not any("exchanged ones" in text for text in ears.warnings)
 
 
 @pytest.mark.parametrize(

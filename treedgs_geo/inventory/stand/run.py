@@ -20,6 +20,7 @@ from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
 from ..double_sampling.joining import join
+from ..double_sampling.other_trees import tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
 from ..field_trees import place
 from .corrections import missing_sentences
@@ -185,6 +186,8 @@ def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:
     taped = read_taped(settings.taped)
     taped.sample()  # refuses a table without its draw
     rows, dbh_cm, notes = join(trees.trees, taped, settings.trees)
+    if (others := tapes_of_other_trees(taped, trees.trees, rows, dbh_cm)) is not None:
+        raise InputError(others.why)
     trees.trees["dbh_cm"] = dbh_cm
     trees.notes += notes
     n_open = int((~taped.answered).sum())

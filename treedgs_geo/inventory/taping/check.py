@@ -14,11 +14,13 @@ import pandas as pd
 
 from ... import __version__
 from ...core.crs import project_crs
+from ...core.errors import InputError
 from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
 from ...core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ...core.progress import Reporter
 from ...core.tables import safe_frame
 from ..double_sampling.joining import join
+from ..double_sampling.other_trees import tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
 from ..stand.document import Document, ReportBlock
 from ..stand.page import write_page
@@ -50,8 +52,14 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
         taped = read_taped(settings.taped)
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
         rows, dbh_cm, notes = join(frame.trees, taped, settings.trees)
+        others = tapes_of_other_trees(taped, frame.trees, rows, dbh_cm)
+        if others is not None and others.certain:
+            raise InputError(others.why)
     with reporter.stage("check", 0.4, 0.5):
         checked = check_tapes(frame, taped, rows, dbh_cm, settings.confidence_pct / 100)
+    if others is not None:
+        # What follows from the tapes says nothing until it is known whose they are.
+        checked.warnings[:], checked.totals = [others.why], {}
     checked.notes[:0] = notes
     checked.warnings += frame.warnings
     restored = Frame(frame.trees.assign(dbh_cm=dbh_cm), frame.crs, frame.plots)

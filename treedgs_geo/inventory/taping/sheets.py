@@ -44,7 +44,8 @@ def walk(frame: Frame, draw: Draw, protocol: FieldProtocol, day: str, path: Path
     trees = frame.trees.iloc[draw.index].reset_index(drop=True)
     made = trees[["tree_id", "plot_id", "qc_flag", "x", "y", "dbh_cm"]].copy()
     made["stratum"], made["prob"] = draw.stratum, draw.prob
-    made["about_cm"] = np.round(made["dbh_cm"] / ABOUT_CM) * ABOUT_CM
+    # Whole numbers: a point in them would stand beside the commas that a crew may type.
+    made["about_cm"] = (np.round(made["dbh_cm"] / ABOUT_CM) * ABOUT_CM).astype("Int64")
     made["azim_deg"] = made["dist_m"] = np.nan
     for plot in frame.plots:
         mine = (made["plot_id"] == plot.plot_id).to_numpy()

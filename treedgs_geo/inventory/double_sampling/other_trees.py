@@ -1,0 +1,100 @@
+"""Tapes of other trees: a column that slipped, was sorted alone, or fits its trees no better than chance does."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from .tapes import Taped
+
+#: A tape is that of its tree within this share of the DBH, this many standard errors of it, and this, cm.
+_SHARE, _SES, _LEAST_CM = 0.08, 4.0, 1.0
+#: So many tapes, and this share of all, have to be off before an order is looked for in them; this share of them has to
+#: fit one, where chance would do so with this probability at most.
+_OFF, _OFF_SHARE, _EXPLAINED, _CHANCE = 4, 0.25, 0.7, 1e-3
+#: How far a column slips, rows.
+_SLIPS = (1, -1, 2, -2, 3, -3)
+#: With so many tapes a table is refused that fits its trees no better than this share of exchanged ones, if half of it
+#: is off.
+_ENOUGH, _NO_BETTER, _DRAWS = 8, 0.05, 2000
+
+
+class OtherTrees(NamedTuple):
+    """why: the tapes cannot be those of their trees. certain: another order of them fits; else it may be the layer that
+    is wrong all over."""
+
+    why: str
+    certain: bool
+
+
+def tapes_of_other_trees(taped: Taped, trees: pd.DataFrame, rows: np.ndarray, dbh_cm: np.ndarray) -> OtherTrees | None:
+    """The same of a tape table and the layer it was drawn from: rows (n,) of ``trees`` that were drawn, dbh_cm (T,) as
+    they were then."""
+    ids = np.array([f"tree {tree}" for tree in taped.trees["tree_id"]], object)
+    tape = taped.trees["taped_cm"].to_numpy(float)
+    found = of_other_trees(tape, dbh_cm[rows], trees["dbh_se_cm"].to_numpy(float)[rows], ids)
+    if found is None:
+        return None
+    return OtherTrees(f"{taped.path}: {found.why}; hold the column against the form and correct it.", found.certain)
+
+
+def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, names: np.ndarray) -> OtherTrees | None:
+    """Why taped diameters cannot be those of their trees, as a part of a sentence; ``None`` where they can.
+
+    All (N,), in the order of the table: as taped, as measured, standard error of that (NaN: not known), and what the
+    sentence calls the row. NaN: none.
+    """
+    within = np.maximum(np.fmax(_SHARE * dbh_cm, _SES * se_cm), _LEAST_CM)
+    both = np.isfinite(taped_cm) & np.isfinite(dbh_cm)
+    n = int(both.sum())
+    off = both & ~_fits(taped_cm, dbh_cm, within)
+    if off.sum() < max(_OFF, _OFF_SHARE * n):
+        return None
+    t, d, w = taped_cm[both], dbh_cm[both], within[both]
+    by_chance = float(np.mean(np.abs(t[:, None] - d[None]) <= w[None]))
+    for rows in _SLIPS:
+        moved = np.full(len(taped_cm), np.nan)
+        moved[max(-rows, 0) : len(moved) - max(rows, 0)] = taped_cm[max(rows, 0) : len(moved) - max(-rows, 0)]
+        asked = off & np.isfinite(moved)
+        if _more_than_chance(int(_fits(moved, dbh_cm, within)[asked].sum()), int(asked.sum()), by_chance):
+            first = int(np.flatnonzero(off)[0])
+            return OtherTrees(
+                f"from {names[first]} on the taped values fit the trees {abs(rows)} row{'s' * (abs(rows) > 1)} "
+                f"{'above' if rows > 0 else 'below'} theirs ({int(off.sum())} of {n} do not fit their own tree): the "
+                f"column has slipped {'down' if rows > 0 else 'up'}",
+                True,
+            )
+    for name, order in (("smallest", t), ("largest", -t)):
+        if (np.diff(order) >= 0).all() and not (np.diff(d) * (1 if name == "smallest" else -1) >= 0).all():
+            why = f"the taped values go from the {name} on, those measured do not: the column was sorted alone"
+            return OtherTrees(why, True)
+    if n >= _ENOUGH and off.sum() >= n / 2:
+        rng = np.random.default_rng(0)
+        drawn = [_spread(rng.permutation(t), d) for _ in range(_DRAWS)]
+        if np.mean(np.array(drawn) <= _spread(t, d)) > _NO_BETTER:
+            return OtherTrees(
+                f"{int(off.sum())} of {n} taped values do not fit their tree, and all together fit no better than "
+                "exchanged ones would: they are of other trees, or the layer's diameters are wrong all over",
+                False,
+            )
+    return None
+
+
+def _spread(taped: np.ndarray, dbh: np.ndarray) -> float:
+    """Mean distance of their ratios from the middle one (a bias of all is no sign of other trees), logarithms."""
+    ratio = np.log(taped) - np.log(dbh)
+    return float(np.abs(ratio - np.median(ratio)).mean())
+
+
+def _fits(taped: np.ndarray, dbh: np.ndarray, within: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return np.abs(taped - dbh) <= within
+
+
+def _more_than_chance(n_fit: int, n: int, by_chance: float) -> bool:
+    """Whether so many of n fit that chance would hardly do it."""
+    from scipy.stats import binom
+
+    return n_fit >= _EXPLAINED * n and float(binom.sf(n_fit - 1, n, by_chance)) < _CHANCE
