@@ -126,6 +126,6 @@ def measure_cloud(
     else:
         points = load_cloud(given, reporter)
     plots, points = cut_to_plots(given, points, reporter)
-    ground = load_ground(path, given.dtm, points, reporter)
+    ground = load_ground(given, points, reporter)
     trees, _ = find_and_measure(points, ground, plots, given, reporter)
     return tree_table(trees, points.horizontal_crs or LOCAL_CRS)

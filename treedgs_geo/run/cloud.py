@@ -53,7 +53,7 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     cloud = load_cloud(settings, reporter, kept)
     plots, cloud = cut_to_plots(settings, cloud, reporter)
     point_weights(cloud, settings.weights)  # a missing attribute is reported before the work, not after
-    ground = load_ground(settings.input, settings.dtm, cloud, reporter)
+    ground = load_ground(settings, cloud, reporter)
     trees, tree_id = find_and_measure(cloud, ground, plots, settings, reporter)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))

@@ -118,24 +118,29 @@ def checked(
     return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm))
 
 
-def load_ground(path: Path, dtm_path: Path | None, cloud: PointCloud, reporter: Reporter) -> CloudGround:
-    """The ground under a cloud's usable points (messages call it ``path``): the user's DTM held against the cloud, the
-    ground in the cloud, or (one bare tree) its lowest points.
+def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> CloudGround:
+    """The ground under a cloud's usable points: the user's DTM held against the cloud, zero where z is height above
+    ground, the ground in the cloud, or its lowest points.
 
     Raises:
-        InputError: the DTM does not cover the cloud or has other heights; no ground was found.
+        InputError: the DTM does not cover the cloud or has other heights; no ground was found; ``dtm`` and ``z_is``
+            contradict each other.
     """
     from ..pointcloud.cloud import thin
     from ..terrain.cloud_ground import found_ground, given_ground
     from ..terrain.dtm import read_dtm, require_coverage
 
+    if settings.dtm is not None and settings.z_is == "height":
+        raise InputError(
+            "--z-is height: z is counted from the ground already, expected no --dtm; leave one of them out."
+        )
     with reporter.stage("ground", 0.15, 0.3):
-        if dtm_path is not None:
-            dtm = read_dtm(dtm_path, cloud.crs, reporter)
+        if settings.dtm is not None:
+            dtm = read_dtm(settings.dtm, cloud.crs, reporter)
             flat = cloud.xyz * (1.0, 1.0, 0.0)
-            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(dtm_path))
-            return given_ground(dtm, cloud.xyz, str(dtm_path), reporter)
-        return found_ground(cloud.xyz, cloud.horizontal_crs, str(path), reporter)
+            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
+            return given_ground(dtm, cloud.xyz, str(settings.dtm), reporter)
+        return found_ground(cloud.xyz, cloud.horizontal_crs, str(settings.input), reporter, settings.z_is)
 
 
 def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:

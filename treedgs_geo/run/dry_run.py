@@ -335,6 +335,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
             settings.dtm,
             findings.warning,
             findings.problem,
+            settings.z_is,
         )
     needs = Needs(
         seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),

@@ -65,6 +65,7 @@ def check_ground(
     given_from: Path | None,
     note: Callable[[str], None],
     problem: Callable[[str], None],
+    z_is: str = "auto",
 ) -> None:
     """Check the ground, by the (N, 3) lowest points, as the run will: what it would warn of goes to ``note``,
     what would end it to ``problem``."""
@@ -74,6 +75,6 @@ def check_ground(
         if given is not None:
             given_ground(given, xyz, str(given_from), _Findings(note))
         else:
-            found_ground(xyz, crs, str(where), _Findings(note))
+            found_ground(xyz, crs, str(where), _Findings(note), z_is)
     except InputError as refusal:
         problem(str(refusal))

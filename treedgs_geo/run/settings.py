@@ -180,6 +180,13 @@ class CloudSettings:
         kind="crs",
         help="CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map",
     )
+    z_is: str = param(
+        "auto",
+        kind="choice",
+        help="what z is: elevation, or height above ground (a normalised cloud); auto = told by the points",
+        choices=("auto", "elevation", "height"),
+        advanced=True,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ from ..core.progress import Reporter
 from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
 from .dtm import GROUND_WARN_M, Dtm
 from .ground import dtm_from_cloud, flat_ground
+from .normalised import BLOCK_M, NORMALISED_SE_M, level_zero, lowest_height
 from .surface import cell_quantile
 
 #: A given terrain model that lies farther than this from the ground that the cloud shows is not that cloud's.
@@ -27,15 +28,17 @@ _TREE_M, _FOOT_M, _FOOT_HEIGHT_M = 20.0, 3.0, 1.5
 _STEM_M = 0.3
 #: A model this far above the lowest points of stems is above the ground, m.
 _SURE_BELOW_M = 0.3
-#: The ground of one bare tree is where its lowest points are, to this standard error, m.
-LOWEST_SE_M = 0.5
+#: The ground of a cloud that shows none is about where the lowest points of its stems are: filters take off half a
+#: metre, seldom more. Its standard error, m.
+LOWEST_SE_M = 1.0
 
 
 @dataclass(frozen=True)
 class CloudGround:
     """dtm: what heights are counted from. given: the user's terrain model, if any. own, layer: the ground that the
     cloud shows, and how well it does (``None``: it shows none). above_m: how far ``given`` lies above ``own`` (median
-    over the places that show ground). lowest: the ground is the lowest points of one bare tree."""
+    over the places that show ground). lowest: the ground is the lowest points of one bare tree. least_m: the error that
+    a given model has where nothing contradicts it."""
 
     dtm: Dtm
     given: Dtm | None = None
@@ -43,25 +46,33 @@ class CloudGround:
     layer: GroundLayer | None = None
     above_m: float = 0.0
     lowest: bool = False
+    least_m: float = 0.0
 
     @property
     def shows_ground(self) -> bool:
         """Whether the cloud shows a ground surface anywhere."""
         return self.layer is not None and bool(self.layer.seen(self.layer.places()).any())
 
+    def shows_ground_at(self, points: np.ndarray) -> bool:
+        """Whether ground is seen round most of (N, 3) points, or anywhere away from zero."""
+        if self.layer is None or self.own is None or not len(points):
+            return False
+        seen = self.layer.seen(points[:, :2])
+        z = self.own.height(*points[seen, :2].T)
+        return bool(seen.mean() > 0.5 or (seen.any() and abs(float(np.nanmedian(z))) > _SURE_BELOW_M))
+
     def se_m(self, xy: np.ndarray, clear_m: np.ndarray) -> np.ndarray:
-        """(K,) standard error of the ground's height at stems, metres; :data:`.credibility.NO_GROUND_M` where nothing
-        shows it. xy: (K, 2) places. clear_m: (K,) radius round each that its own foot takes up.
+        """(K,) standard error of the ground's height at stems, metres; at most :data:`LOWEST_SE_M` without a given
+        model, for stems do not hang in the air. xy: (K, 2) places. clear_m: (K,) radius round each that its own foot
+        takes up.
 
         A given model is off by as much as it differs from the ground seen there, or from that of the whole cloud; a
         cloud that shows no ground says nothing about it, unless its stems reach below it.
         """
         xy = np.asarray(xy, float).reshape(-1, 2)
-        if self.lowest:
-            return np.full(len(xy), LOWEST_SE_M)
         if self.layer is None or self.own is None:
-            return np.zeros(len(xy)) if self.given is not None else np.full(len(xy), NO_GROUND_M)
-        seen = self.layer.without(xy, clear_m).se_m(xy)
+            return np.full(len(xy), self.least_m if self.given is not None else LOWEST_SE_M)
+        seen = np.minimum(self.layer.without(xy, clear_m).se_m(xy, self.own), LOWEST_SE_M)
         if self.given is None:
             return seen
         given, used, own = (model.height(*xy.T) for model in (self.given, self.dtm, self.own))
@@ -69,6 +80,7 @@ class CloudGround:
         # Points that only stems have are above the ground, whatever hides it: a model above them is wrong.
         below = np.where(given - own > _SURE_BELOW_M, given - own, 0.0)
         of_given = np.where((seen <= SEEN_SE_M) & np.isfinite(gap), gap, np.maximum(abs(self.above_m), below))
+        of_given = np.maximum(of_given, self.least_m)
         with np.errstate(invalid="ignore"):
             from_own = np.isfinite(used) & ~(np.abs(used - given) < GROUND_WARN_M)
         return np.where(from_own, seen, of_given)
@@ -91,28 +103,42 @@ def own_ground(xyz: np.ndarray, crs: pyproj.CRS | None) -> CloudGround:
     if foot is None:
         return CloudGround(dtm, own=dtm, layer=layer)
     layer = layer.without(foot[None], np.array([_STEM_M]))
-    if layer.se_m(foot[None])[0] >= NO_GROUND_M:
+    if layer.se_m(foot[None], dtm)[0] >= NO_GROUND_M:
         return CloudGround(flat_ground(xyz, crs), lowest=True)
     return CloudGround(dtm, own=dtm, layer=layer)
 
 
-def found_ground(xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: Reporter) -> CloudGround:
-    """:func:`own_ground` of the cloud named ``where``; what is missing of it is said.
+def found_ground(
+    xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: Reporter, z_is: str = "auto"
+) -> CloudGround:
+    """:func:`own_ground` of the cloud named ``where``, or zero where its z is height above ground; what is missing of
+    it is said. z_is: ``height``, ``elevation`` or, to be told by the points, ``auto``.
 
     Raises:
-        InputError: none was found.
+        InputError: none was found; z is said to be height, and the cloud shows ground elsewhere.
     """
-    ground = own_ground(xyz, crs)
-    if ground.lowest:
-        reporter.warn(
-            "No ground was found in this small cloud: heights are counted from its lowest points, and every "
-            "tree is marked for checking (no_ground)."
+    if z_is == "height":
+        zero = given_ground(level_zero(xyz, crs), xyz, f"{where}: the ground at z = 0 (--z-is height)", reporter)
+        return replace(zero, least_m=NORMALISED_SE_M)
+    low = lowest_height(xyz) if z_is == "auto" else None
+    try:
+        ground = own_ground(xyz, crs)
+    except InputError:
+        if low is None:
+            raise
+        ground = CloudGround(level_zero(xyz, crs), lowest=True)
+    if low is not None and not ground.shows_ground_at(cell_quantile(xyz, BLOCK_M, 0.0)):
+        reporter.info(
+            f"{where}: shows little ground, and its lowest points lie {low:.2f} m high everywhere: z is taken as "
+            "height above ground (--z-is elevation: it is not)."
         )
-    elif not ground.shows_ground:
+        zero = level_zero(xyz, crs)
+        return CloudGround(zero, zero, least_m=NORMALISED_SE_M)
+    if not ground.shows_ground:
         reporter.warn(
             f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "
-            "filtered out), so breast height is unknown or unsure (no_ground); give the cloud with its "
-            "ground, or a DTM with --dtm."
+            "filtered out): heights are counted from its lowest points and intervals are wider for it (no_ground); "
+            "give the cloud with its ground, a DTM with --dtm, or say that z is height above ground (--z-is height)."
         )
     return ground
 
@@ -191,8 +217,10 @@ def _require_possible(given: Dtm, xyz: np.ndarray, where: str) -> None:
     lows = cell_quantile(xyz, 1.0, 0.0)
     above = lows[:, 2] - given.height(*lows[:, :2].T)
     above = above[np.isfinite(above)]
-    lowest = float(np.percentile(above, 5)) if above.size else 0.0
-    if not -OTHER_HEIGHTS_M <= lowest <= LOWER_STEM_M:
+    # Under crowns alone the lowest points are high.
+    deep, lowest = (float(np.percentile(above, 5)), float(above.min())) if above.size else (0.0, 0.0)
+    if deep < -OTHER_HEIGHTS_M or lowest > LOWER_STEM_M:
+        lowest = deep if deep < -OTHER_HEIGHTS_M else lowest
         raise InputError(
             f"{where}: the cloud's lowest points lie {lowest:+.1f} m from this ground, expected -{OTHER_HEIGHTS_M:g} "
             f"to {LOWER_STEM_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "

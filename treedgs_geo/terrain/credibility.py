@@ -20,15 +20,20 @@ from .dtm import Dtm
 #: Cells in which points are counted; points within ``LAYER_M`` of the model are at the ground, those up to ``ABOVE_M``
 #: over it are what the ground is read from (a layer as thick).
 CELL_M, LAYER_M, ABOVE_M = 0.25, 0.10, 0.30
-#: The ground is looked for this near a stem, and then so far.
-NEAR_M, FAR_M = 2.0, 4.0
+#: The ground is looked for this near a stem.
+NEAR_M = 2.0
 #: A surface: share of the cells with ground points, and how many times the points of the layer above it holds. The
 #: second pair is for sparse or shaded ground, with at least so many points.
 LEAST_SHARE, LEAST_CONTRAST = 0.25, 2.0
 SPARSE_SHARE, SPARSE_CONTRAST, SPARSE_POINTS = 0.10, 4.0, 30
-#: Standard error of the ground's height, m: seen round the stem; seen a few metres off; a surface that does not stand
-#: out from what grows on it, where other stems of the cloud have seen ground and where none has.
-SEEN_SE_M, FAR_SE_M, COVER_SE_M, ONLY_COVER_SE_M = 0.03, 0.5, 0.5, 1.0
+#: Standard error of the ground's height, m: seen round the stem; a surface that does not stand out from what grows on
+#: it and is whole; is not, but other stems of the cloud have seen ground; and otherwise.
+SEEN_SE_M, WHOLE_SE_M, COVER_SE_M, ONLY_COVER_SE_M = 0.03, 0.3, 0.5, 1.0
+#: A surface is whole from these on (share of cells, contrast): the cut clouds reach a share of 0.42 at a contrast of 1.
+WHOLE_SHARE, WHOLE_CONTRAST = 0.5, 1.0
+#: Ground that is seen elsewhere is carried on to a stem along a plane through so many places; roughness of forest
+#: ground about such a plane (1 sd, m), what each metre of distance adds, and the slopes that are expected (1 sd).
+CARRIED_PLACES, ROUGH_M, ROUGH_M_PER_M, SLOPE_SD = 12, 0.05, 0.03, 0.3
 #: Places that are looked round at once.
 _BATCH = 2000
 #: What is said where nothing shows the ground.
@@ -110,14 +115,29 @@ class GroundLayer:
         sparse = (share >= SPARSE_SHARE) & (contrast >= SPARSE_CONTRAST) & (points >= SPARSE_POINTS)
         return clear | sparse
 
-    def se_m(self, xy: np.ndarray) -> np.ndarray:
-        """(K,) standard error of the ground's height at (K, 2) places, metres; :data:`NO_GROUND_M` where there is
-        none."""
+    def se_m(self, xy: np.ndarray, dtm: Dtm) -> np.ndarray:
+        """(K,) standard error of the height of the model ``dtm``, made from these points, at (K, 2) places, metres;
+        :data:`NO_GROUND_M` where nothing tells it.
+
+        Where no ground is seen round a place, that of the rest of the cloud is carried there; the model, which runs
+        through whatever lies lowest, is off by as much as it differs from it.
+        """
         xy = np.asarray(xy, float).reshape(-1, 2)
-        near, far = self.seen(xy), self.seen(xy, FAR_M)
+        near = self.seen(xy)
+        share, contrast, _ = self.evidence(xy)
+        whole = (share >= WHOLE_SHARE) & (contrast >= WHOLE_CONTRAST)
         cover = COVER_SE_M if near.any() else ONLY_COVER_SE_M
-        covered = self.evidence(xy)[0] >= LEAST_SHARE
-        return np.select([near, far, covered], [SEEN_SE_M, FAR_SE_M, cover], NO_GROUND_M)
+        se_m = np.select([near, whole, share >= LEAST_SHARE], [SEEN_SE_M, WHOLE_SE_M, cover], NO_GROUND_M)
+        if near.all():
+            return se_m
+        places = self.places()
+        places = places[self.seen(places)]
+        z = dtm.height(*places.T)
+        known = np.isfinite(z)
+        carried, error = carry_ground(np.column_stack([places, z])[known], xy[~near])
+        gap = np.hypot(error, dtm.height(*xy[~near].T) - carried)
+        se_m[~near] = np.fmin(se_m[~near], gap)
+        return se_m
 
     def places(self, spacing_m: float = NEAR_M) -> np.ndarray:
         """(K, 2) places all over the cloud, ``spacing_m`` apart: where it has no points, none are seen either."""
@@ -144,3 +164,31 @@ class GroundLayer:
         inside = ((cell >= 0) & (cell < (cols, rows))).all(axis=2)
         row, col = np.clip(cell[..., 1], 0, rows - 1), np.clip(cell[..., 0], 0, cols - 1)
         return row, col, np.where(inside, away, np.inf)
+
+
+def carry_ground(seen: np.ndarray, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """``(z, se)``: (K,) height of the ground at (K, 2) places, metres, and its standard error, from (M, 3) places where
+    it was seen; NaN without any.
+
+    A plane through the nearest, with a weak prior for its slope: its error grows with the distance, with the roughness
+    seen, and where the places lie on one side.
+    """
+    from scipy.spatial import cKDTree
+
+    z, se = np.full(len(xy), np.nan), np.full(len(xy), np.nan)
+    if not len(seen) or not len(xy):
+        return z, se
+    count = min(CARRIED_PLACES, len(seen))
+    away, nearest = cKDTree(seen[:, :2]).query(xy, k=count)
+    for k, chosen in enumerate(nearest.reshape(len(xy), count)):
+        near = seen[chosen]
+        flat = np.column_stack([np.ones(count), near[:, :2] - xy[k]])
+        middle = near[:, 2].mean()
+        noise, plane, cov = ROUGH_M, np.zeros(3), np.eye(3)
+        for _ in range(2):
+            cov = np.linalg.inv(flat.T @ flat / noise**2 + np.diag([0.0, SLOPE_SD**-2, SLOPE_SD**-2]))
+            plane = cov @ flat.T @ (near[:, 2] - middle) / noise**2
+            noise = max(float(np.std(near[:, 2] - middle - flat @ plane)), ROUGH_M)
+        z[k] = middle + plane[0]
+        se[k] = np.sqrt(cov[0, 0] + noise**2 + (ROUGH_M_PER_M * float(np.ravel(away[k])[0])) ** 2)
+    return z, se

@@ -14,11 +14,13 @@ import pyproj
 from ..core.errors import InputError
 from ..core.files import reserve
 from ..core.progress import Reporter
+from ..pointcloud.cloud import horizontal
 from ..pointcloud.tiles import TileStore
 from .cloud_ground import CloudGround
 from .credibility import GroundLayer
 from .dtm import Dtm, grid_over, read_dtm, require_coverage, require_same_heights
 from .ground import cloth_ground, lowest, recentred
+from .normalised import NORMALISED_SE_M, level_zero, lowest_height
 from .options import ClothSimulation
 from .surface import cell_quantile, local_ground
 
@@ -141,6 +143,24 @@ def _grid(
         support[top:bottom, left:right] = block_s
         reporter.progress(0.7 + 0.3 * (number + 1) / len(wanted))
     return Dtm(heights, transform, crs, support).moved_grid(origin)
+
+
+def ground_of_tiles(store: TileStore, folder: Path, dtm: Path | None, z_is: str, reporter: Reporter) -> CloudGround:
+    """The ground under a cloud in tiles, as :func:`.cloud_ground.found_ground` and :func:`check_dtm` see it.
+
+    Raises:
+        InputError, CRSError: as these.
+    """
+    if dtm is not None:
+        return check_dtm(dtm, store, reporter)
+    lows = np.concatenate([cell_quantile(store.read(tile)[0], 1.0, 0.0) for tile in store.tiles])
+    zero = level_zero(np.array([store.low, store.high]), horizontal(store.crs))
+    at_zero = CloudGround(zero, zero, least_m=NORMALISED_SE_M)
+    if z_is == "height":
+        return at_zero
+    own = dtm_from_tiles(store, folder, crs=horizontal(store.crs), reporter=reporter)
+    found = CloudGround(own, own=own, layer=layer_of_tiles(store, own))
+    return at_zero if z_is == "auto" and lowest_height(lows) is not None and not found.shows_ground_at(lows) else found
 
 
 def layer_of_tiles(store: TileStore, dtm: Dtm) -> GroundLayer:

@@ -44,7 +44,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         )
     tree_id = np.asarray(cloud.attributes[settings.id_field]).astype(np.int64)
     kept = settings.dtm is None and "height_m" in cloud.attributes
-    ground = _ground_from_heights(cloud) if kept else load_ground(settings.input, settings.dtm, cloud, reporter)
+    ground = _ground_from_heights(cloud) if kept else load_ground(settings, cloud, reporter)
     dtm = ground.dtm
     with reporter.stage("measure stems", 0.3, 0.95):
         trees = measure_stems(cloud, tree_id, dtm, settings, reporter)

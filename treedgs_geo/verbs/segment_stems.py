@@ -73,7 +73,7 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     everything = load_cloud(settings, reporter, all_points=True)
     good = usable(everything)
     cloud = everything if good.all() else everything.select(good)
-    ground = load_ground(settings.input, settings.dtm, cloud, reporter)
+    ground = load_ground(settings, cloud, reporter)
     dtm = ground.dtm
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     answers: dict[str, Any] = {}
@@ -237,8 +237,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     from ..stems.cloud.estimate.foot import USUAL_FOOT_M
     from ..stems.cloud.propose.labelling import Labeller
     from ..stems.cloud.propose.tiled import find_stems_tiled
-    from ..terrain.cloud_ground import CloudGround
-    from ..terrain.streamed import check_dtm, dtm_from_tiles, layer_of_tiles
+    from ..terrain.streamed import ground_of_tiles
 
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
         folder = Path(name)
@@ -246,12 +245,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter, dtm=settings.dtm)
         reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
         with reporter.stage("ground", 0.1, 0.4):
-            if settings.dtm is not None:
-                ground = check_dtm(settings.dtm, store, reporter)
-            else:
-                dtm = dtm_from_tiles(store, folder, crs=horizontal(store.crs), reporter=reporter)
-                ground = CloudGround(dtm, own=dtm, layer=layer_of_tiles(store, dtm))
-            dtm = ground.dtm
+            dtm = (ground := ground_of_tiles(store, folder, settings.dtm, settings.z_is, reporter)).dtm
         with reporter.stage("find stems", 0.4, 0.85):
             field = _field_stems(settings, horizontal(store.crs), store.low[:2], store.high[:2])
             stems = find_stems_tiled(store, dtm, settings, reporter, None if field is None else field.xy)

@@ -208,9 +208,9 @@ def test_buttressed_trees_are_refused_and_round_ones_measured():
 
 
 def test_errors_that_a_plot_shares_widen_the_interval():
-    tree = Tree(1, 0.0, 0.0, dbh_cm=40.0, dbh_se_cm=0.3, taper_cm_m=-0.8, qc_flag="ok").finish()
+    tree = Tree(1, 0.0, 0.0, dbh_cm=40.0, dbh_se_cm=0.3, taper_cm_m=-1.2, qc_flag="ok").finish()
     wider = with_block_errors(tree, 0.01, 0.5)
-    assert wider.dbh_se_cm == pytest.approx(np.sqrt(0.3**2 + 0.4**2 + 0.4**2))
+    assert wider.dbh_se_cm == pytest.approx(np.sqrt(0.3**2 + 0.4**2 + 0.6**2))
     assert wider.dbh_hi_cm - wider.dbh_lo_cm == pytest.approx(2 * 1.645 * wider.dbh_se_cm) and wider.dbh_cm == 40.0
     assert with_block_errors(tree, 0.0, 0.0).dbh_lo_cm == pytest.approx(tree.dbh_lo_cm)
     refused = Tree(2, 0.0, 0.0, qc_flag="reject", qc_reason="few_views").finish()

@@ -55,13 +55,15 @@ def test_a_cloud_without_its_lowest_metres_has_no_ok_tree(xyz, tmp_path, capsys,
     cloud = write(tmp_path / "cut.laz", xyz[height(xyz) > cut])
     table = read(tmp_path / "trees.gpkg", "pointcloud-to-dbh", "--input", cloud)
     assert "shows no ground surface between the stems" in capsys.readouterr().err
-    assert (table["qc_flag"] == "reject").all() and table["dbh_cm"].isna().all()
-    assert table["qc_reason"].str.contains("no_ground").all()
+    # How far below the stems' lowest points the ground lies is unknown: the interval says so.
+    assert (table["qc_flag"] == "check").all() and table["qc_reason"].str.contains("no_ground").all()
+    truth = np.array([stem[2] for stem in STEMS])
+    assert (table["dbh_lo_cm"] < truth).all() and (table["dbh_hi_cm"] > truth).all()
     # By single steps: what is not known at the first step is not known at the second.
     stems = tmp_path / "stems.laz"
     assert main(["segment-stems", "--input", str(cloud), "--output", str(stems), "--log-format", "quiet"]) == 0
-    table = read(tmp_path / "steps.gpkg", "measure-dbh", "--input", stems)
-    assert (table["qc_flag"] == "reject").all()
+    steps = read(tmp_path / "steps.gpkg", "measure-dbh", "--input", stems)
+    assert (steps["qc_flag"] == "check").all() and steps["qc_reason"].str.contains("no_ground").all()
     false = tmp_path / "false.tif"
     assert main(["terrain", "--input", str(cloud), "--output", str(false), "--log-format", "plain"]) == 0
     assert "shows no ground surface" in capsys.readouterr().err
@@ -73,8 +75,8 @@ def test_a_cloud_without_its_lowest_metres_has_no_ok_tree(xyz, tmp_path, capsys,
         np.testing.assert_allclose(table["dbh_cm"], [stem[2] for stem in STEMS], atol=1.0)
 
 
-def test_stems_whose_feet_show_are_measured_with_a_warning(tmp_path):
-    """Ground filtered out, the stems whole down to their swell: breast height to half a metre, not for sure."""
+def test_stems_whose_feet_show_are_measured(tmp_path):
+    """Ground filtered out, the stems whole down to their swell: breast height is known to some decimetres."""
     rng = np.random.default_rng(9)
     parts = []
     for x, y, dbh in STEMS:
@@ -85,28 +87,33 @@ def test_stems_whose_feet_show_are_measured_with_a_warning(tmp_path):
         parts.append(points + (x, y, 0.0) + AT)
     xyz = np.concatenate(parts)
     table = read(tmp_path / "feet.gpkg", "pointcloud-to-dbh", "--input", write(tmp_path / "feet.laz", xyz))
-    assert (table["qc_flag"] == "check").all() and table["qc_reason"].str.contains("no_ground").all()
+    assert (table["qc_flag"] == "ok").all()
     assert (table["dbh_lo_cm"] < [stem[2] for stem in STEMS]).all()
     assert (table["dbh_hi_cm"] > [stem[2] for stem in STEMS]).all()
     clipped = write(tmp_path / "clipped.laz", xyz[xyz[:, 2] > 1.2])
     table = read(tmp_path / "clipped.gpkg", "pointcloud-to-dbh", "--input", clipped)
-    assert (table["qc_flag"] == "reject").all()
+    assert (table["qc_flag"] == "check").all() and table["qc_reason"].str.contains("no_ground").all()
+    assert (table["dbh_hi_cm"] > [stem[2] for stem in STEMS]).all()
 
 
-def test_one_bare_tree_is_measured_from_its_foot_and_refused_without_it(tmp_path):
+def test_one_bare_tree_is_measured_from_its_lowest_points(tmp_path):
     rng = np.random.default_rng(10)
     points = stem_points(rng, 30.0, 16_000, 0.004, low=0.02, high=8.0, taper_cm_m=0.9)
     swell = 0.045 * np.exp(-points[:, 2] / 0.25)
     angle = np.arctan2(points[:, 1], points[:, 0])
     points[:, :2] += swell[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    for name, cut, flag in (("whole", 0.0, "check"), ("clipped", 2.0, "reject")):
-        path = write(tmp_path / f"{name}.laz", points[points[:, 2] > cut] + (3.0, 3.0, 0.0) + AT)
+    # From its swollen foot on, clipped above it, and as a normalised cloud.
+    for name, cut, z, flag, reason in (
+        ("whole", 0.0, 50.0, "ok", ""),
+        ("clipped", 2.0, 50.0, "check", "no_ground"),
+        ("height", 0.4, 0.0, "ok", ""),
+    ):
+        path = write(tmp_path / f"{name}.laz", points[points[:, 2] > cut] + (3.0, 3.0, z) + AT)
         out = tmp_path / f"{name}.gpkg"
         assert main(["pointcloud-to-dbh", "--input", str(path), "--output", str(out), "--log-format", "quiet"]) == 0
         table = gpd.read_file(out, layer="trees")
-        assert list(table["qc_flag"]) == [flag] and "no_ground" in table["qc_reason"][0]
-        if flag == "check":
-            assert table["dbh_lo_cm"][0] < 30.0 < table["dbh_hi_cm"][0]
+        assert list(table["qc_flag"]) == [flag] and table["qc_reason"][0] == reason, name
+        assert table["dbh_lo_cm"][0] < 30.0 < table["dbh_hi_cm"][0]
 
 
 def test_ground_that_shows_changes_nothing(whole, tmp_path, capsys):
@@ -131,16 +138,16 @@ def test_no_stem_vanishes_over_gaps_and_unmarked_zeros_of_a_dtm(xyz, whole, tmp_
         np.testing.assert_allclose(table["dbh_cm"], [stem[2] for stem in STEMS], atol=0.6)
 
 
-def test_stems_over_a_gap_without_ground_stay_with_their_reason(xyz, tmp_path):
+def test_stems_over_a_gap_without_ground_stand_on_that_of_the_others(xyz, tmp_path):
     dtm = dtm_from_cloud(xyz, crs=UTM)
     x, _ = dtm.centres()
     write_dtm(tmp_path / "gap.tif", Dtm(np.where(x - AT[0] < 5, np.nan, dtm.heights), dtm.transform, UTM))
     hidden = (height(xyz) < 0.6) & (xyz[:, 0] - AT[0] < 6)
     cloud = write(tmp_path / "hidden.laz", xyz[~hidden])
     table = read(tmp_path / "trees.gpkg", "pointcloud-to-dbh", "--input", cloud, "--dtm", tmp_path / "gap.tif")
-    assert list(table["qc_flag"] == "ok") == [False, True, False, True]
-    assert table["qc_reason"][0] == table["qc_reason"][2] == "no_ground"
-    assert (table["dbh_hi_cm"][[0, 2]].to_numpy() > [25.0, 20.0]).all()
+    np.testing.assert_allclose(table["dbh_cm"], [stem[2] for stem in STEMS], atol=1.0)
+    assert (table["dbh_lo_cm"] < [stem[2] for stem in STEMS]).all()
+    assert (table["dbh_hi_cm"] > [stem[2] for stem in STEMS]).all()
 
 
 def test_a_tilted_dtm_is_checked_tree_by_tree(xyz, whole, tmp_path):

@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[3]
         ("points", "arc_deg", (181, 180, 179, 90, 89), 30),
         ("points", "se_cm", (1.1, 1.2, 1.3, 2.0, 2.1), 20),
         ("gaussians", "gap", (0.00121, 3 * 0.0004, 0.0011, 0.0004, 0.0003), 30),
-        ("points", "ground_se_m", (0.2, 0.25, 0.3, 5.0, 99.0), 30),
+        ("points", "ground_se_m", (0.25, 0.3, 0.4, 5.0, 99.0), 30),
     ],
 )
 def test_values_beyond_a_limit_flag_or_refuse_and_those_on_it_do_not(route, quantity, values, dbh_cm):

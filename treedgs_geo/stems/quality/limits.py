@@ -255,7 +255,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("occluded", "n_above", "parts of a thick stem above the band", "", *_below(2, None), _CLOUDS),
         Limit("edge", "rim_m", "bark to the edge of the data", "m", *_below(0.02, None), "two centimetres of bark"),
         Limit("merged", "gap_m", "bark to the next stem's bark", "m", *_below(0.05, None), _CLOUDS),
-        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.25, 5), _GROUND),
+        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.3, 5), _GROUND),
     ),
     "gaussians": (
         Limit("few_views", "n_views", "photos that show both edges", "", *_below(4, 2), _SPLATS),

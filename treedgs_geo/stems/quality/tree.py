@@ -120,7 +120,8 @@ def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
     """
     if tree.dbh_cm is None or tree.dbh_se_cm is None:
         return tree
-    taper_cm_m = USUAL_TAPER_CM_M if tree.taper_cm_m is None else tree.taper_cm_m
+    # A stem that looks straight at breast height still has a foot.
+    taper_cm_m = max(abs(tree.taper_cm_m or 0.0), abs(USUAL_TAPER_CM_M))
     shared_cm = float(np.hypot(scale_sd * tree.dbh_cm, taper_cm_m * ground_m))
     dbh_cm, low_cm, high_cm = tree.dbh_cm, tree.dbh_lo_cm, tree.dbh_hi_cm
     if low_cm is not None and high_cm is not None:

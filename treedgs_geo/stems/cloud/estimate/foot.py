@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....terrain.cloud_ground import CloudGround
-from ....terrain.credibility import NO_GROUND_M
+from ....terrain.cloud_ground import LOWEST_SE_M, CloudGround
 from ...geometry.circles import fit_circle
 from ...quality.ground import with_ground_error
-from ...quality.limits import bound_of
 from ...quality.tree import Tree
 from ..propose.nearby import Nearby
 
@@ -26,8 +24,9 @@ _LEAST_POINTS, _LEAST_ARC_DEG, _LEAST_SHARE = 60, 240.0, 0.5
 SWOLLEN, STRAIGHT = 1.07, 1.055
 #: So many stems of a plot have to show it.
 LEAST_STEMS = 3
-#: The ground lies so far below the lowest points of stems that show their feet there (1 sd), m.
-FEET_SE_M = 0.5
+#: The ground lies so far below the lowest points of stems (1 sd), m: of those that show their feet there, and of those
+#: that show that they do not begin there.
+FEET_SE_M, CLIPPED_SE_M = 0.3, 2.0
 #: A stem's foot takes up this much more than its radius at breast height (butt swell, lean), and so much in all where
 #: the radius is not known, metres.
 FOOT_M, USUAL_FOOT_M = 0.15, 0.30
@@ -81,16 +80,17 @@ def with_ground(trees: list[Tree], ground: CloudGround, xyz: np.ndarray) -> list
 
 def stem_ground_se(ground: CloudGround, xy: np.ndarray, radius_m: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     """(K,) standard error of the ground's height, metres, at (K, 2) stems with (K,) radii (NaN: not known) in (N, 3)
-    points. From the limit of :mod:`treedgs_geo.stems.quality.limits` on, no ground is known."""
+    points."""
     se_m = ground.se_m(xy, np.where(np.isfinite(radius_m), radius_m + FOOT_M, USUAL_FOOT_M))
-    lost = se_m > bound_of("points", "ground_se_m", "reject")
-    if ground.given is not None or not (ground.lowest or lost.any()):
+    unsure = se_m >= LOWEST_SE_M
+    if ground.given is not None or not unsure.any():
         return se_m
     height = xyz[:, 2] - ground.dtm.height(xyz[:, 0], xyz[:, 1])
     swell, stems = foot_swell(xyz, height, xy, radius_m)
-    if ground.lowest and swell < STRAIGHT:
-        return np.full(len(xy), NO_GROUND_M)
-    return np.where(lost, FEET_SE_M, se_m) if stems >= LEAST_STEMS and swell >= SWOLLEN else se_m
+    if stems < (1 if ground.lowest else LEAST_STEMS):
+        return se_m
+    told = FEET_SE_M if swell >= SWOLLEN else CLIPPED_SE_M if swell < STRAIGHT else LOWEST_SE_M
+    return np.where(unsure, told, se_m)
 
 
 def stem_feet(xyz: np.ndarray, tree_id: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
