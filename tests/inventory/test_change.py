@@ -1,15 +1,18 @@
 """compare: who is who at two dates, growth and its errors against sums by hand, files, and what is refused."""
 
+import datetime
 import json
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pytest
+import shapely
 
 from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.change.growth import Change, SharedErrors, Slopes, change_per_area, few_events, tree_growth
+from treedgs_geo.inventory.searched import SEARCHED, searched_table
 from treedgs_geo.inventory.stand.estimate import Design
 from treedgs_geo.inventory.stand.values import BA
 from treedgs_geo.inventory.tree_layer import write_trees
@@ -204,3 +207,48 @@ def test_no_event_is_not_certainly_none():
         Change(0.0, np.nan, 0.0, 0.0, 0.0, np.inf, -1.0, 1.0), Design(np.full(1, 0.1), False), *(np.ones(2),) * 2, 1.0
     )
     assert alone.low == 0.0 and alone.high == 1.0
+
+
+def dated(folder, first="2024-05-01", second="2029-05-03"):
+    for name, day in (("one.gpkg", first), ("two.gpkg", second)):
+        seen = shapely.box(EAST - 50, NORTH - 50, EAST + 200, NORTH + 200)
+        table = searched_table(seen, [], CRS, datetime.date.fromisoformat(day))
+        table.to_file(folder / name, layer=SEARCHED, engine="pyogrio")
+
+
+def test_years_are_those_between_the_flights(tmp_path):
+    two_dates(tmp_path)
+    with pytest.raises(InputError, match="--years: not given, and the layers do not say when they were flown"):
+        compared(tmp_path, years=None)
+    dated(tmp_path)
+    found, _, made, ears = compared(tmp_path, years=None)
+    assert made["years"] == pytest.approx(5.005, abs=0.01) and found["growth_cm_a"] is None
+    assert any("two.gpkg on 2029-05-03: 5.0 years" in text for text in ears.infos)
+    assert compared(tmp_path, years=5.0)[2]["years"] == 5.0
+    with pytest.raises(InputError, match=r"--years: is 0.1, but .* 5.0 years apart"):
+        compared(tmp_path, years=0.1)
+    dated(tmp_path, "2029-05-03", "2024-05-01")
+    with pytest.raises(InputError, match="exchange them; give the earlier one as --before"):
+        compared(tmp_path)
+
+
+def test_no_forest_grows_so(tmp_path):
+    two_dates(tmp_path)
+    with pytest.raises(InputError, match="trees grew 20.0 cm a year in 0.1 years"):
+        compared(tmp_path, years=0.1)
+    with pytest.raises(InputError, match=r"306 of 306 trees are thinner .* by 2.0 cm on average: exchange"):
+        compared(tmp_path, before=tmp_path / "two.gpkg", after=tmp_path / "one.gpkg")
+    two_dates(tmp_path, grow=-0.3)
+    assert any("a bias of one date, or exchanged dates" in text for text in compared(tmp_path)[3].warnings)
+
+
+def test_breast_heights_that_differ(tmp_path):
+    two_dates(tmp_path, grow=0.0)
+    trees = gpd.read_file(tmp_path / "one.gpkg", layer="trees")
+    # The usual taper is 1 cm a metre: 7 cm lower the same stems are 0.07 cm thicker.
+    trees.assign(bh_m=1.30, dbh_cm=trees["dbh_cm"] + 0.07).to_file(
+        tmp_path / "one.gpkg", layer="trees", engine="pyogrio"
+    )
+    _, table, _, ears = compared(tmp_path)
+    assert table["growth_cm"].abs().max() < 0.011
+    assert any("Breast heights differ (1.3 m before, 1.37 m after)" in text for text in ears.warnings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -28,9 +29,11 @@ _SEGMENTS = 512
 _NOTHING = MultiPolygon()
 
 
-def searched_table(seen: BaseGeometry, plots: Sequence[Plot], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
+def searched_table(
+    seen: BaseGeometry, plots: Sequence[Plot], crs: pyproj.CRS | str, flown: datetime.date | None = None
+) -> gpd.GeoDataFrame:
     """One row a plot: centre and radius asked for, the area in it that was searched (m2) and its share of the plot;
-    without plots one row of all that was searched.
+    without plots one row of all that was searched. And the day on which it was ``flown``, where known.
 
     seen: what photos or points show, project coordinates.
     """
@@ -46,6 +49,7 @@ def searched_table(seen: BaseGeometry, plots: Sequence[Plot], crs: pyproj.CRS | 
         rows.append((SEARCHED, *at, np.nan, seen.area, np.nan))
         shapes.append(_polygons([seen]))
     table = pd.DataFrame(rows, columns=list(COLUMNS)).round({"x": 3, "y": 3, "area_m2": 2, "share": 4})
+    table["flown"] = pd.Series(None if flown is None else flown.isoformat(), index=table.index, dtype=object)
     return gpd.GeoDataFrame(table, geometry=gpd.GeoSeries(shapes, crs=crs), crs=crs)
 
 

@@ -24,7 +24,7 @@ from ..terrain.cloud_ground import CloudGround
 from .cloud_input import load_cloud, load_ground, tree_summary
 from .cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_report
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
-from .searched import LOW_M, seen_in_cloud
+from .searched import LOW_M, day_scanned, seen_in_cloud
 from .settings import PointcloudToDbhSettings
 
 #: Attributes of a cloud that measuring may ask for.
@@ -62,7 +62,9 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     with reporter.stage("sheets", 0.95, 0.99):
         sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, sections, reporter)
     crs = cloud.horizontal_crs or LOCAL_CRS
-    searched = searched_table(seen_in_cloud(cloud.xyz, ground.dtm), plots, crs)
+    searched = searched_table(
+        seen_in_cloud(cloud.xyz, ground.dtm), plots, crs, day_scanned(settings.input, cloud.attributes.get("gps_time"))
+    )
     for sentence in partly_searched(searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
         reporter.warn(sentence)
     write_trees(settings.output, trees, crs, sections, reporter, sheets=sheets_of(settings.output), searched=searched)

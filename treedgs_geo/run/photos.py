@@ -23,7 +23,7 @@ from .measure import measure, placed
 from .outputs import compare_with_plan, write_layers, write_page
 from .published_plot import check_published, is_published
 from .routes import preset_of
-from .searched import ENOUGH_VIEWS, seen_in_photos
+from .searched import ENOUGH_VIEWS, day_of, seen_in_photos
 from .sheets import make_sheets
 from .stages import Collector, Steps
 from .stages_before_stems import Ready, prepare
@@ -95,7 +95,7 @@ def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str,
             reporter.warn(f"No stem is measurable: {nothing}.")
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
-        searched = searched_table(seen_in_photos(site, plots), plots, flight.stations.crs)
+        searched = searched_table(seen_in_photos(site, plots), plots, flight.stations.crs, day_of(flight.stations.utc))
         why = f"elsewhere fewer than {ENOUGH_VIEWS} photos look from the side"
         for sentence in partly_searched(searched, why) if site is not None else []:
             reporter.warn(sentence)

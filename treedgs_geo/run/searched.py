@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +32,8 @@ CELL_M, MOST_CELLS = 0.5, 20_000
 BRIDGE_M = 2.0
 #: Points a cell from which their rim is that of the ground that they show.
 _DENSE = 8
+#: Days of data that can be meant, s since 1970 (1990 to 2100); the beginning of GPS time.
+_FIRST_S, _LAST_S, _GPS_EPOCH_S = 631_152_000.0, 4_102_444_800.0, 315_964_800.0
 #: Points whose heights are looked up at once.
 _CHUNK = 1_000_000
 
@@ -74,6 +78,27 @@ def _seen_of_plot(site: Site, plot: Plot, cell_m: float) -> BaseGeometry:
         return shapely.MultiPolygon()
     count, _ = photos_looking(site.views, points)
     return covered((count >= ENOUGH_VIEWS).reshape(n, n), corner, cell_m)
+
+
+def day_of(utc_s: np.ndarray) -> datetime.date | None:
+    """The middle day of moments, s since 1970 (NaN: not known); ``None`` where none is one of this age."""
+    known = utc_s[np.isfinite(utc_s)]
+    if not len(known) or not _FIRST_S < (middle := float(np.median(known))) < _LAST_S:
+        return None
+    return datetime.datetime.fromtimestamp(middle, datetime.timezone.utc).date()
+
+
+def day_scanned(path: Path, gps_time: np.ndarray | None) -> datetime.date | None:
+    """The day of a LAS file's points, where they hold the full GPS time (not that of a week)."""
+    if gps_time is None or path.suffix.lower() not in (".las", ".laz"):
+        return None
+    import laspy
+
+    with laspy.open(path) as file:
+        if int(file.header.global_encoding.gps_time_type) != 1:
+            return None
+    # Adjusted standard GPS time: s since 6 January 1980, less 1e9 (LAS 1.4, global encoding).
+    return day_of(np.asarray(gps_time[:: max(len(gps_time) // 10_000, 1)], float) + 1e9 + _GPS_EPOCH_S)
 
 
 def over_ground(site: Site, xy: np.ndarray) -> np.ndarray | None:

@@ -17,7 +17,13 @@ class CompareSettings:
 
     before: Path = param(kind="file", help="tree layer of the first date", suffixes=("gpkg", "shp", "geojson", "csv"))
     after: Path = param(kind="file", help="tree layer of the second date", suffixes=("gpkg", "shp", "geojson", "csv"))
-    years: float = param(kind="number", minimum=0.1, maximum=100, help="years (seasons of growth) between the dates")
+    years: float | None = param(
+        None,
+        kind="number",
+        minimum=0.1,
+        maximum=100,
+        help="years (seasons of growth) between the dates; needed where the layers do not say when they were flown",
+    )
     plots: Path | None = param(
         None,
         kind="file",

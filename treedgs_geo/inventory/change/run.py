@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
 from ..stand.treelist import TreeList, from_layer, settle_status
 from ..stand.values import count_of
+from .dates import judge_growth, to_one_breast_height, years_between
 from .growth import Change, SharedErrors, stand_change, tree_growth
 from .joining import Joined, Limits, join_dates
 from .layer import OWN_LAYERS, change_table, write_layer
@@ -50,13 +52,18 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
     report_fonts()  # says that the extra "reports" is missing before anything is written
     ensure_unlocked(folder / "change.gpkg", OWN_LAYERS)
     with reporter.stage("read", 0.0, 0.2):
+        years, said = years_between(settings.before, settings.after, settings.years)
+        settings = replace(settings, years=years)
         before, after, plots = _read(settings)
+        before.warnings += to_one_breast_height(before, after)
+        before.notes += [said] if said else []
     with reporter.stage("pair trees", 0.2, 0.6):
         limits = Limits(settings.min_dbh_cm, settings.max_yearly_growth_cm * settings.years)
         options = PairingOptions(
             centre_error_m=settings.centre_error_m, rotation_deg=settings.rotation_deg, gate_m=settings.gate_m
         )
         joined = join_dates(before, after, plots, options, limits)
+        joined.warnings += judge_growth(joined.trees, years, settings.max_yearly_growth_cm)
     with reporter.stage("estimate", 0.6, 0.7):
         level = settings.confidence_pct / 100
         shared = SharedErrors(
