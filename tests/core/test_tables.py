@@ -28,7 +28,7 @@ from treedgs_geo.core.tables import (
     safe_frame,
 )
 from treedgs_geo.inventory.accuracy.sections import write_table
-from treedgs_geo.inventory.match import read_measured
+from treedgs_geo.inventory.measured import read_measured
 from treedgs_geo.inventory.stand.sample import read_sample
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees

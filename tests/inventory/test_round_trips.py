@@ -8,7 +8,7 @@ import pandas as pd
 import pyproj
 import pytest
 
-from treedgs_geo.inventory.match import read_measured
+from treedgs_geo.inventory.measured import read_measured
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.stems.quality.tree import TREE_FIELDS, Tree

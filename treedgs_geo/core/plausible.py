@@ -24,9 +24,8 @@ def odd_diameters(dbh_cm: np.ndarray) -> tuple[np.ndarray, str]:
     where the others say nothing."""
     d = np.asarray(dbh_cm, float)
     known = np.isfinite(d)
-    nines = np.array(
-        [known[k] and set(f"{value:g}".replace(".", "")) == {"9"} and value > 9 for k, value in enumerate(d)]
-    )
+    digits = [set(f"{value:g}".replace(".", "")) for value in d]
+    nines = np.array([value > 9 and found == {"9"} for value, found in zip(d, digits, strict=True)], bool)
     rest = d[known & ~nines]
     marks = nines & (d > 1.5 * rest.max()) if len(rest) >= 3 else np.zeros(len(d), bool)
     if marks.any():

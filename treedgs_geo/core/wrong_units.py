@@ -30,6 +30,10 @@ _EXPLAINED = 0.8
 _FEW, _SHARE = (2, 0.1), (3, 0.15)
 
 
+#: A single diameter ten times too large or small is one beyond these, cm.
+_ONE_CM = (3.0, 100.0)
+
+
 @dataclass(frozen=True)
 class WrongUnit:
     """Rows (N,) of a column whose values are ``ratio`` times what they should be; ``factor`` makes them right.
@@ -55,6 +59,7 @@ class WrongUnit:
         return (
             f"{k} of {self.n} values {'is' if k == 1 else 'are'} {self.ratio:.2g} times {reference}, as {self.is_unit} "
             f"read as {self.read_as} are"
+            + (" (or a decimal point is elsewhere)" if abs(np.log10(self.factor)) > 0.95 else "")
         )
 
 
@@ -86,7 +91,10 @@ def wrong_unit(values: np.ndarray, known: np.ndarray, lengths: bool = False) -> 
         tenfold = abs(np.log10(times)) > 0.95
         least, share = (1, 0.0) if tenfold else _SHARE if abs(np.log2(times)) < 1.1 else _FEW
         all_ = n >= 3 and n_rows >= 0.6 * n
-        mixed = n_rows >= max(least, share * n) and n_rows + fine >= _EXPLAINED * n and (tenfold or fine >= 3)
+        mixed = n_rows >= max(least, share * n) and n_rows + fine >= _EXPLAINED * n and fine >= 3
+        # A single one is another tree's, unless no tree has it.
+        odd = tenfold and n_rows and (n_rows > 1 or lengths or not _ONE_CM[0] < values[rows][0] < _ONE_CM[1])
+        mixed = (mixed and not tenfold) or bool(odd)
         if (all_ or mixed) and (best is None or n_rows > best.rows.sum()):
             best = WrongUnit(rows, n, float(np.exp(np.median(ratio[rows]))), 1 / times, is_unit, read_as)
     return best

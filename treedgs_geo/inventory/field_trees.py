@@ -26,6 +26,8 @@ _POLAR, _ON_MAP = ("azimuth", "distance"), ("easting", "northing")
 _CIRCLE = {"deg": 360.0, "gon": 400.0, "mil": 6400.0}
 #: Two readings of one diameter differ by no more than this factor.
 _CROSSWISE = 1.5
+#: Trees of a plot are not this many radii from its centre; in feet read as metres nine tenths of them reach 3.
+_FAR = 2.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -304,6 +306,8 @@ def place(
                     move.transform(*placed.loc[rows, ["x", "y"]].to_numpy(float).T)
                 )
         return placed
+    if protocol.distance_unit == "auto":
+        _refuse_far(path, placed, known)
     turn = {
         key: bearing_to_grid_deg(known[key[0]], crs, protocol, key[1], path)
         for key in {(p, _day(row, protocol, path)) for p, row in zip(placed["plot_id"], _dates(placed), strict=True)}
@@ -316,6 +320,22 @@ def place(
     placed["x"] = [known[p].x for p in placed["plot_id"]] + distance * np.sin(bearing)
     placed["y"] = [known[p].y for p in placed["plot_id"]] + distance * np.cos(bearing)
     return placed
+
+
+def _refuse_far(path: Path, trees: pd.DataFrame, plots: dict[str, Plot]) -> None:
+    """Refuse distances that reach far beyond the plots: feet read as metres.
+
+    Raises:
+        InputError: how far, and how large the plots are.
+    """
+    share = trees["distance_m"] / [plots[name].radius_m for name in trees["plot_id"]]
+    reach = float(share.quantile(0.9))
+    if len(share.dropna()) >= 3 and reach > _FAR:
+        raise InputError(
+            f"{path}: its distances reach {reach:.1f} times as far as the plots' radius (up to "
+            f"{trees['distance_m'].max():.1f} m), as feet read as metres do; name the column distance_ft, "
+            "correct the plots' radius, or give --distance-unit m if both are right."
+        )
 
 
 def bearing_to_grid_deg(

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
-import pyproj
 
-from ..core.columns import columns, numbers, places, require
-from ..core.errors import InputError
 from ..core.plots import Plot
-from ..core.tables import read_table
-from .field_trees import dbh_in_cm
 from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked
-from .reviewed import COLUMNS as DECIDED
-from .tree_reading import read_trees
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.
 _AROUND_M = 3.0
@@ -35,39 +27,6 @@ class Matched:
     measured: gpd.GeoDataFrame
     plots: list[dict]
     warnings: list[str]
-
-
-def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") -> gpd.GeoDataFrame:
-    """A tree layer, or a CSV with ``tree_id, x, y, dbh_cm`` (``crs`` is then the CRS of x and y).
-
-    Raises:
-        InputError: not readable, columns missing, doubled ids, positions that are no numbers, an unclear DBH unit.
-    """
-    path = Path(path)
-    if path.suffix.lower() == ".csv":
-        table = read_table(path)
-        found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth")
-        require(path, table, found, ("field_id", "easting", "northing", ("dbh", "dbh1", "girth")))
-        trees = pd.DataFrame({"tree_id": numbers(path, table, found["field_id"].name, required=True)})
-        trees[["x", "y"]] = places(path, table, crs)
-        trees["dbh_cm"] = dbh_in_cm(path, table, dbh_unit, "--trees-dbh-unit")
-        for name in ("dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"):
-            if name in table:
-                trees[name] = numbers(path, table, name)
-        for name in ("qc_flag", *DECIDED):
-            if name in table:
-                trees[name] = table[name]
-        trees = gpd.GeoDataFrame(trees, geometry=gpd.points_from_xy(trees["x"], trees["y"]), crs=crs)
-    else:
-        trees = read_trees(path)
-        trees["x"], trees["y"] = trees.geometry.x, trees.geometry.y
-    if trees["tree_id"].duplicated().any() or trees["tree_id"].isna().any():
-        raise InputError(f"{path}: a tree_id is missing or appears twice; give every measured tree its own tree_id.")
-    trees["tree_id"] = trees["tree_id"].astype(int)
-    for name in ("qc_flag", "dbh_lo_cm", "dbh_hi_cm"):
-        if name not in trees:
-            trees[name] = None
-    return trees.reset_index(drop=True)
 
 
 def match_plots(

@@ -16,7 +16,7 @@ from ..core.progress import Reporter
 from ..core.tables import read_table
 from .carried import DECIDED, carried_decision, kept_place, merged_into
 from .reviewed import A_TREE
-from .tree_reading import read_trees
+from .tree_reading import read_trees, single_points
 
 #: Columns of a tree layer that are a person's, beside the decisions.
 COLUMNS = ("species", "status", "note")
@@ -166,7 +166,7 @@ def _read(path: Path) -> Written:
             table, crs = read_table(path), None
             table[["x", "y"]] = table[["x", "y"]].apply(pd.to_numeric)
         else:
-            layer = read_trees(path)
+            layer = single_points(path, read_trees(path, as_written=True))
             crs = layer.crs
             table = pd.DataFrame(layer.drop(columns="geometry")).assign(x=layer.geometry.x, y=layer.geometry.y)
         names = ("tree_id", "plot_id", *_NUMBERS[:-1], *COLUMNS, *DECIDED)

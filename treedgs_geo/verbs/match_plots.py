@@ -45,15 +45,19 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
 
 def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, place the field trees, co-register, pair, write."""
+    import numpy as np
+
     from ..core.crs import check_projected, project_crs
-    from ..core.errors import CRSError
+    from ..core.errors import CRSError, InputError
     from ..core.files import ensure_writable
     from ..core.geopackage import ensure_unlocked
     from ..core.map_scale import check_place
     from ..core.plots import read_plots
+    from ..core.wrong_units import wrong_unit
     from ..inventory.azimuth_offset import is_stuck, turn_advice
     from ..inventory.field_trees import place, read_field_trees
-    from ..inventory.match import match_plots, read_measured
+    from ..inventory.match import match_plots
+    from ..inventory.measured import read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
     from ..inventory.reviewed import reviewed
     from ..inventory.unplaced import drop_unplaced
@@ -78,6 +82,15 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
         reporter.info(f"{len(locked.pairs)} locked pairs and {len(locked.plots)} confirmed plots are kept.")
     with reporter.stage("pair trees", 0.1, 0.9):
         matched = match_plots(tally, measured, plots, settings, locked)
+    if slip := wrong_unit(*np.array([[p["field_cm"], p["dbh_cm"]] for p in matched.pairs], float).reshape(-1, 2).T):
+        text = (
+            f"{settings.field}: DBHs of the tally beside those of the same trees in {settings.trees.name}: "
+            f"{slip.text()}; name the unit in the column (dbh_in, dbh_mm, girth_cm), correct the rows, or give "
+            "--dbh-unit if it is right."
+        )
+        if settings.dbh_unit == "auto":
+            raise InputError(text)
+        reporter.warn(text)
     advice = turn_advice(
         matched.plots,
         plots,

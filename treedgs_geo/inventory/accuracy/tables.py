@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ...core.errors import InputError
+from ...core.wrong_units import wrong_unit
 from ..pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, SUGGESTED, read_layer
 from .scores import Accuracy, score, score_against_truth
 
@@ -94,6 +95,9 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
         notes.append(f"{n_rejected} field trees whose pair was rejected by a person do not count.")
     if n_blank:
         notes.append(f"{n_blank} field trees without a DBH do not count.")
+    pair_cm = _table(rows)[["reference_cm", "meas_cm"]].astype(float)
+    if (slip := wrong_unit(pair_cm["reference_cm"].to_numpy(), pair_cm["meas_cm"].to_numpy())) is not None:
+        notes.append(f"Field DBHs look like another unit than their table says: {slip.text()}; run match-plots again.")
     extra = measured[(measured["paired"] == "no") & measured["dbh_cm"].notna()]
     extra = extra[(extra["in_plot"] == "in") & (extra["dbh_cm"] >= min_dbh_cm) & ~extra["plot_id"].isin(unplaced)]
     counts = extra["plot_id"].astype(str).value_counts().to_dict()

@@ -163,6 +163,7 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
                 f"layers of "
                 "the same ground."
             )
+    _refuse_same(before.trees, after.trees, settings)
     return before, after, _common_ground(before, after, settings)
 
 
@@ -188,6 +189,23 @@ def _common_ground(before: TreeList, after: TreeList, settings: Any) -> list[Sam
             )
         date.trees = date.trees[inside].reset_index(drop=True)
     return plots
+
+
+def _refuse_same(before: pd.DataFrame, after: pd.DataFrame, settings: Any) -> None:
+    """Refuse one layer as both dates: no two flights give the same DBHs at the same places.
+
+    Raises:
+        InputError: nine tenths of the trees are the same to the digit.
+    """
+    one, two = (
+        set(map(tuple, trees[["x", "y", "dbh_cm"]].dropna().round({"x": 1, "y": 1, "dbh_cm": 3}).to_numpy().tolist()))
+        for trees in (before, after)
+    )
+    if len(one) >= 3 and len(one & two) > 0.9 * min(len(one), len(two)):
+        raise InputError(
+            f"{settings.after}: {len(one & two)} of its {len(two)} trees have the places and DBHs of those in "
+            f"{settings.before} to the digit: it is the same measurement; give the layers of two dates."
+        )
 
 
 def _remarks(

@@ -17,12 +17,13 @@ import shapely
 
 from ...core.errors import InputError
 from ...core.tables import read_table
+from ...core.wrong_units import wrong_unit
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ...stems.quality.tree import TREE_FIELDS
 from ..carried import kept_place, merge_note, merged_into
 from ..reviewed import COLUMNS, NO_TREE, decided
 from ..tree_layer import check_output, write_table
-from ..tree_reading import read_trees
+from ..tree_reading import read_trees, typed
 from .decisions import UNDO, Decision, read_decisions
 
 #: A stem that a person adds is no other tree's from this distance on, m; and no farther from the layer's trees.
@@ -72,6 +73,8 @@ def review_trees(
     check_output(path)
     table = read_whole(path)
     source = path if isinstance(decisions, list) else Path(decisions)
+    if dbh_unit == "auto":
+        _refuse_unit(table, rows, source)
     made, outcome = decide(table, rows, by or _user(), source, path)
     write_table(path, made)
     return outcome
@@ -121,6 +124,24 @@ def decide(
         said += _odd(made.iloc[row_of[tree]], tree, decision)
     _check_merges(made, source, path)
     return _typed(made), Outcome(dict(Counter(decision.word for decision in decisions)), added, said)
+
+
+def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:
+    """Refuse taped DBHs in another unit than their column says.
+
+    Raises:
+        InputError: the first of them.
+    """
+    given = [decision for decision in decisions if decision.dbh_cm is not None and decision.tree is not None]
+    known = dict(zip(pd.to_numeric(table["tree_id"]), pd.to_numeric(table["dbh_cm"]), strict=True))
+    slip = wrong_unit([decision.dbh_cm for decision in given], [known.get(decision.tree, np.nan) for decision in given])
+    if slip is not None:
+        first = given[int(np.flatnonzero(slip.rows)[0])]
+        raise InputError(
+            f"{source}, line {first.line}: a DBH of {first.dbh_cm:g} cm, but {known[first.tree]:.1f} cm were "
+            f"measured at tree {first.tree}: {slip.text()}; correct it, or name the unit (column dbh_in, or "
+            "--dbh-unit)."
+        )
 
 
 def _odd(row: pd.Series, tree: int, decision: Decision) -> list[str]:
@@ -224,7 +245,7 @@ def read_whole(path: Path) -> gpd.GeoDataFrame:
                 f"{path}: cannot be read as a tree table ({problem}); give a layer made by TreeDGS."
             ) from None
         return gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(x, y))
-    table = read_trees(path)
+    table = typed(path, read_trees(path, as_written=True))
     if table["tree_id"].isna().any():
         raise InputError(f"{path}: a tree has no tree_id; give every tree its own number.")
     layer = {"layer": "trees"} if path.suffix.lower() == ".gpkg" else {}

@@ -8,18 +8,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pyproj
+from scipy.spatial import cKDTree
 from shapely.geometry.base import BaseGeometry
 
 from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
 from ...core.tables import read_table
 from ..field_trees import FieldProtocol, read_field_trees
-from ..match import read_measured
+from ..measured import read_measured
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
 from .species import species_of
 from .values import count_of
 
+#: Stems whose axes are nearer than this share of their radii together are one; and how near one stem's two places are.
+_INSIDE, _NEAR_M = 0.6, 0.5
 _LIVE = {"", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"}
 _DEAD = {"dead", "d", "snag", "2", "standing dead", "mort", "ds"}
 #: Columns of a tree list.
@@ -89,7 +92,9 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     trees["dead"] = False
     # A person who says that a tree stands there knows it as well as a crew that taped it.
     trees["paired"] = measured["sure"]
-    trees.loc[trees["qc_flag"] == "reject", "dbh_cm"] = np.nan
+    refused = trees["qc_flag"] == "reject"
+    by_hand = int((refused & trees["dbh_cm"].notna()).sum())
+    trees.loc[refused, "dbh_cm"] = np.nan
     for row in np.flatnonzero(measured["taped"]):
         said = trees.loc[row, "note"]
         trees.loc[row, "note"] = "DBH by tape" + ("" if said is None else f"; {said}")
@@ -104,11 +109,51 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     found = TreeList(
         trees, measured.crs, False, review=review, searched=searched, notes=review.sentences(Path(path).name)
     )
+    if by_hand:
+        found.warnings.append(
+            f"{count_of(by_hand, 'tree')} of {Path(path).name} with a DBH {'has' if by_hand == 1 else 'have'} qc_flag "
+            "reject and count as stems without one; where no tree stands write 'no tree', or reject it by the verb "
+            "review."
+        )
+    found.warnings += _doubles(path, trees)
     for name, what in (("species", "Species"), ("status", "Status")):
         n = int(trees[name].notna().sum())
         if n:
             found.notes.append(f"{what} of {count_of(n, 'tree')} as written in the tree layer.")
     return found
+
+
+def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
+    """Stems that stand inside one another are one stem, measured twice; so are near ones of one DBH where a third of
+    all trees are.
+
+    Returns:
+        a sentence about a few of them.
+
+    Raises:
+        InputError: there are more.
+    """
+    some = trees[trees[["x", "y", "dbh_cm"]].notna().all(axis=1)]
+    if len(some) < 2:
+        return []
+    xy, radius = some[["x", "y"]].to_numpy(float), some["dbh_cm"].to_numpy(float) / 200
+    i, j = cKDTree(xy).query_pairs(max(_NEAR_M, 2 * radius.max()), output_type="ndarray").T
+    away, both = np.hypot(*(xy[i] - xy[j]).T), radius[i] + radius[j]
+    inside = away < _INSIDE * both
+    alike = (away < _NEAR_M) & (np.abs(radius[i] - radius[j]) < 0.075 * both)
+    twice = inside | alike if len({*i[alike], *j[alike]}) > len(some) / 3 else inside
+    if not twice.any():
+        return []
+    numbers_ = some["tree_id"].to_numpy()
+    named = ", ".join(f"{a} and {b}" for a, b in zip(numbers_[i[twice]][:5], numbers_[j[twice]][:5], strict=True))
+    more = ", …" if twice.sum() > 5 else ""
+    text = (
+        f"{path}: {count_of(int(twice.sum()), 'pair')} of trees stand in one another ({named}{more}): one stem "
+        "measured twice counts twice; delete one of each pair, or merge them by the verb review."
+    )
+    if twice.sum() >= 3 and twice.sum() > 0.05 * len(some):
+        raise InputError(text)
+    return [text]
 
 
 def _more_columns(path: Path, trees: pd.DataFrame) -> None:

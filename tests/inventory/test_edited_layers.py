@@ -1,0 +1,241 @@
+"""Layers and tables as people leave them: numbers as text, flags in their words, other units, one thing twice."""
+
+from __future__ import annotations
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pytest
+import shapely
+
+from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, make_survey
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.plausible import odd_diameters, refuse_odd_heights
+from treedgs_geo.inventory.change.run import compare_dates
+from treedgs_geo.inventory.field_trees import FieldProtocol, read_field_trees
+from treedgs_geo.inventory.review.apply import review_trees
+from treedgs_geo.inventory.stand.treelist import from_layer, read_tally
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.inventory.written import read_written
+from treedgs_geo.stems.quality.tree import Tree
+from treedgs_geo.verbs.compare import CompareSettings
+
+
+@pytest.fixture
+def survey(tmp_path):
+    return make_survey(tmp_path)
+
+
+def edited(folder, change, name="edited.gpkg"):
+    """The survey's layer after a change by ``change(table)``, which may return another table."""
+    table = gpd.read_file(folder / "trees.gpkg", layer="trees")
+    made = change(table)
+    table = table if made is None else made
+    table.to_file(folder / name, layer="trees", engine="pyogrio")
+    return folder / name
+
+
+def basal_area(folder, path):
+    stand, ears = figures(folder, trees=path)
+    return stand.estimates["ba"].mean, ears
+
+
+def as_text(table):
+    table["dbh_cm"] = [None if pd.isna(v) else f"{v:.2f}".replace(".", ",") for v in table.dbh_cm]
+    table["tree_id"] = table.tree_id.astype(str)
+
+
+def as_multipoints(table):
+    return table.set_geometry([shapely.MultiPoint([point]) for point in table.geometry], crs=table.crs)
+
+
+def without_some_points(table):
+    table.loc[table.index[:40], "geometry"] = None
+
+
+def in_other_words(table):
+    words = {"ok": ["OK ", "Good", "ok"], "reject": ["Rejected", "REJECT ", "refused"], "check": ["Check"]}
+    table["qc_flag"] = [words[flag][k % len(words[flag])] for k, flag in enumerate(table.qc_flag)]
+
+
+@pytest.mark.parametrize("change", [as_text, as_multipoints, without_some_points, in_other_words])
+def test_what_an_edit_leaves_otherwise_reads_the_same(survey, change):
+    right, _ = basal_area(survey, survey / "trees.gpkg")
+    assert basal_area(survey, edited(survey, change))[0] == pytest.approx(right, rel=1e-4)
+
+
+def test_no_tree_counts_nowhere_and_an_empty_flag_is_refused(survey):
+    def gone(table):
+        table.loc[table.index[1:15], "qc_flag"] = np.resize(["no tree", "No Tree", "kein Baum"], 14)
+
+    path = edited(survey, gone)
+    found = from_layer(path, CRS)
+    assert found.review.rejected == 14 and len(found.trees) == 586
+    by_hand = from_layer(edited(survey, lambda table: table.assign(qc_flag="reject"), "r.gpkg"), CRS)
+    assert by_hand.trees["dbh_cm"].isna().all() and "with a DBH have qc_flag reject" in by_hand.warnings[0]
+    for word, says in ((None, "have no word as qc_flag"), ("maybe later", "have 'maybe later' as qc_flag")):
+
+        def odd(table, word=word):
+            table.loc[table.index[1:4], "qc_flag"] = word
+
+        with pytest.raises(InputError, match=f"3 of 600 trees .tree 1, 2, 3. {says}"):
+            from_layer(edited(survey, odd, "odd.gpkg"), CRS)
+    # A layer of another program without any flag is measured.
+    assert (
+        from_layer(edited(survey, lambda table: table.assign(qc_flag=None), "none.gpkg"), CRS)
+        .trees["dbh_cm"]
+        .notna()
+        .sum()
+    )
+
+
+def test_a_tree_without_any_place_is_named(survey):
+    def lost(table):
+        table.loc[table.index[[3, 5]], ["geometry", "x"]] = None
+
+    with pytest.raises(InputError, match="2 of 600 trees have no point .tree 3, 5"):
+        from_layer(edited(survey, lost), CRS)
+    with pytest.raises(InputError, match="tree 7 has dbh_cm 'thick', expected a number"):
+        from_layer(edited(survey, lambda t: t.assign(dbh_cm=[*["20"] * 7, "thick", *["20"] * 592])), CRS)
+
+
+def test_a_review_keeps_what_it_does_not_decide(survey):
+    path = edited(survey, lambda table: table.assign(qc_flag=table.qc_flag.replace("ok", "Good"), mine="x"))
+    decisions = survey / "d.csv"
+    decisions.write_text("Baum;decision;BHD cm\n4;dbh;29,3\n")
+    review_trees(path, decisions)
+    table = gpd.read_file(path, layer="trees")
+    assert table.qc_flag.value_counts()["Good"] > 500 and set(table.mine) == {"x"}
+    assert table.rev_dbh_cm.dropna().tolist() == [29.3]
+    assert len(read_written(path).entries) == 1
+    measured = float(table.dbh_cm[4])
+    for text, line in ((f"4,dbh,{10 * measured:.0f}", 2), (f"6,dbh,20\n4,dbh,{measured / 10:.2f}", 3)):
+        decisions.write_text(f"tree_id,decision,dbh_cm\n{text}\n")
+        with pytest.raises(InputError, match=f"line {line}: a DBH of .* were measured at tree 4"):
+            review_trees(path, decisions)
+    review_trees(path, decisions, dbh_unit="cm")
+
+
+@pytest.mark.parametrize("times", [10.0, 1 / 2.54, 0.1])
+def test_diameters_edited_in_another_unit_are_refused(survey, times):
+    def change(table):
+        table.loc[table.index[1:4], "dbh_cm"] *= times
+
+    with pytest.raises(InputError, match="that somebody edited .tree 1, 2, 3.: 3 of 3"):
+        from_layer(edited(survey, change), CRS)
+
+
+def test_a_veteran_is_a_tree(tmp_path):
+    """Measured as such it counts; in a table of another program a person accepts it."""
+    trees = [Tree(k, EAST + 3 * k, NORTH, dbh_cm=20.0 + k, method="photos") for k in range(9)]
+    path = write_trees(tmp_path / "t.gpkg", [*trees, Tree(9, EAST - 9, NORTH, dbh_cm=251.0, method="photos")], CRS)
+    assert from_layer(path, CRS).trees["dbh_cm"].max() == 251.0
+    rows = "".join(
+        f"{t.tree_id},{t.x},{t.y},{t.dbh_cm}," + "\n" for t in [*trees, Tree(9, EAST - 9, NORTH, dbh_cm=251.0)]
+    )
+    table = tmp_path / "t.csv"
+    table.write_text("tree_id,x,y,dbh_cm,rev_flag\n" + rows)
+    with pytest.raises(InputError, match="line 11: a DBH of 251 cm: the others are 20.0 to 28.0 cm"):
+        from_layer(table, CRS)
+
+
+@pytest.mark.parametrize("away", [0.05, 0.25])
+def test_every_tree_twice_is_refused_and_one_pair_is_said(survey, away):
+    def twice(table, n=600):
+        more = table.iloc[:n].copy()
+        more["tree_id"] += 1000
+        more["x"] += away
+        more = more.set_geometry(shapely.points(more.x, more.y, more.z_ground), crs=table.crs)
+        return gpd.GeoDataFrame(pd.concat([table, more], ignore_index=True), crs=table.crs)
+
+    with pytest.raises(InputError, match="pairs of trees stand in one another .*counts twice"):
+        from_layer(edited(survey, twice), CRS)
+    if away == 0.05:
+        found = from_layer(edited(survey, lambda table: twice(table, 3), "few.gpkg"), CRS)
+        assert "1 and 1001" in found.warnings[0] and "stand in one another" in found.warnings[0]
+
+
+def test_one_layer_is_not_two_dates(survey):
+    settings = CompareSettings(
+        before=survey / "trees.gpkg",
+        after=edited(survey, lambda table: table.to_crs(32615), "moved.gpkg"),
+        years=5,
+        plots=None,
+        output=survey / "change",
+    )
+    with pytest.raises(InputError, match="it is the same measurement"):
+        compare_dates(settings, Ears())
+
+
+def _tally(tmp_path, text, read=read_tally, **protocol):
+    path = tmp_path / "tally.csv"
+    path.write_text(text)
+    return read(path, FieldProtocol(**protocol))
+
+
+def test_fia_s_table_and_two_readings_of_callipers(tmp_path):
+    fia = "PLT_CN,SUBP,TREE,AZIMUTH,DIST,DIA,HT,SPCD,STATUSCD\n1,1,1,12,14.2,9.8,55,131,1\n1,1,2,95,20.1,,48,131,2\n"
+    found = _tally(tmp_path, fia)
+    assert found.dbh_cm[0] == pytest.approx(24.892) and found.height_m[0] == pytest.approx(16.764)
+    assert found.distance_m[0] == pytest.approx(14.2 * 0.3048) and found.plot_id.tolist() == ["1", "1"]
+    two = "Plot;Baum;dbh1_cm;dbh2_cm\n1;1;24,1;25,3\n1;2;31,0;\n"
+    assert _tally(tmp_path, two).dbh_cm.tolist() == pytest.approx([24.7, 31.0])
+    with pytest.raises(InputError, match="line 3: dbh1_cm and dbh2_cm are .* two readings of one stem"):
+        _tally(tmp_path, "Plot;Baum;dbh1_cm;dbh2_cm\n1;1;24,1;25,3\n1;2;31,0;13\n")
+    girth = _tally(tmp_path, "plot_id,tree_id,Umfang cm\n1,1,78.5\n")
+    assert girth.dbh_cm[0] == pytest.approx(78.5 / np.pi)
+
+
+HEAD = "plot_id,tree_id,dbh_cm,height_m\n"
+GOOD = "1,1,24.1,17.2\n1,2,31,19\n1,3,18.2,14.1\n1,4,22.6,16\n1,5,12.2,12\n1,6,27.3,18.5\n"
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ("1,7,5005,15", "line 8: dbh_cm is 5005 cm, expected 0.5 to 500"),
+        ("1,7,-9,15", "line 8: dbh_cm is -9 cm"),
+        ("1,7,0,15", "line 8: dbh_cm is 0 cm"),
+        ("1,7,99.9,15", "line 8: a DBH of 99.9 cm: .*a mark for 'not measured'"),
+        ("1,7,241,15", "line 8: a DBH of 241 cm: the others are 12.2 to 31.0 cm"),
+        ("1,7,18.2,1.1", "line 8: a height of 1.1 m .DBH 18.2 cm., so low that it has no DBH"),
+        ("1,7,18.2,171", "line 8: a height of 171 m"),
+        ("1,7,18.2,90", "line 8: a height of 90 m .DBH 18.2 cm., too much for its DBH"),
+        ("1,7,18.2,17,4", "line 8: has more cells"),
+    ],
+)
+def test_values_that_no_tree_has_are_refused_by_row(tmp_path, row, says):
+    assert len(_tally(tmp_path, HEAD + GOOD)) == 6
+    with pytest.raises(InputError, match=says):
+        _tally(tmp_path, HEAD + GOOD + row + "\n")
+
+
+def test_heights_in_feet_are_seen_by_the_stand(tmp_path):
+    rows = "".join(
+        f"1,{k},{d},{h / 0.3048:.1f}\n" for k, (d, h) in enumerate(((24, 17), (31, 19), (18, 14), (22, 16), (12, 12)))
+    )
+    with pytest.raises(InputError, match="the heights look like feet in metres"):
+        _tally(tmp_path, HEAD + rows)
+    with pytest.raises(InputError, match="expected up to 120"):
+        refuse_odd_heights(np.array([150.0]), np.array([np.nan]), lambda bad: "t", "correct it")
+
+
+def test_thick_trees_of_mixed_stands_are_trees():
+    rng = np.random.default_rng(1)
+    for relic in (80.0, 110.0, 145.0):
+        assert not odd_diameters([*rng.normal(25, 6, 30), relic])[0].any()
+    assert not odd_diameters([180, 220, 15, 250, 160, 240])[0].any()
+    assert not odd_diameters([20.0, 241.0])[0].any() and not odd_diameters([])[0].any()
+    assert odd_diameters([22, 25, 31, 18, 27, 24, 293])[0].tolist() == [False] * 6 + [True]
+
+
+def test_distances_in_feet_are_seen_by_the_plots(tmp_path):
+    from treedgs_geo.core.plots import Plot
+    from treedgs_geo.inventory.field_trees import place
+
+    rows = "".join(f"a,{k},{40 * k},{d / 0.3048:.1f},20\n" for k, d in enumerate((4.2, 9.1, 8.4, 7.7, 9.6)))
+    trees = _tally(tmp_path, "plot_id,tree_id,azimuth_deg,distance_m,dbh_cm\n" + rows, read_field_trees)
+    plots = [Plot("a", EAST, NORTH, 10.0)]
+    with pytest.raises(InputError, match="as feet read as metres do"):
+        place(trees, plots, CRS, FieldProtocol())
+    assert len(place(trees, plots, CRS, FieldProtocol(distance_unit="m"))) == 5
