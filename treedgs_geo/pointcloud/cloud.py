@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -80,7 +80,8 @@ def usable(cloud: PointCloud) -> np.ndarray:
 
 
 def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
-    """One cloud from pieces that share CRS; only attributes that every piece has are kept.
+    """One cloud from pieces that share CRS; only attributes that every piece has are kept. Pieces that nobody else
+    holds (of a generator) are let go of one by one, so that the coordinates are never held twice.
 
     Raises:
         ValueError: no piece at all.
@@ -88,13 +89,18 @@ def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
     pieces = list(clouds)
     if not pieces:
         raise ValueError("nothing to concatenate")
+    if len(pieces) == 1:
+        return pieces[0]
+    crs, layout = pieces[0].crs, pieces[0].layout
     names = [name for name in pieces[0].attributes if all(name in piece.attributes for piece in pieces)]
-    return PointCloud(
-        np.concatenate([piece.xyz for piece in pieces]),
-        pieces[0].crs,
-        {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names},
-        pieces[0].layout,
-    )
+    attributes = {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names}
+    xyz = np.empty((sum(map(len, pieces)), 3))
+    end = len(xyz)
+    while pieces:
+        part = pieces.pop().xyz
+        xyz[end - len(part) : end] = part
+        end -= len(part)
+    return PointCloud(xyz, crs, attributes, layout)
 
 
 def thin(xyz: np.ndarray, cell_m: float) -> np.ndarray:
@@ -116,6 +122,11 @@ def thin_crowded(xyz: np.ndarray, cell_m: float, most: int) -> np.ndarray:
     first = np.floor(low / cell_m)
     span = (np.floor(high / cell_m) - first).astype(np.int64) + 1
     return _spread(np.ascontiguousarray(xyz, dtype=float), first * cell_m, cell_m, span, most)
+
+
+def slices(count: int, most: int = 2_000_000) -> Iterator[slice]:
+    """Parts of ``count`` rows in their order, for work on large clouds in the memory of one part."""
+    return (slice(start, min(start + most, count)) for start in range(0, count, most))
 
 
 def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -110,11 +111,13 @@ def read_cloud(
         >>> cloud.xyz.shape[1], cloud.horizontal_crs.to_epsg()
         (3, 6344)
     """
-    pieces = [piece for piece in iter_cloud(path, bounds, crs, attributes, need_crs) if len(piece)]
-    if not pieces:
+    pieces = (piece for piece in iter_cloud(path, bounds, crs, attributes, need_crs) if len(piece))
+    first = next(pieces, None)
+    if first is None:
         where = " within the given bounds" if bounds else ""
         raise InputError(f"{path}: holds no point{where}, expected a point cloud; check the file and the extent.")
-    cloud = pieces[0] if len(pieces) == 1 else concatenate(pieces)
+    cloud = concatenate(itertools.chain([first], pieces))
+    del first
     # What is zero throughout is what a writer fills in anyway: it need not be carried along.
     extras = cloud.layout.extras if cloud.layout is not None else cloud.attributes
     kept = {

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .cloud import extent
+
 #: Width of a step along an axis, metres.
 STEP_M = 10.0
 #: A group of points is far off when the empty space before it is wider than this along x or y, or along z, and than
@@ -58,7 +60,8 @@ class Survey:
         """Count (N, 3) finite points."""
         if not len(xyz):
             return
-        self._low, self._high = np.minimum(self._low, xyz.min(axis=0)), np.maximum(self._high, xyz.max(axis=0))
+        low, high = extent(np.asarray(xyz, float))
+        self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
         for axis in range(3):
             step, count = _counted(np.floor(np.clip(xyz[:, axis] / STEP_M, -_FARTHEST, _FARTHEST)).astype(np.int64))
             known, before = self._steps[axis]

@@ -38,12 +38,15 @@ def load_cloud(
         InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
             :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.pointcloud.file_crs.placed`.
     """
+    from ..pointcloud.cloud import extent
+
     if attributes is not None:
         attributes = (*attributes, "classification", "withheld")
     with reporter.stage("read cloud", 0.0, 0.15):
         cloud = read_checked(settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm, all_points)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
-    span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
+    low, high = extent(cloud.xyz)
+    span = high - low
     reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
     return cloud
 
@@ -94,7 +97,7 @@ def checked(
     Raises:
         InputError, CRSError: as :func:`load_cloud`; no usable point.
     """
-    from ..pointcloud.cloud import usable
+    from ..pointcloud.cloud import slices, usable
     from ..pointcloud.file_crs import placed
     from ..pointcloud.sanity import examine, report
     from ..pointcloud.survey import Survey
@@ -110,7 +113,8 @@ def checked(
         text = f"{path}: {np.count_nonzero(~good):,} points ({share:.1%}) are classed as noise or withheld: left out."
         (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
     survey = Survey()
-    survey.add(cloud.xyz if good.all() else cloud.xyz[good])
+    for part in slices(len(cloud)):
+        survey.add(cloud.xyz[part][good[part]])
     extent, findings = examine(survey, path, find_stems, scale, dtm is not None)
     report(findings, reporter)
     kept = extent.holds(cloud.xyz) & (good | all_points)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..pointcloud.cloud import extent
+from ..pointcloud.cloud import extent, slices
 from .dtm import Dtm
 
 #: Cells in which points are counted; points within ``LAYER_M`` of the model are at the ground, those up to ``ABOVE_M``
@@ -66,7 +66,8 @@ class GroundLayer:
     def of(cls, xyz: np.ndarray, dtm: Dtm) -> GroundLayer:
         """Counted from (N, 3) points and the ground model that was made from them."""
         layer = cls.over(*extent(xyz[:, :2]))
-        layer.add(xyz, xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1]))
+        for part in slices(len(xyz)):
+            layer.add(xyz[part], xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1]))
         return layer
 
     def add(self, xyz: np.ndarray, height: np.ndarray) -> None:
@@ -76,7 +77,8 @@ class GroundLayer:
         row, col = self._cells(xyz[low, :2])
         at_ground = height[low] < LAYER_M
         for counts, chosen in ((self.ground, at_ground), (self.above, ~at_ground)):
-            np.add.at(counts, (row[chosen], col[chosen]), 1)
+            cell = row[chosen] * counts.shape[1] + col[chosen]
+            counts += np.bincount(cell, minlength=counts.size).reshape(counts.shape).astype(counts.dtype)
 
     @property
     def area_m2(self) -> float:

@@ -9,7 +9,7 @@ import pyproj
 
 from ..core.errors import InputError
 from ..core.machine import require_memory
-from ..pointcloud.cloud import extent
+from ..pointcloud.cloud import extent, slices
 from .cloth import PARTICLE_BYTES, near_cloth, particles_over
 from .dtm import Dtm, grid_over
 from .options import ClothSimulation
@@ -26,8 +26,8 @@ def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> n
     origin = xyz.min(axis=0)
     xyz = xyz - origin
     seeds = recentred(xyz, cloth_ground(lowest(xyz, method), method))
-    near = np.abs(xyz[:, 2] - _surface_at(xyz[:, :2], seeds))
-    return near <= method.ground_m
+    surface = _surface(seeds, extent(xyz[:, :2]))
+    return np.abs(xyz[:, 2] - surface.height(xyz[:, 0], xyz[:, 1])) <= method.ground_m
 
 
 def dtm_from_cloud(
@@ -51,9 +51,16 @@ def dtm_from_cloud(
     if ground is not None and ground.sum() >= 10:
         seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
     else:
+        # Part by part: a large cloud is not copied as a whole.
         method = method or ClothSimulation()
-        shifted = xyz - origin
-        seeds = recentred(shifted, cloth_ground(lowest(shifted, method), method))
+        corner = low[:2] - origin[:2]
+        parts = [lowest(xyz[part] - origin, method, corner) for part in slices(len(xyz))]
+        lows = cloth_ground(lowest(np.concatenate(parts), method, corner), method)
+        surface = _surface(lows, (corner, high[:2] - origin[:2]))
+        is_near = np.concatenate([_is_near(xyz[part] - origin, surface) for part in slices(len(xyz))])
+        near = xyz[is_near]
+        near -= origin
+        seeds = _middle(near, lows)
     bounds = low[:2] - origin[:2], high[:2] - origin[:2]
     dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds, crs=crs)
     return dtm.moved(origin)
@@ -69,7 +76,10 @@ def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None) -> Dtm:
 
 def height_above_ground(xyz: np.ndarray, dtm: Dtm, method: str = "bilinear") -> np.ndarray:
     """(N,) metres above the terrain model; NaN where the ground is unknown."""
-    return xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1], method)
+    height = np.empty(len(xyz))
+    for part in slices(len(xyz)):
+        height[part] = xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1], method)
+    return height
 
 
 def recentred(
@@ -79,14 +89,20 @@ def recentred(
 
     xyz: (N, 3) all points, lows: (M, 3) ground among the lowest points, both near zero. corner: of the cells' lattice.
     """
-    near = np.abs(xyz[:, 2] - _surface_at(xyz[:, :2], lows)) < reach_m
-    return cell_quantile(xyz[near], cell_m, 0.4, corner) if near.sum() >= 10 else lows
+    return _middle(xyz[_is_near(xyz, _surface(lows, extent(xyz[:, :2])), reach_m)], lows, cell_m, corner)
 
 
-def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> np.ndarray:
+def _is_near(xyz: np.ndarray, surface: Dtm, reach_m: float = 0.10) -> np.ndarray:
+    return np.abs(xyz[:, 2] - surface.height(xyz[:, 0], xyz[:, 1])) < reach_m
+
+
+def _middle(near: np.ndarray, lows: np.ndarray, cell_m: float = 0.25, corner: np.ndarray | None = None) -> np.ndarray:
+    return cell_quantile(near, cell_m, 0.4, corner) if len(near) >= 10 else lows
+
+
+def _surface(seeds: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> Dtm:
     """Ground under every point, through a fine grid (a plane per point would be N times too much work)."""
-    grid = grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=extent(xy))
-    return grid.height(xy[:, 0], xy[:, 1])
+    return grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=bounds)
 
 
 def lowest(xyz: np.ndarray, method: ClothSimulation, corner: np.ndarray | None = None) -> np.ndarray:

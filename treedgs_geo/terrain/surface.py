@@ -137,14 +137,13 @@ def cell_quantile(points: np.ndarray, cell_m: float, quantile: float, corner: np
 @njit(cache=True)
 def _cell_keys(points, corner, cell_m):  # pragma: no cover - compiled
     """(N,) numbers of the cells that (N, 3) points lie in, row by row of the lattice from ``corner``."""
-    key, column = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+    key = np.empty(len(points), np.int64)
     last = 0
     for m in range(len(points)):
-        key[m] = int(np.floor((points[m, 0] - corner[0]) / cell_m))
-        column[m] = int(np.floor((points[m, 1] - corner[1]) / cell_m))
-        last = max(last, column[m])
+        last = max(last, int(np.floor((points[m, 1] - corner[1]) / cell_m)))
     for m in range(len(points)):
-        key[m] = key[m] * (last + 1) + column[m]
+        row = int(np.floor((points[m, 0] - corner[0]) / cell_m))
+        key[m] = row * (last + 1) + int(np.floor((points[m, 1] - corner[1]) / cell_m))
     return key
 
 
@@ -167,11 +166,11 @@ def _quantiles(z, key, quantile):  # pragma: no cover - compiled
         starts[k + 1] += 1
     starts = np.cumsum(starts)
     place = starts.copy()
-    order = np.empty(len(key), np.int64)
+    order = np.empty(len(key), np.uint32)
     for m in range(len(key)):
         order[place[key[m]]] = m
         place[key[m]] += 1
-    chosen = np.empty(len(key), np.int64)
+    chosen = np.empty(len(starts) - 1, np.int64)
     count = 0
     for k in range(len(starts) - 1):
         here = order[starts[k] : starts[k + 1]]

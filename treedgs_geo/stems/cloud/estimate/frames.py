@@ -42,12 +42,12 @@ class Surroundings:
     @classmethod
     def of(cls, cloud: PointCloud, tree_id: np.ndarray, height: np.ndarray) -> Surroundings:
         """Of the points that are no stem's."""
-        free = np.flatnonzero(tree_id <= 0)
-        height = height[free]
+        free = tree_id <= 0
+        count = int(np.count_nonzero(free))
         with np.errstate(invalid="ignore"):
-            crowns = bool((height > 8.0).mean() > 0.05) if len(free) else False
-            free = free[(height > 0.2) & (height < 5.0)]
-        return cls(Nearby(cloud.xyz[free]), free, crowns)
+            crowns = count > 0 and bool(np.count_nonzero(free & (height > 8.0)) / count > 0.05)
+            index = np.flatnonzero(free & (height > 0.2) & (height < 5.0))
+        return cls(Nearby(cloud.xyz[index]), index, crowns)
 
     def near(self, frame: TreeFrame) -> tuple[np.ndarray, np.ndarray]:
         """(M, 3) in the tree's frame, within 25 cm of its points' extent, and (M,) their indices in the cloud."""

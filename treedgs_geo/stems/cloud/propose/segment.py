@@ -85,6 +85,7 @@ def find_stems(
     points, slab = _slab(cloud.xyz, height, origin, 0.2, float(options.grow_m))
     weights = cloud.attributes.get("opacity")
     weights = None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
+    del slab  # as large as the coordinates that it chose
     source = options.source if options.source != "auto" else guess_sensor(cloud, points, options)
     sensor = SENSORS[source]
     if len(points):
