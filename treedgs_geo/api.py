@@ -12,6 +12,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .core.outputs import checked_paths
 from .core.progress import Reporter
 from .core.settings import build
 from .run.settings import PhotosToDbhSettings, PointcloudToDbhSettings
@@ -67,7 +68,9 @@ def measure_photos(
 
     output = Path(workspace) / "trees.gpkg" if output is None else Path(output)
     given = {"photos": photos, "workspace": workspace, "crs": crs, "geotags": geotags, "output": output, **settings}
-    run_chain(build(PhotosToDbhSettings, given), reporter or Reporter())
+    chosen = build(PhotosToDbhSettings, given)
+    with checked_paths(chosen):
+        run_chain(chosen, reporter or Reporter())
     return read_trees(output)
 
 

@@ -9,6 +9,7 @@ import signal
 import sys
 import traceback
 import warnings
+from collections.abc import Collection
 from dataclasses import MISSING
 from pathlib import Path
 from typing import Any, NoReturn
@@ -19,6 +20,7 @@ from .core.errors import Cancelled, Incomplete, InputError, OutputError, TreeDGS
 from .core.extras import lacks
 from .core.files import no_empty_folders
 from .core.machine import ensure_code_cache
+from .core.outputs import checked_paths
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.resource_errors import shortage_of
 from .core.settings import Param, build, params_of
@@ -54,18 +56,27 @@ def main(arguments: list[str] | None = None) -> int:
     command = get_command(arguments[0])
     parsed, extra = _parser(command).parse_known_args(arguments[1:])
     known = vars(parsed)
-    style = known.pop("log_format")
+    style, overwrite = known.pop("log_format"), known.pop("overwrite")
     values = {name: value for name, value in known.items() if value is not None}
     # Unknown options go to the settings, which refuse them and name the nearest known one.
     values.update({word.lstrip("-").split("=")[0].replace("-", "_"): True for word in extra if word.startswith("-")})
     if extra and not any(word.startswith("-") for word in extra):
         print(f"error: {extra[0]!r} is not an option; options start with --, see --help.", file=sys.stderr)
         return 2
-    return run_command(command, values, make_reporter(style), show_result=style != "json")
+    return run_command(command, values, make_reporter(style), style != "json", overwrite)
 
 
-def run_command(command: Command, values: dict[str, Any], reporter: Reporter, show_result: bool = False) -> int:
-    """Run one verb with raw values, report its result or the one sentence that says what is wrong."""
+def run_command(
+    command: Command,
+    values: dict[str, Any],
+    reporter: Reporter,
+    show_result: bool = False,
+    overwrite: bool | Collection[str] = False,
+) -> int:
+    """Run one verb with raw values, report its result or the one sentence that says what is wrong.
+
+    overwrite: see :func:`~treedgs_geo.core.outputs.checked_paths`.
+    """
 
     def stop(*_: object) -> None:
         # Once is enough: a second signal must not break the cleaning up that the first one started.
@@ -77,7 +88,8 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
     try:
         settings = build(command.settings, values)
         named = [name for name, spec, _ in params_of(command.settings) if spec.kind.startswith("output_")]
-        with no_empty_folders(filter(None, (getattr(settings, name) for name in named))):
+        targets = filter(None, (getattr(settings, name) for name in named))
+        with checked_paths(settings, overwrite), no_empty_folders(targets):
             result = command.run(settings, reporter)
         _report_result(result, reporter, show_result)
         return 0
@@ -154,7 +166,7 @@ def _run_job(arguments: list[str]) -> int:
         return outcome["result"]
 
     wrapped = Command(**{**vars(command), "run": keep})
-    code = run_command(wrapped, job.get("parameters", {}), reporter)
+    code = run_command(wrapped, job.get("parameters", {}), reporter, overwrite=job.get("overwrite", ()))
     try:
         write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})
     except OSError as problem:
@@ -180,7 +192,7 @@ def _overview(commands: list[Command]) -> str:
         lines.append(f"{group}:")
         lines += [f"  {c.name:<18} {c.summary}" for c in commands if c.group == group]
         lines.append("")
-    lines.append("Every command takes --log-format auto|bar|plain|json|quiet.")
+    lines.append("Every command takes --log-format auto|bar|plain|json|quiet and --overwrite.")
     return "\n".join(lines)
 
 
@@ -213,6 +225,9 @@ def _parser(command: Command) -> argparse.ArgumentParser:
         default="auto",
         choices=["auto", "bar", "plain", "json", "quiet"],
         help="progress as a bar, plain lines, JSON lines on stdout, or nothing (default: auto)",
+    )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace files of the outputs' names that TreeDGS did not write"
     )
     return parser
 

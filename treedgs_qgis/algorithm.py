@@ -252,7 +252,11 @@ class EngineAlgorithm(BaseAlgorithm):
             job_dir = engine.new_job_dir(self.COMMAND)
             feedback.pushDebugInfo(f"Engine: {chosen.python} ({chosen.source}); log: {job_dir / 'engine.log'}")
             listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration["known"]))
-            outcome = engine.run_job(chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback))
+            # QGIS's file dialog asked already; for folders nobody did.
+            files = [entry["name"] for entry in self.declaration["parameters"] if entry["kind"] == "output_file"]
+            outcome = engine.run_job(
+                chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback), files
+            )
         except (engine.EngineError, OSError) as problem:
             if isinstance(problem, engine.EngineMissing) and self.offer() is not None:
                 self.offer().missed.emit(problem)

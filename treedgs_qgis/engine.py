@@ -255,8 +255,9 @@ def run_job(
     job_dir: Path,
     on_message: Callable[[dict[str, Any]], None],
     is_cancelled: Callable[[], bool],
+    overwrite: Iterable[str] = (),
 ) -> Outcome:
-    """Run one verb in a child process until it ends.
+    """Run one verb in a child process until it ends. overwrite: outputs that may replace files of other programs.
 
     on_message gets each protocol line as a dict (``{"t": "progress", ...}``) and everything else as
     ``{"t": "log", "message": line}``. Cancel ends the whole process group.
@@ -268,7 +269,9 @@ def run_job(
     job = job_dir / "job.json"
     job.write_text(
         json.dumps(
-            {"protocol": PROTOCOL, "command": command, "parameters": parameters}, ensure_ascii=False, default=str
+            {"protocol": PROTOCOL, "command": command, "parameters": parameters, "overwrite": [*overwrite]},
+            ensure_ascii=False,
+            default=str,
         ),
         encoding="utf-8",
     )

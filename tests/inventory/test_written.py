@@ -170,3 +170,50 @@ def test_unknown_status_words_are_counted(tmp_path):
     table.to_file(folder / "trees.gpkg", layer=LAYER)
     _, ears = figures(folder)
     assert any("'felled' (3 trees): not known as live or dead" in text for text in ears.warnings)
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".shp", ".geojson", ".csv"])
+def test_own_columns_and_drawn_trees_stay(tmp_path, suffix):
+    path = write_trees(tmp_path / f"trees{suffix}", trees(), CRS)
+    table = pd.read_csv(path) if suffix == ".csv" else read_trees(path)
+    table["crew"] = ["Ana", None, None, None, "Bo"]
+    table["class"] = [1, 2, None, None, None]
+    drawn = table.iloc[[0]].assign(tree_id=None, dbh_cm=31.5, run_id=None, x=EAST + 40, crew="Cy")
+    table = pd.concat([table, drawn], ignore_index=True)
+    if suffix == ".csv":
+        table.to_csv(path, index=False, sep=";", decimal=",")  # as Excel saves it in half of the world
+    else:
+        table.loc[5, "geometry"] = gpd.points_from_xy([EAST + 40], [NORTH])[0]
+        table.to_file(path, **({"layer": LAYER} if suffix == ".gpkg" else {}))
+    for _ in range(2):
+        ears = Ears()
+        write_trees(path, trees(moved=0.2, ids=11, gone=(4,)), CRS, reporter=ears)
+    again = pd.read_csv(path) if suffix == ".csv" else read_trees(path)
+    again = again.set_index("tree_id")
+    assert again.crew.dropna().to_dict() == {11: "Ana", 15: "Cy"}
+    assert pd.to_numeric(again["class"]).dropna().to_dict() == {11: 1, 12: 2, 15: 1}
+    assert float(again.rev_dbh_cm[15]) == 31.5 and again.rev_flag[15] == "dbh" and pd.isna(again.dbh_cm[15])
+    (lost,) = tmp_path.glob("trees.lost*.csv")
+    assert pd.read_csv(lost).crew.tolist() == ["Bo"]
+
+
+def test_a_table_that_can_no_longer_be_read_is_kept(tmp_path):
+    path = write_trees(tmp_path / "trees.csv", trees(), CRS)
+    path.write_text(path.read_text().replace("611300", "six hundred", 1))
+    before, ears = path.read_bytes(), Ears()
+    write_trees(path, trees(), CRS, reporter=ears)
+    assert (tmp_path / "trees.before.csv").read_bytes() == before and "trees.before.csv" in ears.warnings[0]
+
+
+def test_a_campaign_s_own_columns_stay(tmp_path):
+    (tmp_path / "a").mkdir()
+    write_trees(tmp_path / "a" / "trees.gpkg", trees(), CRS)
+    plots = [{"plot_id": "a", "number": 1, "folder": tmp_path / "a", "crs": "EPSG:6344", "table": False}]
+    path = tmp_path / "all.gpkg"
+    write_layer(path, plots, "EPSG:6344")
+    table = read_trees(path)
+    table["crew"] = ["Ana", None, None, None, None]
+    table.to_file(path, layer=LAYER)
+    write_layer(path, plots, "EPSG:6344")
+    again = read_trees(path)
+    assert again.crew.tolist().count("Ana") == 1 and list(again.columns).count("camp_plot") == 1

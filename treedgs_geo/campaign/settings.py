@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.settings import param
+from .places import CAMPAIGN, PLAN, REPORT, STATUS, TABLE, TREES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +74,12 @@ class CampaignSettings:
         suffixes=(".json",),
         advanced=True,
     )
-    workspace: Path = param(kind="output_folder", help="folder for the campaign; a second start does what is missing")
+    workspace: Path = param(
+        kind="output_folder",
+        help="folder for the campaign; a second start does what is missing",
+        holds=(PLAN, CAMPAIGN, TREES, STATUS, TABLE, REPORT),
+        known_by=CAMPAIGN,
+    )
     output: Path | None = param(
         None,
         kind="output_file",

@@ -35,6 +35,9 @@ _TEMPORARY_LETTERS = 32
 #: Leftovers of another host are removed after this time.
 _OLD_S = 7 * 86400.0
 
+#: Inputs of the run, which nothing may be written over: device and number of each file.
+_INPUTS: set[tuple[int, int]] = set()
+
 #: Endings of photo files that are read.
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
 
@@ -94,6 +97,17 @@ def keep_beside(temporary: Path, target: Path) -> Path:
         os.chmod(temporary, 0o666 & ~_umask())
     os.replace(temporary, kept)
     return kept
+
+
+@contextmanager
+def put_beside(target: Path) -> Iterator[tuple[Path, Path]]:
+    """Yield a path to write to and the free name, ``target`` or a numbered one, that it gets if the block succeeds."""
+    number, kept = 1, target
+    while kept.exists():
+        number += 1
+        kept = target.with_name(f"{target.stem}{number}{target.suffix}")
+    with atomic_path(kept) as temporary:
+        yield temporary, kept
 
 
 def _replace(temporary: Path, target: Path) -> None:
@@ -208,6 +222,8 @@ def ensure_writable(target: Path) -> None:
     """
     target = Path(target)
     check_name(target)
+    if _INPUTS and _identity(target) in _INPUTS:
+        raise OutputError(f"{target}: is an input of this run and would be written over; choose another output.")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=target.parent):
@@ -218,6 +234,25 @@ def ensure_writable(target: Path) -> None:
         raise OutputError(
             f"{target}: the folder cannot be written ({problem.strerror or problem}); choose another output folder."
         ) from None
+
+
+@contextmanager
+def protected(inputs: Iterable[Path]) -> Iterator[None]:
+    """Nothing is written over these files until the block ends (:func:`ensure_writable`)."""
+    added = {_identity(path) for path in inputs} - _INPUTS - {(-1, -1)}
+    _INPUTS.update(added)
+    try:
+        yield
+    finally:
+        _INPUTS.difference_update(added)
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    try:
+        found = os.stat(path)
+        return found.st_dev, found.st_ino
+    except (OSError, ValueError):
+        return -1, -1
 
 
 def check_name(target: Path) -> None:

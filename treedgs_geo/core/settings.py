@@ -36,8 +36,9 @@ class Param:
     """Everything that one parameter needs besides name and default.
 
     kind: one of :data:`KINDS` (``files`` = a folder or a file). unit: shown in help, part of the name where one exists.
-    suffixes: expected file endings, for file dialogs. minimum/maximum: inclusive limits, checked in every face.
-    advanced: folded away in QGIS.
+    suffixes: expected file endings, for file dialogs; outputs have to have one. minimum/maximum: inclusive limits,
+    checked in every face. advanced: folded away in QGIS. holds: of an output folder, the files that may be written into
+    it; with none the whole folder is made anew. known_by: the file by which such a folder is known as ours.
     """
 
     kind: str
@@ -48,6 +49,8 @@ class Param:
     maximum: float | None = None
     suffixes: tuple[str, ...] = ()
     advanced: bool = False
+    holds: tuple[str, ...] = ()
+    known_by: str = ""
 
 
 def param(default: Any = MISSING, *, kind: str, help: str, **more: Any) -> Any:

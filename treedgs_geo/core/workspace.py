@@ -15,6 +15,7 @@ from .. import __version__
 from .errors import InputError, OutputError, TreeDGSError
 from .files import content_hash, ensure_writable, read_json, remove_leftovers, write_json
 from .folder_lock import Busy, Lease, Lost, holder_of, host
+from .settings import param
 
 #: File names inside a workspace (``docs/developer/workspace.md``).
 GEOTAGS = "geotags.gpkg"
@@ -35,6 +36,13 @@ REPORT = "report.html"
 
 #: Silence after which another computer's run counts as dead, seconds: a run may be deep in native code for long.
 STALE_S = 300.0
+
+
+def workspace_option() -> Any:
+    """The setting of a workspace to write into."""
+    holds = (GEOTAGS, DENSE, DTM, CHM, FIELD, SURFACE, STEMS, TREES, FITS, GIVEN, FIELD_STEMS, REPORT)
+    text = "Folder for intermediate results; a second run resumes there."
+    return param(kind="output_folder", help=text, holds=holds, known_by="run.json")
 
 
 class Workspace:

@@ -28,7 +28,7 @@ def check_target(photos: Path, target: Path) -> None:
     """Refuse a folder for the copies that could touch an original or another file.
 
     Raises:
-        InputError: the photo folder itself, a folder around or inside it, or one that is not empty.
+        InputError: the photo folder itself, or a folder around or inside it.
     """
     source, there = Path(photos).resolve(), Path(target).resolve()
     if there == source or source in there.parents or there in source.parents:
@@ -36,8 +36,6 @@ def check_target(photos: Path, target: Path) -> None:
             f"{target}: is the photo folder or lies around or inside it; choose a folder of its own, the "
             "originals are never changed."
         )
-    if there.exists() and (not there.is_dir() or any(there.iterdir())):
-        raise InputError(f"{target}: is there already and not empty; choose a new folder for the tagged photos.")
 
 
 def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) -> int:

@@ -14,8 +14,9 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import OutputError
-from ..core.files import atomic_path, ensure_writable, temporary_beside
+from ..core.files import atomic_path, ensure_writable, put_beside, temporary_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, style_text, style_text_after
+from ..core.outputs import is_foreign
 from ..core.progress import Reporter
 from ..core.resource_errors import reporting_full_disk
 from ..core.tables import safe_frame
@@ -108,8 +109,9 @@ def write_trees(
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections`` and ``searched`` where they
     are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
     :func:`treedgs_geo.inventory.searched.searched_table`). In an existing GeoPackage only these layers are replaced.
-    What a person wrote into the layer that is replaced (species, status, note, decisions), or into ``copies`` of it,
-    goes on with its trees; the reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's
+    What a person wrote into the layer that is replaced (species, status, note, decisions, columns of his own, trees
+    that were drawn), or into ``copies`` of it, goes on with its trees; the reporter hears of it. sheets: folder of the
+    trees' evidence sheets, which the layer's
     map tips show.
 
     Raises:
@@ -124,6 +126,10 @@ def write_trees(
     path = Path(path)
     _driver(path)
     written = read_written(path, *copies)
+    if written.unread and path.suffix.lower() in (".csv", ".geojson") and not is_foreign(path):
+        with put_beside(path.with_name(f"{path.stem}.before{path.suffix}")) as (temporary, kept):
+            shutil.copyfile(path, temporary)
+        (reporter or Reporter()).warn(f"{path}: can no longer be read ({written.unread}); kept as {kept.name}.")
     table = written.fill(tree_table(trees, crs))
     left = written.left(table, set(table["tree_id"]))
     table = pd.concat([table, left], ignore_index=True) if len(left) else table

@@ -1,4 +1,5 @@
-"""What a person wrote beside the measured trees (species, status, note, decisions) outlives the layer of one run."""
+"""What a person wrote beside the measured trees (species, status, note, decisions, columns and trees of his own)
+outlives the layer of one run."""
 
 from __future__ import annotations
 
@@ -12,14 +13,18 @@ import pyproj
 from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
+from ..core.files import put_beside
 from ..core.progress import Reporter
-from ..core.tables import read_table
+from ..core.tables import read_rows, read_table, safe_frame
+from ..trees.tree import TREE_FIELDS
 from .carried import DECIDED, carried_decision, kept_place, merged_into
 from .reviewed import A_TREE
 from .tree_reading import read_trees, single_points
 
 #: Columns of a tree layer that are a person's, beside the decisions.
 COLUMNS = ("species", "status", "note")
+#: Columns that a campaign's layer has beside those of a tree layer.
+CAMPAIGN = ("plot_tree", "camp_plot")
 #: An entry belongs to the tree within this distance of the one it was written for.
 ENTRY_M = 0.5
 _NUMBERS = ("x", "y", "z_ground", "dbh_cm", "bh_m", "rev_dbh_cm")
@@ -27,9 +32,11 @@ _NUMBERS = ("x", "y", "z_ground", "dbh_cm", "bh_m", "rev_dbh_cm")
 
 @dataclass
 class Written:
-    """entries: ``tree_id, plot_id, x, y, z_ground, dbh_cm, bh_m``, :data:`COLUMNS` and the decision's columns of the
-    trees that have any, in ``crs``. places: tree_id -> (x, y) of all trees. kept: which entries found their tree again.
-    sentences: sentences about decisions that did not stay as they were."""
+    """entries: ``tree_id`` (text; empty for a tree that a person drew), ``plot_id, x, y, z_ground, dbh_cm, bh_m``,
+    :data:`COLUMNS`, the decision's columns and ``own`` of the trees that have any, in ``crs``. own: columns that a
+    person added. places: tree_id -> (x, y) of all trees. kept: which entries found their tree again. sentences:
+    sentences about decisions that did not stay as they were. unread: why nothing could be read of a file that holds
+    something."""
 
     path: Path
     entries: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=["tree_id", "x", "y", *COLUMNS]))
@@ -37,22 +44,24 @@ class Written:
     places: dict[str, tuple[float, float]] = field(default_factory=dict)
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     sentences: list[str] = field(default_factory=list)
+    own: list[str] = field(default_factory=list)
+    unread: str = ""
 
     def fill(self, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
         """The tree table with each entry at the nearest tree within :data:`ENTRY_M`, one tree an entry."""
-        if not len(self.entries) or not len(table):
+        if not len(self.entries):
             return table
         there = self._moved(self.entries[["x", "y"]].to_numpy(float), table.crs)
-        here = table[["x", "y"]].to_numpy(float)
-        if not np.isfinite(there).all():
-            return table
-        near = cKDTree(here).query_ball_point(there, ENTRY_M)
-        pairs = [(float(np.hypot(*(here[j] - there[k]))), k, j) for k, found in enumerate(near) for j in found]
-        table, taken = table.copy(), set()
+        here, known = table[["x", "y"]].to_numpy(float), np.flatnonzero(np.isfinite(there).all(axis=1))
+        near = cKDTree(here).query_ball_point(there[known], ENTRY_M) if len(here) else []
+        pairs = [
+            (float(np.hypot(*(here[j] - there[k]))), k, j) for k, found in zip(known, near, strict=False) for j in found
+        ]
+        table, taken = table.copy(), dict[int, int]()
         for _, k, j in sorted(pairs):
             if self.kept[k] or j in taken:
                 continue
-            taken.add(j)
+            taken[j] = k
             self.kept[k] = True
             entry = self.entries.iloc[k]
             values = {name: entry[name] for name in COLUMNS if entry[name] is not None}
@@ -62,6 +71,9 @@ class Written:
                 self.sentences += [said] if said else []
             for name, value in values.items():
                 table.iloc[j, table.columns.get_loc(name)] = value
+        rows = [taken.get(j, -1) for j in range(len(table))]
+        for name in (name for name in self.own if name not in table):
+            table.insert(table.columns.get_loc("geometry"), name, self.entries[name].reindex(rows).set_axis(table.index))
         return table
 
     def left(self, table: gpd.GeoDataFrame, taken: set[int]) -> gpd.GeoDataFrame:
@@ -72,18 +84,19 @@ class Written:
         rows = []
         for k in np.flatnonzero(~self.kept):
             entry = self.entries.iloc[k]
-            if entry["rev_flag"] not in A_TREE and _none(entry["rev_dbh_cm"]):
+            if entry["rev_flag"] not in A_TREE and _none(entry["rev_dbh_cm"]) and entry["tree_id"]:
                 continue
             x, y = self._moved(np.array([[entry["x"], entry["y"]]], float), table.crs)[0]
             if not np.isfinite([x, y]).all():
                 continue
-            own = int(float(entry["tree_id"]))
-            number = own if own not in taken else max(taken) + 1
+            own = int(entry["tree_id"] or 0)
+            number = own if own and own not in taken else max(taken, default=0) + 1
             taken.add(number)
             self.kept[k] = True
-            rows.append(kept_place(entry, number, float(x), float(y)))
+            rows.append(kept_place(entry, number, float(x), float(y)) | {name: entry[name] for name in self.own})
         if not rows:
             return table.iloc[:0]
+        table = self.fill(table.iloc[:0])
         named = ", ".join(str(row["tree_id"]) for row in rows[:10]) + (", …" if len(rows) > 10 else "")
         self.sentences.append(
             f"{len(rows)} place{'' if len(rows) == 1 else 's'} where a person says that a tree stands gave no tree in "
@@ -101,21 +114,24 @@ class Written:
         n = int(self.kept.sum())
         if n:
             reporter.info(
-                f"{self.path.name}: what a person wrote (species, status, note, decisions) at {n} "
-                f"tree{'' if n == 1 else 's'} is kept (nearest tree within {ENTRY_M:g} m)."
+                f"{self.path.name}: what a person wrote ({', '.join(('species, status, note, decisions', *self.own))}) "
+                f"at {n} tree{'' if n == 1 else 's'} is kept (nearest tree within {ENTRY_M:g} m)."
             )
         for sentence in self.sentences:
             reporter.warn(f"{self.path.name}: {sentence}")
         lost = self.entries[~self.kept]
         if len(lost):
             named = [
-                f"{row.tree_id} at {row.x:.1f} {row.y:.1f} ({', '.join(_words(row))})"
-                for row in lost.head(5).itertuples()
+                f"{row['tree_id']} at {row['x']:.1f} {row['y']:.1f} ({', '.join(_words(row, self.own))})"
+                for _, row in lost.head(5).iterrows()
             ]
+            beside = self.path.with_name(f"{self.path.stem}.lost.csv")
+            with put_beside(beside) as (temporary, kept):
+                safe_frame(lost).to_csv(temporary, index=False)
             reporter.warn(
                 f"{self.path.name}: no tree stands within {ENTRY_M:g} m any more of {len(lost)} for which a person "
-                f"wrote a species, status, note or decision: {'; '.join(named)}{'; …' if len(lost) > 5 else ''}; what "
-                "was written there is not in the new layer."
+                f"wrote something: {'; '.join(named)}{'; …' if len(lost) > 5 else ''}; what was written there is not "
+                f"in the new layer, but in {kept.name}."
             )
 
     def _moved(self, xy: np.ndarray, crs: pyproj.CRS | None) -> np.ndarray:
@@ -152,9 +168,11 @@ def read_written(path: Path, *more: Path) -> Written:
             near = cKDTree(xy).query(other.entries[["x", "y"]].to_numpy(float))[0] < 0.01
         entries = pd.concat([found.entries, other.entries[~near]] if len(found.entries) else [other.entries])
         places = other.places | found.places
+        own = [*dict.fromkeys(found.own + other.own)]
         found = Written(
-            found.path, entries.reset_index(drop=True), found.crs or other.crs, places, np.zeros(len(entries), bool)
-        )
+            found.path, entries.reset_index(drop=True), found.crs or other.crs, places, np.zeros(len(entries), bool),
+            own=own, unread=found.unread,
+        )  # fmt: skip
     return found
 
 
@@ -163,7 +181,9 @@ def _read(path: Path) -> Written:
         return Written(path)
     try:
         if path.suffix.lower() == ".csv":
-            table, crs = read_table(path), None
+            if not read_rows(path)[1]:
+                return Written(path)
+            table, crs = read_table(path, as_written=True).reset_index(drop=True), None
             table[["x", "y"]] = table[["x", "y"]].apply(pd.to_numeric)
         else:
             layer = single_points(path, read_trees(path, as_written=True))
@@ -173,23 +193,33 @@ def _read(path: Path) -> Written:
         found = pd.DataFrame({name: table.get(name) for name in names})
         for name in _NUMBERS:
             found[name] = pd.to_numeric(found[name], errors="coerce").astype(float)
-        found["tree_id"] = [str(int(float(value))) for value in found["tree_id"]]
-    except (InputError, OSError, ValueError, KeyError, TypeError):
-        return Written(path)
+        numbers = pd.to_numeric(found["tree_id"], errors="coerce")
+        found["tree_id"] = ["" if pd.isna(value) else str(int(value)) for value in numbers]
+    except (InputError, OSError, ValueError, KeyError, TypeError) as problem:
+        return Written(path, unread=str(problem))
+    ours = {*TREE_FIELDS, *DECIDED, *CAMPAIGN, "geometry"}
+    own = [name for name in table if name not in ours and table[name].notna().any()]
+    for name in own:
+        # Whole numbers with gaps would become fractions.
+        found[name] = table[name].astype("Int64") if table[name].dtype.kind in "iu" else table[name]
     texts = [name for name in ("plot_id", *COLUMNS, *DECIDED) if name not in _NUMBERS]
     for name in texts:
         text = found[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
         found[name] = text.where(text != "", None)
+    # A tree that a person drew has no number yet; a DBH beside it is a person's.
+    drawn = found["tree_id"].eq("")
+    taped = drawn & found["dbh_cm"].notna() & found["rev_dbh_cm"].isna()
+    found.loc[taped, "rev_dbh_cm"], found.loc[taped, "rev_flag"] = found["dbh_cm"][taped], "dbh"
     placed = found[["x", "y"]].notna().all(axis=1)
     places = {row.tree_id: (row.x, row.y) for row in found[placed].itertuples()}
-    found = found[found[[*COLUMNS, *DECIDED]].notna().any(axis=1) & placed]
-    return Written(path, found.reset_index(drop=True), crs, places, np.zeros(len(found), bool))
+    found = found[found[[*COLUMNS, *DECIDED, *own]].notna().any(axis=1) | drawn & placed]
+    return Written(path, found.reset_index(drop=True), crs, places, np.zeros(len(found), bool), own=own)
 
 
 def _none(value: object) -> bool:
     return value is None or bool(pd.isna(value))
 
 
-def _words(row: object) -> list[str]:
-    names = (*COLUMNS, "rev_flag", "rev_dbh_cm", "rev_note")
-    return [str(getattr(row, name)) for name in names if not _none(getattr(row, name))]
+def _words(row: pd.Series, own: list[str]) -> list[str]:
+    names = (*COLUMNS, "rev_flag", "rev_dbh_cm", "rev_note", *own)
+    return [str(row[name]) for name in names if not _none(row[name])]

@@ -142,4 +142,9 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
         help="pattern of the flight; auto: whichever needs the fewest photos",
     )
     seed: int = param(0, kind="integer", minimum=0, advanced=True, help="seed of the drawn trees")
-    output: Path = param(kind="output_folder", help="folder for the plan's files")
+    output: Path = param(
+        kind="output_folder",
+        help="folder for the plan's files",
+        holds=("plan.gpkg", "plan.kmz", "plan.plan", "plan.json", "brief.html", "brief.pdf"),
+        known_by="plan.gpkg",
+    )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.settings import param
+from ..core.workspace import workspace_option
 from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
@@ -155,7 +156,7 @@ class PhotosToDbhSettings:
         kind="flag",
         help="Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.",
     )
-    workspace: Path = param(kind="output_folder", help="Folder for intermediate results; a second run resumes there.")
+    workspace: Path = workspace_option()
     output: Path = param(
         kind="output_file",
         help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",
@@ -193,7 +194,7 @@ class CloudSettings:
 class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``pointcloud-to-dbh``."""
 
-    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
+    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
     dry_run: bool = param(
         False,
         kind="flag",
@@ -210,7 +211,7 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
         None,
         kind="output_file",
         help="also write a report: map, each DBH, what the cloud did not show, cost",
-        suffixes=("html",),
+        suffixes=("html", "htm"),
     )
     sheets: str = sheets_option("those to check and not measured")
     stems_output: Path | None = param(

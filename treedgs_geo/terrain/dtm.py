@@ -320,6 +320,7 @@ def write_dtm(path: Path, dtm: Dtm, band: str = "ground") -> None:
     step = 256 * max(int(2e7 / (256 * cols)), 1)
     with atomic_path(Path(path)) as temporary:
         with rasterio.open(temporary, "w", **profile) as target:
+            target.update_tags(TIFFTAG_SOFTWARE="TreeDGS")
             for index, (layer, name) in enumerate(zip(layers, (band, "support"), strict=False), start=1):
                 target.set_band_description(index, name)
                 target.set_band_unit(index, "metre")

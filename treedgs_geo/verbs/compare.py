@@ -109,7 +109,12 @@ class CompareSettings:
         90.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
     )
     crs: str | None = param(None, kind="crs", advanced=True, help="CRS of trees in a CSV, or of a layer without one")
-    output: Path = param(kind="output_folder", help="folder for the page, the layer and the tables")
+    output: Path = param(
+        kind="output_folder",
+        help="folder for the page, the layer and the tables",
+        holds=tuple(f"change.{ending}" for ending in ("csv", "html", "pdf", "json", "gpkg")),
+        known_by="change.gpkg",
+    )
 
 
 def run(settings: CompareSettings, reporter: Reporter) -> dict[str, Any]:

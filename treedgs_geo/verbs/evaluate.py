@@ -87,7 +87,12 @@ class EvaluateSettings:
         advanced=True,
         help="stems held out to choose the exponent p, the same for every method",
     )
-    output: Path = param(kind="output_folder", help="folder for metrics.json, tables, charts and evaluation.html")
+    output: Path = param(
+        kind="output_folder",
+        help="folder for metrics.json, tables, charts and evaluation.html",
+        holds=("metrics.json", "per_plot.csv", "trees.csv", "table.tex", "evaluation.html"),
+        known_by="metrics.json",
+    )
     seed: int = param(
         0, kind="integer", minimum=0, advanced=True, help="seed of the bootstrap and of the held-out stems"
     )

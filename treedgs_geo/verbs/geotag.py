@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from ..core.command import Command
-from ..core.errors import InputError
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
@@ -61,10 +60,6 @@ class GeotagSettings:
 
 def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, pair, interpolate, write."""
-    if settings.output.suffix.lower() != ".gpkg":
-        raise InputError(
-            f"{settings.output}: found the ending {settings.output.suffix!r}, expected .gpkg; rename the output."
-        )
     ensure_writable(settings.output)
     from ..core.geopackage import ensure_unlocked
     from ..geotags import read_stations, write_stations

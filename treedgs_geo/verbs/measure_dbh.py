@@ -18,7 +18,7 @@ from ..stems.cloud.estimate.options import MeasureOptions
 class MeasureDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``measure-dbh``."""
 
-    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
+    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
     id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids", advanced=True)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
-from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace
+from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace, workspace_option
 from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 
 
@@ -41,7 +41,7 @@ class ReconstructSettings:
         suffixes=(".csv",),
     )
     dense: bool = param(True, kind="flag", help="Make dense points of the stem band where plots are given.")
-    workspace: Path = param(kind="output_folder", help="Folder for the results; a second run resumes there.")
+    workspace: Path = workspace_option()
     max_features: int = param(
         8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True
     )

@@ -50,8 +50,6 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
 
     ensure_writable(settings.output)
     check_cloud_output(settings.output)
-    if settings.output.resolve() == settings.input.resolve():
-        raise InputError(f"{settings.output}: is the input itself; give another name for the stem points.")
     check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     if settings.segmenter != "own":
         if settings.field_stems is not None:

@@ -12,6 +12,18 @@ from ..core.settings import param
 from ..inventory.field_trees import FieldProtocol
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
+#: Everything that a run may write into its folder.
+FILES = (
+    "report.html",
+    "report.pdf",
+    "stand_table.xlsx",
+    *(f"stand_{table}.csv" for table in ("summary", "table", "plots", "corrections", "equations", "trees")),
+    *(f"stand_{name}.{suffix}" for name in ("plots", "trees") for suffix in ("shp", "shx", "dbf", "prj", "cpg")),
+    "stand.gpkg",
+    "FVS_Data.db",
+    "summary.json",
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class StandTableSettings(FieldProtocol):
@@ -175,7 +187,9 @@ class StandTableSettings(FieldProtocol):
         None, kind="integer", minimum=1800, maximum=2200, advanced=True, help="year of the inventory, for FVS"
     )
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
-    output: Path = param(kind="output_folder", help="folder for the report and the tables")
+    output: Path = param(
+        kind="output_folder", help="folder for the report and the tables", holds=FILES, known_by="stand.gpkg"
+    )
 
 
 def run(settings: StandTableSettings, reporter: Reporter) -> dict[str, Any]:

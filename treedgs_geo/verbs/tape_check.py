@@ -33,7 +33,12 @@ class TapeCheckSettings:
         90.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
     )
     crs: str | None = param(None, kind="crs", advanced=True, help="CRS of trees in a CSV, or of a layer without one")
-    output: Path = param(kind="output_folder", help="folder for the page and the tables")
+    output: Path = param(
+        kind="output_folder",
+        help="folder for the page and the tables",
+        holds=tuple(f"tape_check.{ending}" for ending in ("csv", "html", "pdf", "json", "gpkg")),
+        known_by="tape_check.gpkg",
+    )
 
 
 def run(settings: TapeCheckSettings, reporter: Reporter) -> dict[str, Any]:

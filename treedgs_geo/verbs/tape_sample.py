@@ -54,7 +54,12 @@ class TapeSampleSettings:
         None, kind="text", help="day of the field work, year-month-day, for magnetic bearings"
     )
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
-    output: Path = param(kind="output_folder", help="folder for the tape table, the form and the phone's waypoints")
+    output: Path = param(
+        kind="output_folder",
+        help="folder for the tape table, the form and the phone's waypoints",
+        holds=("tapes.gpkg", "tapes.csv", "tapes.gpx", "tape_form.html", "tape_form.pdf"),
+        known_by="tapes.gpkg",
+    )
 
 
 def run(settings: TapeSampleSettings, reporter: Reporter) -> dict[str, Any]:

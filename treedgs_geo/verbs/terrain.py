@@ -26,7 +26,7 @@ class TerrainSettings(ClothSimulation):
         help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
         suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
     )
-    output: Path = param(kind="output_file", help="terrain raster to write", suffixes=("tif",))
+    output: Path = param(kind="output_file", help="terrain raster to write", suffixes=("tif", "tiff"))
     crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local'")
     resolution_m: float = param(0.25, kind="number", help="cell size", unit="m", minimum=0.05, maximum=50)
     ground_points: Path | None = param(
@@ -54,8 +54,6 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
     ensure_writable(settings.output)
     if settings.ground_points is not None:
         check_cloud_output(settings.ground_points)
-    if settings.ground_points is not None and settings.ground_points.resolve() == settings.input.resolve():
-        raise InputError(f"{settings.ground_points}: is the input itself; give another name for the ground points.")
     if not is_large(settings.input):
         return _run_whole(settings, reporter)
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:

@@ -23,7 +23,9 @@ class SimulateSettings(
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
     output: Path = param(
-        kind="output_folder", help="folder for the plot; made if missing, replaced if it is a simulated plot"
+        kind="output_folder",
+        help="folder for the plot; made if missing, replaced if it is a simulated plot",
+        known_by="truth/config.json",
     )
     preset: str = param(
         "demo",

@@ -24,6 +24,8 @@ class BenchmarkSettings:
     output: Path = param(
         kind="output_folder",
         help="folder for charts and tables; finished runs are kept there, so that a stopped benchmark resumes",
+        holds=("trees.csv",),
+        known_by="benchmark.json",
     )
     quick: bool = param(
         False, kind="flag", help="one small plot and a dozen configurations: about 10 minutes on two idle cores"

@@ -86,7 +86,7 @@ def read_taped(path: Path) -> Taped:
         InputError: not readable, not a tape table, nothing filled in, numbers that no tape reads, unknown states.
     """
     path = Path(path)
-    table = _table(path)
+    table = read_cells(path)
     if "tree_id" not in table or not (set(TAPED) & set(table.columns)):
         raise InputError(
             f"{path}: found columns {', '.join(table.columns)}; expected tree_id and taped_cm (or {', '.join(TAPED)}): "
@@ -118,7 +118,12 @@ def read_taped(path: Path) -> Taped:
     )
 
 
-def _table(path: Path) -> pd.DataFrame:
+def read_cells(path: Path) -> pd.DataFrame:
+    """The table's cells as they are, without the places of a layer.
+
+    Raises:
+        InputError: not readable, no row.
+    """
     if path.suffix.lower() == ".csv":
         return read_table(path)
     try:

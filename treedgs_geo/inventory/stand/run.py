@@ -55,7 +55,6 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """
     folder = Path(settings.output)
     ensure_writable(folder / "summary.json")
-    _spare_inputs(settings, folder)
     stand = read_stand(settings, reporter)
     with reporter.stage("write", 0.4, 1.0):
         document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
@@ -114,37 +113,6 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
     for sentence in (*stand.notes, *stand.values.curves):
         reporter.info(sentence)
     return stand
-
-
-#: Everything that a run may write into its folder.
-FILES = (
-    "report.html",
-    "report.pdf",
-    "stand_table.xlsx",
-    *(csv_name(name) for name in CSV_TABLES),
-    *(f"stand_{name}.{suffix}" for name in ("plots", "trees") for suffix in ("shp", "shx", "dbf", "prj", "cpg")),
-    "stand.gpkg",
-    "FVS_Data.db",
-    "summary.json",
-)
-
-
-def _spare_inputs(settings: Any, folder: Path) -> None:
-    """Refuse to write over what is being read."""
-    written = {(folder / name).resolve() for name in FILES}
-    for given in (
-        settings.trees,
-        settings.field,
-        settings.pairs,
-        settings.plots,
-        settings.boundary,
-        settings.equations,
-        settings.taped,
-    ):
-        if given is not None and Path(given).resolve() in written:
-            raise InputError(
-                f"--output: {folder} holds {Path(given).name}, which would be overwritten; give another folder."
-            )
 
 
 def _options(settings: Any, trees: TreeList) -> ValueOptions:

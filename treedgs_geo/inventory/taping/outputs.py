@@ -22,6 +22,8 @@ COLUMNS = (
     "walk", "tree_id", "plot_id", "taped_cm", "state", "tape_note", "near_id", "about_cm", "qc_flag", "azim_deg",
     "dist_m", "x", "y", "lon", "lat", "dbh_cm", "stratum", "prob", "n_frame", "design", "frame",
 )  # fmt: skip
+#: Those that a crew fills in.
+CREW = ("taped_cm", "state", "tape_note", "near_id")
 _DECIMALS = {"azim_deg": 1, "dist_m": 2, "x": 3, "y": 3, "lon": 7, "lat": 7, "dbh_cm": 2}
 
 

@@ -15,17 +15,14 @@ from ...core.progress import Reporter
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
-from ..double_sampling.tapes import read_taped
+from ..double_sampling.tapes import read_cells
 from ..field_trees import FieldProtocol
 from ..stand.pdf import report_fonts
 from ..stand.values import count_of
 from .form import draw_sheet, rules, write_html, write_pdf
 from .frame import Frame, read_frame
-from .outputs import OWN_LAYERS, tape_table, write_csv, write_gpx, write_layer
+from .outputs import COLUMNS, CREW, OWN_LAYERS, tape_table, write_csv, write_gpx, write_layer
 from .sheets import sheets, walk
-
-#: Everything that a run writes into its folder.
-FILES = ("tapes.gpkg", "tapes.csv", "tapes.gpx", "tape_form.html", "tape_form.pdf")
 
 
 def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
@@ -81,19 +78,18 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
 
 
 def _keep_tapes(folder: Path) -> None:
-    """Refuse to write over tapes that somebody typed in."""
+    """Refuse to write over anything that somebody typed in: a tape, a state, a note, a column or row of his own."""
     for name in ("tapes.gpkg", "tapes.csv"):
         path = folder / name
-        if not path.exists():
+        if not path.exists() or not path.stat().st_size:
             continue
-        try:
-            taped = read_taped(path)
-        except InputError:
-            continue
-        n = int(taped.answered.sum())
-        raise InputError(
-            f"{path}: {count_of(n, 'tree')} of it {'is' if n == 1 else 'are'} filled in; give another folder."
-        )
+        table = read_cells(path)
+        typed = table[[column for column in table if column not in COLUMNS or column in CREW]].notna().any(axis=1)
+        n = int((typed | table["tree_id"].isna() if "tree_id" in table else typed).sum())
+        if n:
+            raise InputError(
+                f"{path}: {count_of(n, 'tree')} of it {'is' if n == 1 else 'are'} filled in; give another folder."
+            )
 
 
 def _write(folder: Path, frame: Frame, trees: Any, table: Any, settings: Any) -> None:
