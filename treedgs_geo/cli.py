@@ -24,6 +24,15 @@ from .core.outputs import checked_paths
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.resource_errors import shortage_of
 from .core.settings import Param, build, params_of
+from .core.startup import (
+    drop_bad_numbers,
+    explained,
+    keep_streams,
+    own_libraries_first,
+    own_signals,
+    plain_names,
+    stay_local,
+)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -33,6 +42,11 @@ def main(arguments: list[str] | None = None) -> int:
 
     # Numba warns every user of a threading library that it does not use.
     warnings.filterwarnings("ignore", message="The TBB threading layer")
+    if arguments is None:
+        keep_streams()
+        own_libraries_first()
+    drop_bad_numbers()
+    stay_local()
     ensure_code_cache()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ["--job"]:
@@ -78,16 +92,23 @@ def run_command(
     overwrite: see :func:`~treedgs_geo.core.outputs.checked_paths`.
     """
 
+    from .commands.doctor import NEEDS
+
     def stop(*_: object) -> None:
         # Once is enough: a second signal must not break the cleaning up that the first one started.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         raise Cancelled("cancelled by the user")
 
+    own_signals(NEEDS.get(command.name, ()))
+    plain_names()
     previous = signal.signal(signal.SIGINT, stop), signal.signal(signal.SIGTERM, stop)
     try:
         settings = build(command.settings, values)
         named = [name for name, spec, _ in params_of(command.settings) if spec.kind.startswith("output_")]
+        for name, spec, _ in params_of(command.settings):
+            if spec.code and getattr(settings, name) is not None:
+                reporter.warn(f"--{name.replace('_', '-')}: runs the code of {getattr(settings, name)}.")
         targets = filter(None, (getattr(settings, name) for name in named))
         with checked_paths(settings, overwrite), no_empty_folders(targets):
             result = command.run(settings, reporter)
@@ -101,7 +122,7 @@ def run_command(
         reporter.error(f"Stopped: {problem}; what was finished is kept, run again to resume.")
         return problem.exit_code
     except TreeDGSError as problem:
-        reporter.error(str(problem))
+        reporter.error(explained(str(problem)))
         return problem.exit_code
     except ModuleNotFoundError as problem:
         reporter.error(lacks(problem.name, command.name))

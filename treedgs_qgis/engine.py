@@ -17,7 +17,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -232,15 +232,17 @@ def child_environment() -> dict[str, str]:
 
 def new_job_dir(command: str) -> Path:
     """A fresh folder for one job's files and log; the oldest ones are removed."""
-    for base in (data_dir() / "jobs", Path(tempfile.gettempdir()) / "treedgs-jobs"):
-        try:
-            base.mkdir(parents=True, exist_ok=True)
-            for old in sorted(base.iterdir(), key=lambda path: path.stat().st_mtime)[:-KEPT_JOBS]:
-                if time.time() - old.stat().st_mtime > 3600:
-                    shutil.rmtree(old, ignore_errors=True)
-            return Path(tempfile.mkdtemp(dir=base, prefix=time.strftime("%Y%m%d-%H%M%S-") + command + "-"))
-        except OSError:
-            continue
+    base, prefix = data_dir() / "jobs", time.strftime("%Y%m%d-%H%M%S-") + command + "-"
+    try:
+        base.mkdir(parents=True, exist_ok=True)
+        for old in sorted(base.iterdir(), key=lambda path: path.stat().st_mtime)[:-KEPT_JOBS]:
+            if time.time() - old.stat().st_mtime > 3600:
+                shutil.rmtree(old, ignore_errors=True)
+        return Path(tempfile.mkdtemp(dir=base, prefix=prefix))
+    except OSError:
+        # In the folder that all users share: one of its own, which nobody else can have made before.
+        with suppress(OSError):
+            return Path(tempfile.mkdtemp(prefix=f"treedgs-{prefix}"))
     raise EngineError(
         tr(
             "No folder for the job's files can be made in {folder}; set TREEDGS_HOME to a folder that can be written."

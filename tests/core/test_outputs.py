@@ -92,12 +92,14 @@ def test_outputs_that_are_each_other(tmp_path):
         two: Path = param(kind="output_file", help="", suffixes=("csv",))
         new: Path | None = param(None, kind="output_folder", help="")
 
-    with pytest.raises(InputError, match=r"--two: .*a\.csv is what --one names"), checked_paths(
-        Two(one=tmp_path / "a.csv", two=tmp_path / "b" / ".." / "a.csv")
+    with (
+        pytest.raises(InputError, match=r"--two: .*a\.csv is what --one names"),
+        checked_paths(Two(one=tmp_path / "a.csv", two=tmp_path / "b" / ".." / "a.csv")),
     ):
         pass
-    with pytest.raises(InputError, match="--one: .* lies in the folder of --new"), checked_paths(
-        Two(one=tmp_path / "n" / "a.csv", two=tmp_path / "b.csv", new=tmp_path / "n")
+    with (
+        pytest.raises(InputError, match="--one: .* lies in the folder of --new"),
+        checked_paths(Two(one=tmp_path / "n" / "a.csv", two=tmp_path / "b.csv", new=tmp_path / "n")),
     ):
         pass
 
@@ -206,6 +208,8 @@ def test_qgis_asks_itself_about_files_and_not_about_folders(own, layer, capsys):
     for overwrite, code in ((["report"], 2), (["output"], 0)):
         job = {"protocol": 1, "command": "pointcloud-to-dbh", "parameters": values, "overwrite": overwrite}
         (own / "job.json").write_text(json.dumps(job))
-        done = os.spawnv(os.P_WAIT, sys.executable, [sys.executable, "-m", "treedgs_geo", "--job", str(own / "job.json")])
+        done = os.spawnv(
+            os.P_WAIT, sys.executable, [sys.executable, "-m", "treedgs_geo", "--job", str(own / "job.json")]
+        )
         assert done == code
     assert (own / "t.csv").read_text().startswith("tree_id")

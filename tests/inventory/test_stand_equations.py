@@ -207,8 +207,8 @@ def test_no_curve_from_too_little(d, h, message):
 def test_the_page_names_what_there_is():
     from pathlib import Path
 
-    from treedgs_geo.inventory.stand.expansion import MISSING
     from treedgs_geo.commands.stand_table import FILES
+    from treedgs_geo.inventory.stand.expansion import MISSING
     from treedgs_geo.inventory.stand.sample import EDGE_RULES
     from treedgs_geo.inventory.stand.values import HEIGHT_MODES
 

@@ -276,14 +276,6 @@ def test_mistakes_are_reported_before_anything_is_written(tmp_path, change, erro
     assert not list((folder / "out").glob("*"))
 
 
-def test_inputs_are_never_overwritten(tmp_path):
-    folder = make_survey(tmp_path)
-    before = (folder / "stand.gpkg").read_bytes()
-    with pytest.raises(InputError, match="holds stand.gpkg, which would be overwritten"):
-        report(folder, ".")
-    assert (folder / "stand.gpkg").read_bytes() == before and not (folder / "report.html").exists()
-
-
 def test_odd_names_pass_through_every_file(tmp_path):
     folder = make_survey(tmp_path)
     names = ["a\u0001b", "林班 7 🌲", "</table>&amp;" + "x" * 200, "a/b\\c'; DROP TABLE x"]

@@ -80,7 +80,7 @@ def _run(
     campaign = Campaign(workspace)
     model = _model(settings, workspace)
     with reporter.stage("check the manifest", 0.0, 0.03):
-        plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter)
+        plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter, settings.run_programs)
     shape = _shape(settings, plan)
     forecast = predict(plan, model, shape, settings, reporter)
     if settings.predict:

@@ -33,6 +33,12 @@ class CampaignSettings:
     predict: bool = param(
         False, kind="flag", help="only check the table and say how long it will take and what it needs"
     )
+    run_programs: bool = param(
+        False,
+        kind="flag",
+        advanced=True,
+        help="run the programs that the table names (matcher, segmenter_command, segmenter_model)",
+    )
     threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot", advanced=True)
     memory_gb: float = param(
         0.0,

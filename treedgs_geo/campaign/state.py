@@ -104,14 +104,16 @@ class Plan:
                 yield json.loads(line)
 
 
-def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, reporter: Reporter) -> Plan:
+def make_plan(
+    manifest: Path, crs: str | None, folder: Path, model: CostModel, reporter: Reporter, run_programs: bool = False
+) -> Plan:
     """Check every row and write the plan; nothing is kept in memory but a few numbers a plot.
 
     Raises:
         InputError: rows that cannot be used, with their lines and reasons. CRSError: rows in different CRS and no
             ``crs`` to bring them to.
     """
-    checker = Checker(manifest, crs)
+    checker = Checker(manifest, crs, run_programs)
     offsets, seconds, memory, disk = array("q"), array("d"), array("d"), array("d")
     routes: dict[str, int] = {}
     totals = dict.fromkeys(("photos", "megapixels", "points_m", "gigabytes"), 0.0)

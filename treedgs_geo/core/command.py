@@ -47,7 +47,7 @@ def describe(command: Command) -> dict[str, Any]:
     parameters = []
     for name, spec, default in ordered_params(command):
         entry = {key: value for key, value in vars(spec).items() if value not in ("", (), None, False)}
-        entry = {key: value for key, value in entry.items() if key not in ("holds", "known_by")}
+        entry = {key: value for key, value in entry.items() if key not in ("holds", "known_by", "code")}
         if name in command.expert:
             entry["advanced"] = True
         entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)

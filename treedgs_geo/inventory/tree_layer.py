@@ -111,8 +111,7 @@ def write_trees(
     :func:`treedgs_geo.inventory.searched.searched_table`). In an existing GeoPackage only these layers are replaced.
     What a person wrote into the layer that is replaced (species, status, note, decisions, columns of his own, trees
     that were drawn), or into ``copies`` of it, goes on with its trees; the reporter hears of it. sheets: folder of the
-    trees' evidence sheets, which the layer's
-    map tips show.
+    trees' evidence sheets, which the layer's map tips show.
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.

@@ -73,7 +73,9 @@ class Written:
                 table.iloc[j, table.columns.get_loc(name)] = value
         rows = [taken.get(j, -1) for j in range(len(table))]
         for name in (name for name in self.own if name not in table):
-            table.insert(table.columns.get_loc("geometry"), name, self.entries[name].reindex(rows).set_axis(table.index))
+            table.insert(
+                table.columns.get_loc("geometry"), name, self.entries[name].reindex(rows).set_axis(table.index)
+            )
         return table
 
     def left(self, table: gpd.GeoDataFrame, taken: set[int]) -> gpd.GeoDataFrame:

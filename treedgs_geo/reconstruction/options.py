@@ -62,6 +62,7 @@ def matcher_option() -> Any:
         kind="file",
         suffixes=(".py",),
         advanced=True,
+        code=True,
         help="Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its "
         "matches are used beside SIFT's.",
     )
@@ -69,4 +70,5 @@ def matcher_option() -> Any:
 
 def matcher_weights_option() -> Any:
     """Setting ``matcher_weights``: what the learned matcher loads."""
-    return param(None, kind="file", advanced=True, help="Weights that the matcher loads; none come with TreeDGS.")
+    text = "Weights that the matcher loads; none come with TreeDGS."
+    return param(None, kind="file", advanced=True, code=True, help=text)

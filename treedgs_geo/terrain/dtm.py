@@ -232,7 +232,8 @@ def read_dtm(
             if source.count > 1 and source.descriptions[1] == "support":
                 support = source.read(2, masked=True).astype(float).filled(np.nan)
     except rasterio.errors.RasterioError as problem:
-        raise InputError(f"{path}: is not a raster that can be read ({problem}); give a terrain GeoTIFF.") from None
+        why = problem.__cause__ or problem
+        raise InputError(f"{path}: is not a raster that can be read ({why}); give a terrain GeoTIFF.") from None
     heights = band.astype(float).filled(np.nan)
     heights[~np.isfinite(heights) | np.isin(heights, _SILENT_NODATA) | (np.abs(heights) > 12_000)] = np.nan
     if nodata is not None:

@@ -22,9 +22,8 @@ def segmenter_option() -> Any:
 
 def segmenter_command_option() -> Any:
     """How a program that is not ours is started."""
-    return param(
-        None, kind="text", help="command line of that program, with {input} and {output} for its folders", advanced=True
-    )
+    text = "command line of that program, with {input} and {output} for its folders"
+    return param(None, kind="text", help=text, advanced=True, code=True)
 
 
 def segmenter_model_option() -> Any:
@@ -35,6 +34,7 @@ def segmenter_model_option() -> Any:
         help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
         suffixes=(".pt", ".pth", ".ts", ".onnx"),
         advanced=True,
+        code=True,
     )
 
 
