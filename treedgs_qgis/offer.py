@@ -5,8 +5,9 @@ Only in the graphical QGIS. The set-up itself is the algorithm ``treedgs:setupen
 
 from __future__ import annotations
 
+import functools
 import importlib
-from typing import Any
+from typing import Any, ClassVar
 
 from qgis.core import (
     QgsApplication,
@@ -105,8 +106,14 @@ class Job(QObject):
 class Controls(QWidget):
     """In a message bar: the button that begins, then progress and a button that stops."""
 
+    #: QGIS keeps what is on the screen, Python what answers to clicks: without this the next collection of garbage
+    #: leaves a dead button, or takes the message from the bar.
+    _shown: ClassVar[set[Controls]] = set()
+
     def __init__(self, job: Job, item: Any, label: str, values: dict[str, Any]) -> None:
         super().__init__()
+        self._shown.add(self)
+        self.destroyed.connect(functools.partial(self._shown.discard, self))
         self.job, self.item, self.values = job, item, values
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
