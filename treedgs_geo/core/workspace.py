@@ -41,8 +41,25 @@ STALE_S = 300.0
 def workspace_option() -> Any:
     """The setting of a workspace to write into."""
     holds = (GEOTAGS, DENSE, DTM, CHM, FIELD, SURFACE, STEMS, TREES, FITS, GIVEN, FIELD_STEMS, REPORT)
-    text = "Folder for intermediate results; a second run resumes there."
-    return param(kind="output_folder", help=text, holds=holds, known_by="run.json")
+    text = "Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs."
+    return param(None, kind="output_folder", help=text, holds=holds, known_by="run.json")
+
+
+def beside_photos(photos: Path) -> Path:
+    """Where the workspace lies if none is given: found again by the next run, and kept with the photos."""
+    place = Path(os.path.abspath(photos))
+    return place.with_name(f"{place.name or 'photos'}_treedgs")
+
+
+class KeptWorkspace:
+    """Settings with ``photos`` and ``workspace``: fills in where the workspace lies."""
+
+    photos: Path
+    workspace: Path
+
+    def __post_init__(self) -> None:
+        if self.workspace is None:
+            object.__setattr__(self, "workspace", beside_photos(self.photos))
 
 
 class Workspace:

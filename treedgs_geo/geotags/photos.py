@@ -130,7 +130,7 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
 
 
 def list_photos(folder: Path) -> list[Path]:
-    """Image files below ``folder``, sorted by relative path.
+    """Image files below ``folder``, sorted by relative path; not the pictures in a workspace that lies in it.
 
     Raises:
         InputError: no folder, or no photo in it.
@@ -143,6 +143,8 @@ def list_photos(folder: Path) -> list[Path]:
         for p in folder.rglob("*")
         if p.suffix.lower() in PHOTO_SUFFIXES and p.is_file() and not p.name.startswith(".")
     )
+    ours = {record.parent for record in folder.rglob("run.json")} - {folder}
+    found = [p for p in found if ours.isdisjoint(p.parents)]
     if not found:
         others = Counter(p.suffix.lower() for p in folder.rglob("*") if p.suffix.lower() in _OTHER_PICTURES)
         if others:

@@ -46,6 +46,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     if settings.flight_plan:
         read_expected(settings.flight_plan)
     photos = list_photos(settings.photos)
+    reporter.info(f"Workspace: {settings.workspace}")
     with Workspace.held(settings.workspace) as space:
         space.record["parameters"] = to_json(settings)
         # Paths that were given relative are relative to this folder.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.settings import param
-from ..core.workspace import workspace_option
+from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
@@ -26,7 +26,7 @@ def sheets_option(auto: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhotosToDbhSettings:
+class PhotosToDbhSettings(KeptWorkspace):
     """Parameters of the whole chain."""
 
     photos: Path = param(kind="folder", help="Folder with the original drone photos (JPEG) of one plot or block.")

@@ -9,12 +9,12 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
-from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace, workspace_option
+from ..core.workspace import DENSE, GEOTAGS, SFM, KeptWorkspace, Workspace, workspace_option
 from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReconstructSettings:
+class ReconstructSettings(KeptWorkspace):
     """Parameters of ``reconstruct``."""
 
     photos: Path = param(kind="folder", help="Folder with the original drone photos (searched with its subfolders).")
@@ -53,6 +53,7 @@ class ReconstructSettings:
 
 def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
     """Geotag, reconstruct, densify; finished parts of the same inputs are kept."""
+    reporter.info(f"Workspace: {settings.workspace}")
     with Workspace.held(settings.workspace) as workspace:
         return _run(settings, workspace, reporter)
 
