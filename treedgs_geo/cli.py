@@ -92,7 +92,7 @@ def run_command(
     overwrite: see :func:`~treedgs_geo.core.outputs.checked_paths`.
     """
 
-    from .commands.doctor import NEEDS
+    from .verbs.doctor import NEEDS
 
     def stop(*_: object) -> None:
         # Once is enough: a second signal must not break the cleaning up that the first one started.

@@ -10,8 +10,8 @@ from small_campaign import make_cloud
 from treedgs_geo.campaign.manifest import Checker
 from treedgs_geo.campaign.settings import CampaignSettings
 from treedgs_geo.cli import main
-from treedgs_geo.commands import all_commands
 from treedgs_geo.core.settings import params_of
+from treedgs_geo.verbs import all_commands
 
 
 @pytest.fixture

@@ -99,7 +99,7 @@ def test_a_stop_is_heard_after_pycolmap_is_imported():
 import os, signal, sys
 sys.path.insert(0, {root!r})
 from treedgs_geo.cli import run_command
-from treedgs_geo.commands import get_command
+from treedgs_geo.verbs import get_command
 from treedgs_geo.core.command import Command
 from treedgs_geo.core.progress import make_reporter
 def work(settings, reporter):

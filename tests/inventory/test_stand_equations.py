@@ -207,10 +207,10 @@ def test_no_curve_from_too_little(d, h, message):
 def test_the_page_names_what_there_is():
     from pathlib import Path
 
-    from treedgs_geo.commands.stand_table import FILES
     from treedgs_geo.inventory.stand.expansion import MISSING
     from treedgs_geo.inventory.stand.sample import EDGE_RULES
     from treedgs_geo.inventory.stand.values import HEIGHT_MODES
+    from treedgs_geo.verbs.stand_table import FILES
 
     page = (Path(__file__).parents[2] / "docs" / "technician" / "stand-table.md").read_text(encoding="utf-8")
     shapefile_parts = (".shx", ".dbf", ".prj", ".cpg")

@@ -9,7 +9,7 @@ from inventory.stand_helpers import CRS, EAST, NORTH
 
 from treedgs_geo.cli import main
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.trees.tree import Tree
+from treedgs_geo.stems.quality.tree import Tree
 
 
 @pytest.fixture

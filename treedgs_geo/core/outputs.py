@@ -16,7 +16,12 @@ from .settings import Param, params_of
 
 #: What files of ours hold near their beginning or end, in small letters, by ending.
 _CLOUD = (b"treedgs", b"tree_id", b"height_m")
-_MARKS = {".html": (b"treedgs",), ".htm": (b"treedgs",), ".tif": (b"treedgs",), ".tiff": (b"treedgs",)}
+_MARKS: dict[str, tuple[bytes, ...]] = {
+    ".html": (b"treedgs",),
+    ".htm": (b"treedgs",),
+    ".tif": (b"treedgs",),
+    ".tiff": (b"treedgs",),
+}
 _MARKS |= {".laz": _CLOUD, ".las": _CLOUD, ".gpkg": (b"sqlite format 3\0",)}
 _LAYER = (b"qc_flag",)
 _LOOKED_AT = 1 << 16

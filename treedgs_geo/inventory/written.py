@@ -16,7 +16,7 @@ from ..core.errors import InputError
 from ..core.files import put_beside
 from ..core.progress import Reporter
 from ..core.tables import read_rows, read_table, safe_frame
-from ..trees.tree import TREE_FIELDS
+from ..stems.quality.tree import TREE_FIELDS
 from .carried import DECIDED, carried_decision, kept_place, merged_into
 from .reviewed import A_TREE
 from .tree_reading import read_trees, single_points
@@ -55,7 +55,9 @@ class Written:
         here, known = table[["x", "y"]].to_numpy(float), np.flatnonzero(np.isfinite(there).all(axis=1))
         near = cKDTree(here).query_ball_point(there[known], ENTRY_M) if len(here) else []
         pairs = [
-            (float(np.hypot(*(here[j] - there[k]))), k, j) for k, found in zip(known, near, strict=False) for j in found
+            (float(np.hypot(*(here[j] - there[k]))), k, j)
+            for k, found in zip(known.tolist(), near, strict=False)
+            for j in found
         ]
         table, taken = table.copy(), dict[int, int]()
         for _, k, j in sorted(pairs):
