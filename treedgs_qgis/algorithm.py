@@ -267,5 +267,12 @@ class EngineAlgorithm(BaseAlgorithm):
             context.setLayersToLoadOnCompletion({})
             return result_values(self.declaration, {}, outcome.result)
         results = result_values(self.declaration, values, outcome.result)
+        destinations = [entry["name"] for entry in self.declaration["parameters"] if entry["kind"] in DESTINATIONS]
+        lost = [qgis_name(name) for name in destinations if loading.is_temporary(str(values.get(name, "")))]
+        if lost:
+            text = self.tr(
+                "{names}: lies in a temporary folder, which QGIS deletes when it is closed; save it elsewhere."
+            )
+            feedback.pushWarning(text.format(names=", ".join(lost)))
         loading.load_results(results, self.tr(self.LAYER_NAME), context)
         return results

@@ -14,6 +14,7 @@ from qgis.core import (
     QgsProcessingContext,
     QgsProcessingFeedback,
     QgsProcessingLayerPostProcessorInterface,
+    QgsProcessingUtils,
     QgsProject,
     QgsSnappingConfig,
     QgsVectorLayer,
@@ -39,6 +40,12 @@ COMPANIONS = {
 SNAP_PIXELS = 12
 
 
+def is_temporary(path: str) -> bool:
+    """Whether a file lies where QGIS deletes it when it is closed."""
+    folder = os.path.realpath(QgsProcessingUtils.tempFolder())
+    return os.path.realpath(path.split("|")[0]).startswith(folder + os.sep)
+
+
 def load_results(results: dict[str, Any], name: str, context: QgsProcessingContext) -> None:
     """Give each result that QGIS will load its name and style, and bring its companions along."""
     for value in list(results.values()):
@@ -47,7 +54,7 @@ def load_results(results: dict[str, Any], name: str, context: QgsProcessingConte
         details = context.layerToLoadOnCompletionDetails(value)
         details.setPostProcessor(DefaultStyle.make())
         if name and value.lower().endswith((".gpkg", ".shp", ".geojson", ".csv", ".tif")):
-            details.name = name
+            details.name = f"{name} ({tr('temporary')})" if is_temporary(value) else name
         if not value.lower().endswith(".gpkg"):
             continue
         for kind, companions in COMPANIONS.items():

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from qgis.core import (
+    QgsProcessing,
     QgsProcessingOutputHtml,
     QgsProcessingOutputNumber,
     QgsProcessingOutputString,
@@ -187,7 +188,9 @@ def engine_values(
         name, kind = qgis_name(entry["name"]), entry["kind"]
         given = parameters.get(name)
         if kind in DESTINATIONS:
-            if given is None and not entry["required"]:
+            # A workspace is there for the next run: in a temporary folder that would begin anew, and find nothing.
+            lost = entry["name"] == "workspace" and str(given) == QgsProcessing.TEMPORARY_OUTPUT
+            if (given in (None, "") or lost) and not entry["required"]:
                 continue
             if kind == "output_file" and _is_layer(entry.get("suffixes", [])):
                 value = _path(algorithm.parameterAsOutputLayer(parameters, name, context))

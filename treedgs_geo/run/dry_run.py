@@ -69,6 +69,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     except TreeDGSError as problem:
         findings.problem(str(problem))
     list_photos(settings.photos)
+    reporter.info(f"Workspace: {settings.workspace}")
     with reporter.stage("photos and geotags", 0.0, 0.7):
         heard = Collector(reporter)
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=heard)

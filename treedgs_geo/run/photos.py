@@ -114,6 +114,7 @@ def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str,
     return {
         "output": str(settings.output),
         "report": str(report),
+        "workspace": str(run.space.folder),
         "run": str(run.space.folder / "run.json"),
         "n_trees": len(trees),
         "n_measured": len(measured),

@@ -321,6 +321,7 @@ def _result(run: Run, places: _Places, trees: list[Tree], reporter: Reporter) ->
     return {
         "output": str(run.settings.output),
         "report": str(run.path(names.REPORT)),
+        "workspace": str(run.space.folder),
         "run": str(run.space.folder / "run.json"),
         "n_trees": len(trees),
         "n_measured": len(measured),

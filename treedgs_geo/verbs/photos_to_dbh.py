@@ -49,6 +49,7 @@ COMMAND = Command(
     outputs={
         "output": "tree layer (file)",
         "report": "HTML report (file)",
+        "workspace": "folder of the results",
         "run": "run.json: parameters, versions, seconds, peak memory (file)",
         "n_trees": "stems found",
         "n_measured": "stems with a DBH",
