@@ -13,7 +13,18 @@ from qgis.core import (
     QgsSettings,
 )
 
-from ..treedgs_qgis import compat, engine, engine_users, environment, extras, gpu, leftovers, locked, own_python, pythons
+from ..treedgs_qgis import (
+    compat,
+    engine,
+    engine_users,
+    environment,
+    extras,
+    gpu,
+    leftovers,
+    locked,
+    own_python,
+    pythons,
+)
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import duration, is_cancelled
 from ..treedgs_qgis.missing import takes

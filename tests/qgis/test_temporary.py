@@ -22,7 +22,8 @@ for name in ("photostodbh", "reconstruct"):
     for value in ("TEMPORARY_OUTPUT", None, "", sys.argv[1]):
         made = QgsApplication.processingRegistry().createAlgorithmById(f"treedgs:{name}")
         given = {"PHOTOS": sys.argv[1], "CRS": "EPSG:32617", "OUTPUT": sys.argv[1] + "/t.gpkg", "WORKSPACE": value}
-        values = parameters.engine_values(made, made.declaration, given, QgsProcessingContext(), QgsProcessingFeedback())
+        context, heard = QgsProcessingContext(), QgsProcessingFeedback()
+        values = parameters.engine_values(made, made.declaration, given, context, heard)
         print("WORKSPACE", name, values.get("workspace"))
 """
 
