@@ -154,6 +154,16 @@ def test_own_files_in_an_output_folder(tmp_path, layer, capsys):
     assert code == 2 and "is what --plots names" in said and (folder / "stand_plots.csv").read_bytes() == before
 
 
+def test_a_folder_that_is_made_anew_holds_nothing_else(tmp_path, capsys):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "x").write_text("mine")
+    words = ["--photos", tmp_path / "photos", "--crs", "EPSG:6344", "--output", tmp_path / "g.gpkg"]
+    code, said = heard_of(capsys, "geotag", *words, "--tagged-photos", tmp_path / "full")
+    assert code == 2 and "full: is there already, not empty" in said
+    assert (tmp_path / "full" / "x").read_text() == "mine"
+
+
 def test_pairs_do_not_go_into_the_trees(tmp_path, layer, capsys):
     trees = shutil.copy(layer, tmp_path / "t.gpkg")
     words = ["--trees", trees, "--field", layer, "--plots", layer, "--output", trees]

@@ -11,7 +11,7 @@ class Heard(QgsProcessingFeedback):
         print("WARNED", warning)
 heard = Heard()
 processing.runAndLoadResults(
-    "treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": sys.argv[2], "SHEETS": 3}, feedback=heard
+    "treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": sys.argv[2], "SHEETS": "none"}, feedback=heard
 )
 print("LAYERS", sorted(layer.name() for layer in QgsProject.instance().mapLayers().values()))
 """
