@@ -217,3 +217,20 @@ def test_a_campaign_s_own_columns_stay(tmp_path):
     write_layer(path, plots, "EPSG:6344")
     again = read_trees(path)
     assert again.crew.tolist().count("Ana") == 1 and list(again.columns).count("camp_plot") == 1
+
+
+def test_a_row_that_other_steps_refuse_costs_nothing_of_what_is_written(tmp_path):
+    """No point, several points, a flag that means nothing: what was typed into them and the others stays."""
+    from shapely import MultiPoint
+
+    path = write_trees(tmp_path / "trees.gpkg", trees(), CRS)
+    table = read_trees(path)
+    table["species"], table["crew"] = [f"S{k}" for k in range(5)], "Ana"
+    table["geometry"] = [MultiPoint([point]) for point in table.geometry]
+    table.loc[1, "geometry"] = None
+    table.loc[3, "qc_flag"] = "what?"
+    table.to_file(path, layer=LAYER)
+    ears = Ears()
+    write_trees(path, trees(moved=0.1), CRS, reporter=ears)
+    again = read_trees(path)
+    assert again.species.tolist() == [f"S{k}" for k in range(5)] and again.crew.eq("Ana").all() and not ears.warnings

@@ -3,6 +3,7 @@ outlives the layer of one run."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from ..core.tables import read_rows, read_table, safe_frame
 from ..stems.quality.tree import TREE_FIELDS
 from .carried import DECIDED, carried_decision, kept_place, merged_into
 from .reviewed import A_TREE
-from .tree_reading import read_trees, single_points
+from .tree_reading import plain_flags, read_trees
 
 #: Columns of a tree layer that are a person's, beside the decisions.
 COLUMNS = ("species", "status", "note")
@@ -190,9 +191,11 @@ def _read(path: Path) -> Written:
             table, crs = read_table(path, as_written=True).reset_index(drop=True), None
             table[["x", "y"]] = table[["x", "y"]].apply(pd.to_numeric)
         else:
-            layer = single_points(path, read_trees(path, as_written=True))
+            layer = read_trees(path, as_written=True)
+            with suppress(InputError):  # a flag in words is a decision; what else stands there is kept all the same
+                layer = plain_flags(path, layer)
             crs = layer.crs
-            table = pd.DataFrame(layer.drop(columns="geometry")).assign(x=layer.geometry.x, y=layer.geometry.y)
+            table = pd.DataFrame(layer.drop(columns="geometry")).assign(**_places(layer))
         names = ("tree_id", "plot_id", *_NUMBERS[:-1], *COLUMNS, *DECIDED)
         found = pd.DataFrame({name: table.get(name) for name in names})
         for name in _NUMBERS:
@@ -218,6 +221,12 @@ def _read(path: Path) -> Written:
     places = {row.tree_id: (row.x, row.y) for row in found[placed].itertuples()}
     found = found[found[[*COLUMNS, *DECIDED, *own]].notna().any(axis=1) | drawn & placed]
     return Written(path, found.reset_index(drop=True), crs, places, np.zeros(len(found), bool), own=own)
+
+
+def _places(layer: gpd.GeoDataFrame) -> dict[str, pd.Series]:
+    """``x, y`` of each tree: its point, or what its row says where it has none."""
+    points, named = layer.geometry.centroid, {name: layer.get(name, pd.Series(np.nan, layer.index)) for name in "xy"}
+    return {name: getattr(points, name).fillna(pd.to_numeric(named[name], errors="coerce")) for name in "xy"}
 
 
 def _none(value: object) -> bool:
