@@ -25,6 +25,14 @@ SETTINGS = re.compile(
 )
 
 
+#: A claim of accuracy, on whatever page.
+CLAIM = re.compile(
+    r"RMSE[^|\n]{0,20}\d|\d+\.\d+ cm (?:off|too|RMSE|mean)|\b\d+ of \d+ (?:stems|trees)|\b\d+(?:\.\d+)? % of \d+"
+)
+#: The table of systems (compared below) and the generated table of limits.
+APART = {"dependencies", "quality-limits"}
+
+
 def visible(text: str) -> str:
     """A page without code, links' targets and what the generator writes."""
     text = figures.INLINE.sub("", figures.BLOCK.sub("", text))
@@ -42,6 +50,14 @@ def test_figures_are_those_of_their_files(page):
 def test_no_figure_is_typed(page):
     lines = SETTINGS.sub("", visible(page.read_text(encoding="utf-8"))).splitlines()
     assert [line for line in lines if TYPED.search(line)] == []
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in figures.pages() if page.stem not in APART], ids=lambda page: page.stem
+)
+def test_no_claim_of_accuracy_is_typed(page):
+    lines = SETTINGS.sub("", visible(page.read_text(encoding="utf-8"))).splitlines()
+    assert [line for line in lines if CLAIM.search(line)] == []
 
 
 @pytest.mark.parametrize("module", [install_matrix, qgis_versions, wheels], ids=lambda module: module.__name__)
