@@ -23,6 +23,7 @@ from ..propose.candidate_check import ConeStem
 from ..propose.options import SegmentOptions
 from ..propose.segment import search_points
 from ..propose.sensors import Sensor
+from .rings import Rings, inner_face, kurtosis
 from .stem_measure import StemMeasure, refuse
 from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
@@ -33,6 +34,10 @@ WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.7, 1.0), (0.9, 1.8), (0.95, 2.8))
 PLENTY_CELLS, PLENTY_POINTS = 100, 400
 #: Where the slices show butt swell, the cone is fitted above this height, m.
 ABOVE_BUTT_M = 0.8
+#: Points count as bark under a coat up to so many of its spreads outside its face; error of the diameter in spreads.
+COAT_REACH_SD, COAT_SE = 1.5, 0.5
+#: Error of the diameter of a flat ring, in the spread of its points on the diameter.
+FLAT_SE = 1.0
 
 
 def measure_points(
@@ -44,12 +49,13 @@ def measure_points(
     start: Cone | None = None,
     others: np.ndarray | None = None,
     upright: bool = False,
+    bare: bool = False,
 ) -> StemMeasure:
     """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
 
     weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the
     points. others: (M, 3) points around the stem that are not its own: where shrubs crowd it, its points count less.
-    upright: the points have been straightened (:mod:`.sweep`): no bow is looked for.
+    upright: the points have been straightened (:mod:`.sweep`): no bow is looked for. bare: no coat is looked for.
     """
     options = options or SegmentOptions()
     points = np.ascontiguousarray(points, dtype=float)
@@ -70,6 +76,25 @@ def measure_points(
     if fitted is None:
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
+    if not sensor.solid and not bare:
+        pool = np.concatenate([points, others])
+        rings = Rings.of(pool, cone, window)
+        face = None if rings.is_coat else inner_face(pool, cone, window, sensor.floor_m)
+        if rings.is_coat:
+            start = replace(cone, r=cone.r + rings.inner_m, sigma=rings.inner_sd)
+            return _measure_under_coat(pool, weights, start, cone, sensor, bh_m, options)
+        if face is not None:
+            return _measure_under_coat(pool, weights, face, cone, sensor, bh_m, options)
+        found = judge("points", {"inner_deg": rings.inner_deg, "twice_cm": rings.twice_cm})
+        if found.reasons:
+            measured = measure_points(points, weights, sensor, bh_m, options, start, others, upright, bare=True)
+            if found.refused:
+                return refuse(*found.refused, *measured.reasons, cone=measured.cone, points=measured.points)
+            if measured.se_cm is not None:
+                # Which of the two is the bark is not known: the inner one by its share of the points.
+                off_cm = 200 * abs(rings.inner_m) * float(np.sqrt(rings.share * (1 - rings.share)))
+                measured = replace(measured, se_cm=float(np.hypot(measured.se_cm, off_cm)))
+            return measured.with_flagged(found)
     # A short window, where points are plenty, shows no bow and needs no straightening.
     if not sensor.solid and not upright and window[1] - window[0] >= LEAST_CONES * STEP_M:
         pool = np.concatenate([points, others])
@@ -88,6 +113,26 @@ def measure_points(
             window, on = (ABOVE_BUTT_M, high), np.zeros(len(points), bool)
             on[above] = on_above
     return _conclude(FittedStem(points, cone, window, on, slices, taper, others), sensor, bh_m, options)
+
+
+def _measure_under_coat(
+    pool: np.ndarray,
+    weights: np.ndarray | None,
+    face: Cone,
+    cone: Cone,
+    sensor: Sensor,
+    bh_m: float,
+    options: SegmentOptions,
+) -> StemMeasure:
+    """The stem measured by the bark that shows through leaves, ivy or moss: the inner ``face`` of what ``cone`` was
+    fitted to. ``pool``: (N, 3) all points near it."""
+    on_bark = face.residuals(pool) < COAT_REACH_SD * face.sigma
+    if weights is not None:
+        weights = np.r_[weights, np.full(len(pool) - len(weights), np.median(weights))][on_bark]
+    measured = measure_points(pool[on_bark], weights, sensor, bh_m, options, face, bare=True)
+    if measured.se_cm is not None:
+        measured = replace(measured, se_cm=float(np.hypot(measured.se_cm, COAT_SE * 200 * face.sigma)))
+    return measured.with_flagged(judge("points", {"coat_cm": 100 * (cone.r - face.r)}))
 
 
 def _measure_bowed(
@@ -201,6 +246,11 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     dbh_cm = 200 * float(fitted.cone.radius(bh_m)) * girth_factor(fitted.points[fitted.on], fitted.cone, sensor)
     error = DiameterError.of(fitted, bark, sensor, bh_m, dbh_cm)
     measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)
+    flat = 0.0
+    if not sensor.solid:
+        measured["kurtosis"] = kurtosis(bark.residual, bark.noise_m)
+        # The bark may lie anywhere in a ring that does not heap up in its middle.
+        flat = FLAT_SE * 200 * bark.noise_m if judge("points", {"kurtosis": measured["kurtosis"]}).reasons else 0.0
     settings = {
         "max_lean_deg": options.max_lean_deg,
         "max_dbh_cm": options.max_dbh_cm,
@@ -213,7 +263,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     return StemMeasure(
         fitted.cone,
         None if flag == "reject" else dbh_cm,
-        None if flag == "reject" else error.reported,
+        None if flag == "reject" else float(np.hypot(error.reported, flat)),
         flag,
         found.reasons,
         bark.arc_deg,

@@ -1,0 +1,149 @@
+"""How the points lie about a fitted stem, inwards and outwards: one ring of bark, or bark under a coat, or bark twice.
+
+Their distances from the cone are told apart into two groups (normal distributions) where that is clearly better than
+one. A group inside the fitted bark, in most directions, is the stem's own face: leaves, ivy or moss lie outside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...geometry.cone import Cone, fit_cone
+from ...geometry.section_kernels import SECTORS
+
+#: Distances that are looked at, m; points that settle it; rounds.
+REACH_M, MAX_POINTS, ROUNDS = 0.10, 1500, 40
+#: First guesses of two groups: their middles in spreads of all, and the inner one's share.
+_STARTS = ((-1.0, 1.0, 0.5), (-2.0, 0.3, 0.2), (-3.0, 0.5, 0.1))
+#: A group of its own: log likelihood it gains, distance inside the fitted bark, m and in its spreads, from the other
+#: group in sums of both spreads, and share of the points.
+GAIN, INSIDE_M, INSIDE_SD, APART, SHARES = 12.0, 0.008, 1.5, 1.0, (0.04, 0.6)
+#: The inner group is bark under a coat where it is a ring in itself (share, arc, degrees) and sharper than what lies
+#: outside it; as sharp as that, the bark is there twice.
+COAT_SHARE, COAT_DEG, SHARPER = 0.12, 270.0, 1.25
+#: The inner face is looked for by a fit that lets points lie outside but not inside: scale, m, weight of those inside,
+#: rounds, and the spread of bark at most, m. It is the stem where it lies so far inside the fitted bark (on the
+#: diameter, cm), is seen over so many degrees, and leaves so little inside itself, but the fitted bark so much.
+FACE_M, FACE_WEIGHT, FACE_ROUNDS, FACE_CAP_M = 0.012, 3.0, 12, 0.014
+FACE_CM, FACE_DEG, FACE_INSIDE, BARK_INSIDE = 1.0, 240.0, 0.04, 0.08
+#: Points that show whether a ring is flat: noise heaps up in the middle, leaves and scans that do not fit do not.
+FLAT_POINTS = 300
+
+
+@dataclass(frozen=True)
+class Rings:
+    """inner_m: where the inner group lies, m, negative inside the fitted bark. inner_sd, outer_sd: spreads, m.
+    share: of the points in it. inner_deg: arc it is seen over; 0 where there is no group of its own."""
+
+    inner_m: float = 0.0
+    inner_sd: float = 0.0
+    outer_m: float = 0.0
+    outer_sd: float = 0.0
+    share: float = 0.0
+    inner_deg: float = 0.0
+
+    @classmethod
+    def of(cls, points: np.ndarray, cone: Cone, window: tuple[float, float]) -> Rings:
+        """Of the (N, 3) points in a window of heights."""
+        points = points[(points[:, 2] >= window[0]) & (points[:, 2] <= window[1])]
+        e = cone.residuals(points)
+        near = np.abs(e) < REACH_M
+        points, e = points[near], e[near]
+        stride = max(len(e) // MAX_POINTS, 1)
+        points, e = points[::stride], e[::stride]
+        if len(e) < 60:
+            return cls()
+        spread = max(1.4826 * float(np.median(np.abs(e - np.median(e)))), 0.004)
+        one, *_ = _groups(e, np.array([np.median(e)]), spread, np.array([1.0]))
+        fits = [
+            _groups(e, np.array([low, high]) * spread, 0.7 * spread, np.array([share, 1 - share]))
+            for low, high, share in _STARTS
+        ]
+        two, middle, sd, share, member = max(fits, key=lambda fit: fit[0])
+        inner, outer = np.argsort(middle)
+        apart = (middle[outer] - middle[inner]) / (sd[0] + sd[1])
+        own = two - one > GAIN and middle[inner] < -max(INSIDE_M, INSIDE_SD * sd[inner]) and apart > APART
+        if not own or not SHARES[0] <= share[inner] <= SHARES[1]:
+            return cls()
+        sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
+        there = np.bincount(sector, member[inner], SECTORS)
+        arc = 360.0 / SECTORS * np.count_nonzero(there >= max(1.0, 0.3 * there.mean()))
+        return cls(
+            float(middle[inner]), float(sd[inner]), float(middle[outer]), float(sd[outer]), float(share[inner]), arc
+        )
+
+    @property
+    def is_ring(self) -> bool:
+        """The inner group is a ring of bark in itself."""
+        return self.share >= COAT_SHARE and self.inner_deg >= COAT_DEG
+
+    @property
+    def is_coat(self) -> bool:
+        """Bark shows through something rougher outside it."""
+        return self.is_ring and self.outer_sd > SHARPER * self.inner_sd
+
+    @property
+    def twice_cm(self) -> float:
+        """Diameters of two rings as sharp as one another apart by, cm; 0 = one ring."""
+        return 200 * (self.outer_m - self.inner_m) if self.is_ring and not self.is_coat else 0.0
+
+
+def inner_face(points: np.ndarray, cone: Cone, window: tuple[float, float], floor_m: float) -> Cone | None:
+    """The cone of the innermost bark of (N, 3) points in a window of heights; ``None`` where the fitted one is it."""
+    points = points[(points[:, 2] >= window[0]) & (points[:, 2] <= window[1])]
+    points = points[np.abs(cone.residuals(points)) < 1.5 * REACH_M]
+    points = points[:: max(len(points) // MAX_POINTS, 1)]
+    if len(points) < 60:
+        return None
+    face = cone
+    for _ in range(FACE_ROUNDS):
+        e, turn, t = face.residuals(points), face.azimuths(points), points[:, 2] - face.h_ref
+        weight = np.where(e < 0, FACE_WEIGHT, 1 / (1 + (e / FACE_M) ** 2) ** 2)
+        c, s = np.cos(turn), np.sin(turn)
+        design = np.column_stack([c, s, c * t, s * t, np.ones(len(t))])
+        pulled = np.diag([0.01, 0.01, 0.2, 0.2, 0.01])
+        dx, dy, lean_x, lean_y, r = np.linalg.solve(
+            (design * weight[:, None]).T @ design + pulled, design.T @ (weight * e)
+        )
+        face = replace(face, x=face.x + dx, y=face.y + dy, dx=face.dx + lean_x, dy=face.dy + lean_y, r=face.r + r)
+        if not 0.015 < face.r < 3.0:
+            return None
+    found = fit_cone(points, face, None, (max(0.015, 2 * floor_m),), floor_m, FACE_CAP_M, taper_sd=0.003)
+    if found is None or 200 * (found.r - cone.r) > -FACE_CM:
+        return None
+    e, limit = found.residuals(points), max(2 * found.sigma, FACE_M)
+    on = np.abs(e) < limit
+    sector = np.floor((found.azimuths(points[on]) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
+    there = np.bincount(sector, minlength=SECTORS)
+    arc = 360.0 / SECTORS * np.count_nonzero(there >= max(1.0, 0.25 * there.mean()))
+    inside = np.mean(e < -limit) <= FACE_INSIDE and np.mean(cone.residuals(points) < -limit) >= BARK_INSIDE
+    return found if inside and arc >= FACE_DEG and on.mean() >= COAT_SHARE else None
+
+
+def kurtosis(e: np.ndarray, spread: float) -> float:
+    """Excess kurtosis of the (N,) distances from the bark that lie within three spreads; 0 for few of them."""
+    core = e[np.abs(e) < 3 * spread]
+    return float(np.mean((core - core.mean()) ** 4) / core.var() ** 2 - 3) if len(core) >= FLAT_POINTS else 0.0
+
+
+def _groups(
+    e: np.ndarray, middle: np.ndarray, spread: float, share: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Log likelihood, middles, spreads, shares and (K, N) memberships of normal groups and an even background (EM)."""
+    sd = np.full(len(middle), spread)
+    share = np.r_[0.98 * share, 0.02]
+    background = np.full((1, len(e)), 1 / (2 * REACH_M))
+    total = background[0]
+    for _ in range(ROUNDS):
+        density = np.exp(-0.5 * ((e - middle[:, None]) / sd[:, None]) ** 2) / (sd[:, None] * np.sqrt(2 * np.pi))
+        part = share[:, None] * np.vstack([density, background])
+        total = part.sum(axis=0)
+        member = part / total
+        weight = np.maximum(member.sum(axis=1), 1e-9)
+        share = weight / weight.sum()
+        middle = (member[:-1] @ e) / weight[:-1]
+        sd = np.sqrt((member[:-1] * (e - middle[:, None]) ** 2).sum(axis=1) / weight[:-1])
+        sd = np.maximum(sd, 0.003)
+    return float(np.log(total).sum()), middle, sd, share, member
