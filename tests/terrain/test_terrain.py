@@ -209,3 +209,14 @@ def test_support_shows_where_the_model_is_a_guess():
     assert dtm.support_m(6.0, 1.0) < 0.5
     assert 1.5 < dtm.support_m(6.0, 8.0) < 2.5 and np.isfinite(dtm.height(6.0, 8.0))
     assert np.isnan(dtm.height(6.0, 6.0))
+
+
+@pytest.mark.parametrize("slope", [0.45, 0.7, 1.0])
+def test_steep_ground_is_found(slope):
+    """A cloth does not lie on a slope of 45 degrees; on what is left of it without its tilt it does."""
+    from synthetic_cloud import plot_cloud
+
+    xyz = plot_cloud(np.random.default_rng(3), [(3.0, 3.0, 25.0), (8.0, 8.0, 40.0)], slope=slope)
+    xy = np.random.default_rng(4).uniform(1, 11, (200, 2))
+    truth = 100 + slope * xy[:, 0] + 0.1 * np.sin(xy[:, 1] / 3)
+    assert np.abs(dtm_from_cloud(xyz).height(*xy.T) - truth).max() < 0.12

@@ -17,6 +17,7 @@ from ..pointcloud.files import write_cloud
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
 from ..stems.cloud.estimate.options import MeasureOptions
+from ..stems.cloud.estimate.rounding import with_rounding
 from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.quality.odd_heights import mark_odd_heights
 from ..stems.quality.tree import Tree
@@ -38,7 +39,7 @@ def find_and_measure(
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, ground.dtm, options, reporter)
     trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
-    trees = with_ground(trees, ground, cloud.xyz)
+    trees = with_rounding(with_ground(trees, ground, cloud.xyz), cloud.xyz, reporter)
     mark_odd_heights(trees, cloud, ground.dtm, reporter)
     return trees, tree_id
 

@@ -15,6 +15,9 @@ from .dtm import Dtm, grid_over
 from .options import ClothSimulation
 from .surface import cell_quantile, grid_ground, local_ground
 
+#: Slope (rise over run) of a whole cloud or tile from which it is taken off before the cloth is draped.
+STEEP = 0.5
+
 
 def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> np.ndarray:
     """(N,) bool: the ground points of (N, 3) ``xyz``.
@@ -116,7 +119,8 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
     Raises:
         InputError: no ground was found.
     """
-    lows = _without_pits(lows)
+    tilt = _tilt(lows)
+    lows = _without_pits(lows - _tilt_at(tilt, lows))
     if len(lows) < 10:
         raise InputError(
             f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
@@ -138,7 +142,29 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
         if kept.sum() < 10:
             break
         found = found[kept]
-    return found
+    return found + _tilt_at(tilt, found)
+
+
+def _tilt(lows: np.ndarray) -> np.ndarray:
+    """(2,) slope in x and y of the plane under (M, 3) lowest points where it is steep, else none: a cloth does not lie
+    on a steep slope, but on what is left of it."""
+    cells = cell_quantile(lows, 2.0, 0.0) if len(lows) else lows
+    plane = np.zeros(3)
+    flat = np.column_stack([cells[:, :2], np.ones(len(cells))])
+    kept = np.ones(len(cells), bool)
+    for _ in range(10):
+        if kept.sum() < 10:
+            return np.zeros(2)
+        plane = np.linalg.lstsq(flat[kept], cells[kept, 2], rcond=None)[0]
+        off = cells[:, 2] - flat @ plane
+        # Crowns and stems stand above the ground, nothing below.
+        kept = off < np.median(off) + 2 * np.median(np.abs(off - np.median(off))) + 0.1
+    return plane[:2] if np.hypot(*plane[:2]) > STEEP else np.zeros(2)
+
+
+def _tilt_at(tilt: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(N, 3) what a (2,) tilt adds to the heights of (N, 3) points."""
+    return np.outer(points[:, :2] @ tilt, (0.0, 0.0, 1.0))
 
 
 def _without_pits(lows: np.ndarray, depth_m: float = 1.0) -> np.ndarray:

@@ -31,6 +31,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..pointcloud.file_crs import LOCAL_CRS
     from ..stems.cloud.estimate.cloud import measure_stems
     from ..stems.cloud.estimate.foot import with_ground
+    from ..stems.cloud.estimate.rounding import with_rounding
     from ..stems.cloud.estimate.sections import stem_sections
     from ..stems.quality.ground import with_ground_error
     from ..stems.quality.odd_heights import mark_odd_heights
@@ -53,6 +54,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max()), "points") for tree in trees]
     else:
         trees = with_ground(trees, ground, cloud.xyz)
+    trees = with_rounding(trees, cloud.xyz, reporter)
     mark_odd_heights(trees, cloud, dtm, reporter)
     sections = stem_sections(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter)
