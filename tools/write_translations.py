@@ -58,7 +58,8 @@ def _texts(node: ast.AST) -> list[str]:
 def _declared() -> list[str]:
     """Titles, groups, summaries, help, labels and results of every verb."""
     sys.path.insert(0, str(ROOT))
-    from treedgs_qgis.parameters import declarations, label
+    from treedgs_qgis.parameters import label
+    from treedgs_qgis.words import declarations
 
     texts = []
     for entry in declarations().values():

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from . import __version__
-from .core.command import Command, describe, ordered_params
+from .core.command import Command, describe, ordered_params, with_verbs
 from .core.errors import Cancelled, Incomplete, InputError, OutputError, TreeDGSError
 from .core.extras import lacks
 from .core.files import no_empty_folders
@@ -77,7 +77,9 @@ def main(arguments: list[str] | None = None) -> int:
     if extra and not any(word.startswith("-") for word in extra):
         print(f"error: {extra[0]!r} is not an option; options start with --, see --help.", file=sys.stderr)
         return 2
-    return run_command(command, values, make_reporter(style), style != "json", overwrite)
+    reporter = make_reporter(style)
+    reporter.words = lambda text: with_verbs(text, command, all_commands())
+    return run_command(command, values, reporter, style != "json", overwrite)
 
 
 def run_command(

@@ -21,15 +21,13 @@ from . import checks, engine, i18n, layers, loading
 from .listener import Listener, duration, is_cancelled
 from .parameters import (
     DESTINATIONS,
-    declarations,
     engine_values,
     help_text,
-    in_qgis_words,
     make_outputs,
     make_parameter,
-    qgis_name,
     result_values,
 )
+from .words import declarations, in_qgis_words, qgis_name
 
 ICONS = Path(__file__).with_name("icons")
 ICON = ICONS / "treedgs.svg"

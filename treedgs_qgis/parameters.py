@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import re
-from collections.abc import Container
-from pathlib import Path
 from typing import Any
 
 from qgis.core import (
@@ -32,8 +29,8 @@ from qgis.core import (
 
 from . import compat, layers
 from .i18n import tr
+from .words import in_qgis_words, qgis_name
 
-DECLARATIONS = Path(__file__).with_name("parameters.json")
 #: What some verbs take instead of a CRS: metres without a place on the map.
 LOCAL = "local"
 DESTINATIONS = ("output_file", "output_folder")
@@ -64,24 +61,6 @@ _WORDS = {
 #: Endings of a name that only repeat the unit.
 _UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms", "stops"}
 _NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg|cm_m|count)|seconds)$")
-
-
-@functools.lru_cache(maxsize=1)
-def declarations() -> dict[str, dict[str, Any]]:
-    """Verb -> its declaration; suffixes with their dot; ``known``: the names of its parameters."""
-    commands = json.loads(DECLARATIONS.read_text(encoding="utf-8"))["commands"]
-    for command in commands:
-        for entry in command["parameters"]:
-            entry["suffixes"] = ["." + suffix.lstrip(".").lower() for suffix in entry.get("suffixes", [])]
-        command["known"] = {entry["name"] for entry in command["parameters"]}
-        for entry in command["parameters"]:
-            entry["known"] = command["known"]
-    return {command["name"]: command for command in commands}
-
-
-def qgis_name(name: str) -> str:
-    """``workspace`` -> ``WORKSPACE``."""
-    return name.upper()
 
 
 def label(entry: dict[str, Any]) -> str:
@@ -220,19 +199,6 @@ def engine_values(
         if value not in ("", None):
             values[entry["name"]] = value
     return values
-
-
-def in_qgis_words(text: str, known: Container[str]) -> str:
-    """The engine's sentence with ``--some-option`` as QGIS names it (``SOME_OPTION``), where the verb knows it."""
-
-    def named(found: re.Match) -> str:
-        name, value = found.group(1).replace("-", "_"), found.group(2)
-        if name not in known:
-            return found.group(0)
-        return f"{qgis_name(name)}={value}" if value else qgis_name(name)
-
-    # With a value that can only be one: --crs EPSG:6344, --crs local, --dbh-unit cm is left as two words.
-    return re.sub(r"--([a-z][a-z0-9-]*[a-z0-9])(?: (EPSG:\w+|local)\b)?", named, text)
 
 
 def result_values(declaration: dict[str, Any], values: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:

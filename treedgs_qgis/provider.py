@@ -10,7 +10,7 @@ from qgis.PyQt.QtGui import QIcon
 
 from . import engine, models
 from .algorithm import ICON
-from .parameters import declarations
+from .words import declarations
 
 #: Modules of ``processing/``, in the order of the work.
 ALGORITHMS = (

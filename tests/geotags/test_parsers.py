@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from shared_data import needs_shared
 
 from treedgs_geo.core.errors import GeotagError, InputError
+from treedgs_geo.geotags import read_stations
 from treedgs_geo.geotags.gpstime import gps_to_utc, parse_datetime_unix, utc_to_gps, week_tow_to_gps
 from treedgs_geo.geotags.mrk import read_mrk
 from treedgs_geo.geotags.photos import read_photo
@@ -197,3 +198,40 @@ def test_xmp_variants(tmp_path: Path) -> None:
     broken.write_bytes(b"not a photo")
     with pytest.raises(InputError, match="broken.jpg"):
         read_photo(broken)
+
+
+def test_epochs_that_are_twice_or_out_of_order(tmp_path: Path) -> None:
+    from small_flight import START_UTC, write_pos
+
+    times = START_UTC + np.arange(0.0, 20.0, 0.2)
+    xyz = np.column_stack([425000.0 + 4 * (times - times[0]), np.full(100, 3718000.0), np.full(100, 120.0)])
+    write_pos(tmp_path / "a.pos", times, xyz)
+    whole = read_pos(tmp_path / "a.pos")
+    lines = (tmp_path / "a.pos").read_text().splitlines(keepends=True)
+    # The same epoch again, and two exchanged: as good as the whole file.
+    (tmp_path / "b.pos").write_text("".join([*lines[:40], lines[39], lines[41], lines[40], *lines[42:]]))
+    mixed = read_pos(tmp_path / "b.pos")
+    np.testing.assert_array_equal(mixed.gps_s, whole.gps_s)
+    np.testing.assert_array_equal(mixed.lon_deg, whole.lon_deg)
+    assert set(mixed.quality) == {1} and "backwards in 1 place" in mixed.notes[0] and not whole.notes
+    # Another processing of some epochs, half a metre away: nobody knows which is right.
+    write_pos(tmp_path / "c.pos", times[50:60], xyz[50:60] + [0.5, 0, 0])
+    (tmp_path / "d.pos").write_text("".join([*lines, *(tmp_path / "c.pos").read_text().splitlines(keepends=True)[2:]]))
+    spliced = read_pos(tmp_path / "d.pos")
+    assert (spliced.quality[50:60] == 2).all() and (spliced.sd[50:60, 0] > 0.45).all()
+    assert any("10 of its epochs are there twice" in note for note in spliced.notes)
+
+
+def test_a_table_without_accuracies_is_navigation_and_says_how_to_say_more(tmp_path: Path) -> None:
+    from small_flight import CRS, Flight, Listening, lines, write_photos
+
+    flight = Flight(lines(10))
+    write_photos(flight, tmp_path / "images")
+    rows = [f"DJI_{i + 1:04d}.JPG,{x:.3f},{y:.3f},{z:.3f}" for i, (x, y, z) in enumerate(flight.camera)]
+    (tmp_path / "plain.csv").write_text("name,x,y,z\n" + "\n".join(rows) + "\n")
+    (tmp_path / "sd.csv").write_text("name,x,y,z,sd_e,sd_n\n" + "".join(f"{row},0.02,0.02\n" for row in rows))
+    listening = Listening()
+    found = read_stations(tmp_path / "images", tmp_path / "plain.csv", CRS, check_photos=False, reporter=listening)
+    assert set(found.quality) == {"single"} and any("sd_e, sd_n, sd_u" in text for text in listening.warnings)
+    found = read_stations(tmp_path / "images", tmp_path / "sd.csv", CRS, check_photos=False)
+    assert set(found.quality) == {"fix"} and np.allclose(found.sd, [0.02, 0.02, 0.04])

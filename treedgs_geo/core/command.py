@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass
 from typing import Any
@@ -63,3 +64,24 @@ def describe(command: Command) -> dict[str, Any]:
         "outputs": command.outputs,
         "parameters": parameters,
     }
+
+
+#: An option in a sentence.
+OPTION = re.compile(r"(?<![\w-])--([a-z][a-z0-9-]*[a-z0-9])")
+
+
+def with_verbs(text: str, command: Command, commands: list[Command]) -> str:
+    """A message of one verb: options that only another has are named with it, ``--base (treedgs geotag)``."""
+    own = {name for name, _, _ in params_of(command.settings)}
+    if all(name.replace("-", "_") in own for name in OPTION.findall(text)):
+        return text
+    verbs = tuple(f"{each.name} " for each in commands)
+    owners = {name: each.name for each in reversed(commands) for name, _, _ in params_of(each.settings)}
+
+    def named(found: re.Match) -> str:
+        name = found.group(1).replace("-", "_")
+        if name in own or name not in owners or text[: found.start()].endswith(verbs):
+            return found.group(0)
+        return f"{found.group(0)} (treedgs {owners[name]})"
+
+    return OPTION.sub(named, text)

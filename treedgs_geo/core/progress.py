@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
@@ -37,6 +37,8 @@ class Reporter:
         self._fraction = 0.0
         self._free = 0.0
         self._started = time.monotonic()
+        #: Turns a message into the words of where it is shown.
+        self.words: Callable[[str], str] = str
 
     @contextmanager
     def stage(self, name: str, low: float = 0.0, high: float = 1.0) -> Iterator[None]:
@@ -133,7 +135,7 @@ class PlainReporter(Reporter):
             return
         else:
             mark = {"warn": "warning: ", "error": "error: "}.get(kind, "")
-            line = f"  {mark}{body['message']}" if kind != "error" else f"{mark}{body['message']}"
+            line = ("" if kind == "error" else "  ") + mark + self.words(body["message"])
         self._stream.write(line + "\n")
         self._stream.flush()
 
@@ -157,7 +159,7 @@ class BarReporter(Reporter):
             self._bar.set_description_str(body["name"])
         elif kind in ("info", "warn", "error"):
             mark = {"warn": "warning: ", "error": "error: "}.get(kind, "")
-            self._bar.write(f"{mark}{body['message']}", file=self._bar.fp)
+            self._bar.write(mark + self.words(body["message"]), file=self._bar.fp)
 
     def close(self) -> None:
         """End the bar."""

@@ -103,7 +103,7 @@ def read_stations(
     files = find_geotags(Path(geotags), Path(photos))
     written, track = stations, _Track.of_nothing(len(stations))
     if files.tables:
-        stations = _from_table(stations, read_position_table(files.tables[0], project, source))
+        stations = _from_table(stations, read_position_table(files.tables[0], project, source), reporter)
     else:
         with tempfile.TemporaryDirectory(prefix="treedgs-ppk-") as scratch:
             if files.rinex and not (files.pos or files.events):
@@ -241,7 +241,8 @@ def split_flights(names: list[str], utc: np.ndarray) -> np.ndarray:
     return flight
 
 
-def _from_table(stations: Stations, table: NamedPositions) -> Stations:
+def _from_table(stations: Stations, table: NamedPositions, reporter: Reporter) -> Stations:
+    unsure: list[str] = []
     rows = {name.lower(): row for row, name in enumerate(table.names)}
     rows |= {Path(name).stem.lower(): row for name, row in list(rows.items())}
     xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
@@ -250,10 +251,19 @@ def _from_table(stations: Stations, table: NamedPositions) -> Stations:
         if row is None:
             continue
         xyz[i], known = table.xyz[row], table.sd[row]
-        # A table without accuracies is taken for navigation-grade GPS: claiming more would be a guess.
-        sd[i] = np.maximum(known, FIX_FLOOR_M) if np.isfinite(known).all() else EXIF_SD_M
-        quality[i] = (
-            "exif" if not np.isfinite(known).all() or known.max() > 1 else "fix" if known.max() < 0.1 else "float"
+        if np.isfinite(known[:2]).all():
+            known = np.where(np.isfinite(known), known, 2 * known[:2].max())
+            sd[i] = np.maximum(known, FIX_FLOOR_M)
+            quality[i] = "single" if known.max() > 1 else "fix" if known.max() < 0.1 else "float"
+        else:
+            # Claiming more than navigation grade would be a guess.
+            sd[i], quality[i] = EXIF_SD_M, "single"
+            unsure.append(name)
+    if unsure:
+        reporter.warn(
+            f"{table.path.name}: gives no accuracy for {len(unsure)} of {len(stations)} photos, so their positions "
+            f"count as those of navigation ({EXIF_SD_M[0]:.0f} m); if they are better, add their standard deviations "
+            "in metres as columns sd_e, sd_n, sd_u."
         )
     if not np.isfinite(xyz).any():
         raise GeotagError(
@@ -289,6 +299,8 @@ def _from_marks(
             "give the PPK solution (.pos)."
         )
     for track in tracks:
+        for note in track.notes:
+            reporter.warn(note)
         if track.datum:
             reporter.info(
                 f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum "

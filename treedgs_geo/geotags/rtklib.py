@@ -18,6 +18,8 @@ from ..core.errors import GeotagError
 from .gpstime import parse_datetime_unix, utc_to_gps, week_tow_to_gps
 
 FIX, FLOAT = 1, 2
+#: Positions of one epoch this near are the same, metres.
+SAME_PLACE_M = 0.05
 #: Columns of the velocity, E, N, U.
 _VELOCITY = ("ve(m/s)", "vn(m/s)", "vu(m/s)")
 
@@ -28,7 +30,8 @@ class Trajectory:
 
     gps_s: (T,) GPS seconds. lon_deg, lat_deg, height_m: (T,), ellipsoidal. quality: (T,) int RTKLIB Q (1 fix, 2 float,
     3 sbas, 4 dgps, 5 single, 6 ppp). sd: (T, 3) E, N, U metres. datum: what the header says about the reference frame.
-    velocity_enu: (T, 3) true east, north, up, m/s (columns vn, ve, vu); (0, 3) in a file without them.
+    velocity_enu: (T, 3) true east, north, up, m/s (columns vn, ve, vu); (0, 3) in a file without them. notes: what is
+    odd about the file.
     """
 
     path: Path
@@ -40,6 +43,7 @@ class Trajectory:
     sd: np.ndarray
     datum: str = ""
     velocity_enu: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    notes: tuple[str, ...] = ()
 
 
 def read_pos(path: Path) -> Trajectory:
@@ -98,9 +102,7 @@ def read_pos(path: Path) -> Trajectory:
         )
     table = np.array(rows)
     table[:, 0] += _jst_shift(header)
-    order = np.lexsort((table[:, 4], table[:, 0]))
-    table = table[order]
-    table = table[np.concatenate([[True], np.diff(table[:, 0]) > 1e-4])]  # doubled epochs: the better Q stays
+    table, notes = _in_order(path, table)
     return Trajectory(
         path,
         table[:, 0],
@@ -111,7 +113,30 @@ def read_pos(path: Path) -> Trajectory:
         table[:, 5:8],
         datum,
         table[:, 8:11] if np.isfinite(table[:, 8:11]).all() else np.zeros((0, 3)),
+        notes,
     )
+
+
+def _in_order(path: Path, table: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Rows by time, one each: of doubled epochs the better Q stays, and is float where the others lie elsewhere."""
+    notes = []
+    if backwards := int((np.diff(table[:, 0]) < -1e-4).sum()):
+        notes.append(f"{path.name}: its times run backwards in {backwards} places; its epochs were put in order.")
+    table = table[np.lexsort((table[:, 4], table[:, 0]))]
+    first = np.concatenate([[True], np.diff(table[:, 0]) > 1e-4])
+    kept, group = table[first], np.cumsum(first) - 1
+    metres = 111200.0 * np.array([np.cos(np.radians(np.median(table[:, 2]))), 1.0, 1 / 111200.0])
+    most = np.zeros(len(kept))
+    np.maximum.at(most, group, np.linalg.norm((table - kept[group])[:, 1:4] * metres, axis=1))
+    other = most > SAME_PLACE_M
+    if other.any():
+        notes.append(
+            f"{path.name}: {int(other.sum())} of its epochs are there twice, up to {most.max():.2f} m apart, expected "
+            "one solution; they are not fixed any more: give the file of one processing."
+        )
+        kept[other, 4] = np.maximum(kept[other, 4], FLOAT)
+        kept[other, 5:8] = np.fmax(kept[other, 5:8], most[other, None])
+    return kept, tuple(notes)
 
 
 def _velocity(values: list[float], header: str) -> list[float]:

@@ -68,6 +68,15 @@ def matcher_option() -> Any:
     )
 
 
+def geotags_crs_option() -> Any:
+    """Setting ``geotags_crs``: the frame of the geotags, where it is not the project's."""
+    return param(
+        None,
+        kind="crs",
+        help="Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.",
+    )
+
+
 def matcher_weights_option() -> Any:
     """Setting ``matcher_weights``: what the learned matcher loads."""
     text = "Weights that the matcher loads; none come with TreeDGS."

@@ -72,9 +72,11 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     reporter.info(f"Workspace: {settings.workspace}")
     with reporter.stage("photos and geotags", 0.0, 0.7):
         heard = Collector(reporter)
-        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=heard)
+        stations = read_stations(
+            settings.photos, settings.geotags, settings.crs, frame=settings.geotags_crs, reporter=heard
+        )
         findings.warnings += len(heard.warnings)
-    fix_pct = _report_positions(stations, findings)
+    fix_pct = _report_positions(stations, settings, findings)
     with reporter.stage("plots and terrain", 0.7, 0.85):
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = read_dtm(settings.dtm, stations.crs, reporter) if settings.dtm else None
@@ -113,8 +115,10 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     return findings.conclude(facts, needs)
 
 
-def _report_positions(stations: Stations, findings: Findings) -> float:
+def _report_positions(stations: Stations, settings: PhotosToDbhSettings, findings: Findings) -> float:
     """How the photos are placed; returns the share with a fixed position, per cent."""
+    from ..geotags.sources import find_geotags
+
     counts = stations.counts()
     fix_pct = 100 * counts.get("fix", 0) / len(stations)
     findings.reporter.info(
@@ -124,9 +128,17 @@ def _report_positions(stations: Stations, findings: Findings) -> float:
     )
     if fix_pct < 90:
         share = f"Only {fix_pct:.0f} %" if fix_pct >= 0.5 else "None"
+        given = find_geotags(settings.geotags, settings.photos) if settings.geotags else None
+        advice = (
+            f"give their accuracies in {given.tables[0].name} (sd_e, sd_n, sd_u, metres) if they are better"
+            if given and given.tables
+            else "process the PPK again with a nearer base station"
+            if given
+            else "give PPK files (--geotags), or positions by photo name with their accuracies (CSV)"
+        )
         findings.warning(
-            f"{share} of the photos have a fixed (centimetre) position: the trees' places and the scale "
-            "rest on them; give the PPK files, or process them again with a nearer base station."
+            f"{share} of the photos have a fixed (centimetre) position: the trees' places and the scale rest on them; "
+            f"{advice}."
         )
     return fix_pct
 

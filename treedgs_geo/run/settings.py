@@ -8,7 +8,13 @@ from typing import Any
 
 from ..core.settings import param
 from ..core.workspace import KeptWorkspace, workspace_option
-from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
+from ..reconstruction.options import (
+    calibration_option,
+    gcp_option,
+    geotags_crs_option,
+    matcher_option,
+    matcher_weights_option,
+)
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -35,6 +41,7 @@ class PhotosToDbhSettings(KeptWorkspace):
         kind="files",
         help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV; without it EXIF/XMP positions are used.",
     )
+    geotags_crs: str | None = geotags_crs_option()
     gcp: Path | None = gcp_option()
     calibration: Path | None = calibration_option()
     matcher: Path | None = matcher_option()

@@ -94,13 +94,15 @@ def _geotag(run: Run, photos: list[Path]) -> Stations:
     settings, layer = run.settings, run.path(names.GEOTAGS)
 
     def work(reporter: Reporter) -> dict[str, Any]:
-        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
+        stations = read_stations(
+            settings.photos, settings.geotags, settings.crs, frame=settings.geotags_crs, reporter=reporter
+        )
         write_stations(layer, stations)
         return {"photos": len(stations), "positions": stations.counts()}
 
     # By what the files are, not by where: photos that were moved are the same photos.
     own = [path.relative_to(settings.photos).as_posix() for path in photos]
-    used = {"photos": own, "geotags": settings.geotags is not None, "crs": settings.crs}
+    used = {"photos": own, "geotags": settings.geotags is not None, "crs": settings.crs, "frame": settings.geotags_crs}
     given = find_geotags(settings.geotags, settings.photos).all() if settings.geotags else []
     # People may move a camera by hand: the layer is taken as it is.
     run.steps.run("geotag", used, photos + given, [layer], work, readable=lambda: read_stations_layer(layer))

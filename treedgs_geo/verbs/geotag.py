@@ -10,6 +10,7 @@ from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
+from ..reconstruction.options import geotags_crs_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,11 +29,7 @@ class GeotagSettings:
         help="Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.",
     )
     output: Path = param(kind="output_file", help="Camera stations layer to write.", suffixes=(".gpkg",))
-    geotags_crs: str | None = param(
-        None,
-        kind="crs",
-        help="Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.",
-    )
+    geotags_crs: str | None = geotags_crs_option()
     base: Path | None = param(
         None, kind="file", help="RINEX observations of the base station, when they do not lie with the geotags."
     )

@@ -10,7 +10,13 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import DENSE, GEOTAGS, SFM, KeptWorkspace, Workspace, workspace_option
-from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
+from ..reconstruction.options import (
+    calibration_option,
+    gcp_option,
+    geotags_crs_option,
+    matcher_option,
+    matcher_weights_option,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +30,7 @@ class ReconstructSettings(KeptWorkspace):
         help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
         "without it EXIF/XMP positions are used.",
     )
+    geotags_crs: str | None = geotags_crs_option()
     gcp: Path | None = gcp_option()
     calibration: Path | None = calibration_option()
     crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
@@ -70,7 +77,9 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
 
     sfm = workspace.path(SFM)
     with reporter.stage("geotags", 0.0, 0.05):
-        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
+        stations = read_stations(
+            settings.photos, settings.geotags, settings.crs, frame=settings.geotags_crs, reporter=reporter
+        )
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = _read_dtm(settings, stations.crs, plots)
         control = read_control(settings.gcp, stations, reporter) if settings.gcp else None

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..i18n import tr
-from ..parameters import DECLARATIONS
+from ..words import DECLARATIONS
 
 #: Columns that hold a decision; nothing else in a tree layer is ever written by the panel.
 COLUMNS = ("rev_flag", "rev_dbh_cm", "rev_note", "rev_by", "rev_at")
