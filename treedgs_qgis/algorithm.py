@@ -19,14 +19,7 @@ from qgis.PyQt.QtGui import QIcon
 
 from . import checks, engine, i18n, layers, loading
 from .listener import Listener, duration, is_cancelled
-from .parameters import (
-    DESTINATIONS,
-    engine_values,
-    help_text,
-    make_outputs,
-    make_parameter,
-    result_values,
-)
+from .parameters import DESTINATIONS, engine_values, help_text, make_outputs, make_parameter, result_values
 from .words import declarations, in_qgis_words, qgis_name
 
 ICONS = Path(__file__).with_name("icons")
