@@ -11,6 +11,7 @@ import contextlib
 import importlib.metadata
 import io
 import json
+import resource
 import time
 
 import dendromatics as dm
@@ -43,6 +44,7 @@ def main() -> None:
         "version": importlib.metadata.version("dendromatics"),
         "seconds": time.perf_counter() - began,
         "cpu_seconds": time.process_time() - cpu,
+        "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "trees": trees,
         "note": note,
     }

@@ -11,6 +11,7 @@ import argparse
 import contextlib
 import importlib
 import json
+import resource
 import time
 from pathlib import Path
 
@@ -42,6 +43,7 @@ def measure(xyz: np.ndarray, code, options) -> dict:
     return {
         "seconds": time.perf_counter() - began,
         "cpu_seconds": time.process_time() - spent,
+        "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "trees": [
             {
                 "x": tree.x,

@@ -79,17 +79,18 @@ def test_bad_commands_are_reported(cloud, tmp_path):
         segment_external(cloud, "forestformer3d", COMMAND, work=tmp_path / "kept")
 
 
-def test_las_segmenters(cloud, tmp_path):
-    """SegmentAnyTree's way: LAZ in, LAZ with PredInstance out (0 = no tree)."""
+@pytest.mark.parametrize("segmenter, field", [("segmentanytree", "PredInstance"), ("treex", "tree_id")])
+def test_las_segmenters(cloud, tmp_path, segmenter, field):
+    """The way of SegmentAnyTree and our TreeX script: LAZ in, LAZ with tree numbers out (0 = no tree)."""
     script = tmp_path / "las.py"
     script.write_text(
         "import sys, laspy, numpy as np\n"
         "data = laspy.read(sys.argv[1] + '/cloud.laz')\n"
-        "data.add_extra_dim(laspy.ExtraBytesParams('PredInstance', 'int32'))\n"
-        "data.PredInstance = np.where(data.z > data.z.min() + 0.5, 7 + (data.x > 6), 0)\n"
+        f"data.add_extra_dim(laspy.ExtraBytesParams('{field}', 'int32'))\n"
+        f"data.{field} = np.where(data.z > data.z.min() + 0.5, 7 + (data.x > 6), 0)\n"
         "data.write(sys.argv[2] + '/cloud.laz')\n"
     )
-    found = segment_external(cloud, "segmentanytree", f"{sys.executable} {script} {{input}} {{output}}")
+    found = segment_external(cloud, segmenter, f"{sys.executable} {script} {{input}} {{output}}")
     assert found.n_trees == 2 and not found.reordered
     right = cloud.xyz[:, 0] - np.floor(cloud.xyz[:, 0].min()) > 6
     assert (found.tree_id[right & (found.tree_id > 0)] == 2).all()

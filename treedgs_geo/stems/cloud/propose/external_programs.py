@@ -22,7 +22,7 @@ from ....pointcloud.cloud import PointCloud
 #: A returned point may be this far from the one that went in (single precision, text), metres.
 SAME_POINT_M = 1e-3
 NAME = "cloud"
-SEGMENTERS = ("forestformer3d", "segmentanytree")
+SEGMENTERS = ("forestformer3d", "segmentanytree", "treex")
 #: Names under which SegmentAnyTree and its kin write the tree number.
 _LAS_FIELDS = ("PredInstance", "preds_instance_segmentation", "instance_pred", "tree_id", "treeID")
 _PLY_TYPES = {
@@ -65,7 +65,7 @@ def segment_external(
 ) -> ExternalLabels:
     """Run a segmenter on a cloud.
 
-    segmenter: ``forestformer3d`` or ``segmentanytree``. command: its command line with ``{input}`` (folder with the
+    segmenter: one of :data:`SEGMENTERS`. command: its command line with ``{input}`` (folder with the
     cloud), ``{output}`` (folder for the result) and, if wanted, ``{name}``; no shell is involved. work: keep the files
     here (default: a temporary folder).
 
@@ -171,7 +171,7 @@ def _checked(sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Pat
                 f"{away.max():.3f} m off), expected the same coordinates; its labels cannot be used."
             )
         instance, reordered = instance[nearest], True
-    trees = instance > (0 if segmenter == "segmentanytree" else -1)
+    trees = instance > (-1 if segmenter == "forestformer3d" else 0)
     if not trees.any():
         raise OutputError(
             f"{path.name}: {segmenter} found no tree at all in {len(sent)} points; that is how a broken "

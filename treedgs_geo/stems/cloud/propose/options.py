@@ -13,9 +13,9 @@ def segmenter_option() -> Any:
     return param(
         "own",
         kind="choice",
-        help="who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you "
+        help="who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you "
         "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
-        choices=("own", "forestformer3d", "segmentanytree", "model"),
+        choices=("own", "forestformer3d", "segmentanytree", "treex", "model"),
         advanced=True,
     )
 
