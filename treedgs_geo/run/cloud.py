@@ -20,6 +20,7 @@ from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.estimate.rounding import with_rounding
 from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.quality.odd_heights import mark_odd_heights
+from ..stems.quality.repeated import mark_repeated
 from ..stems.quality.tree import Tree
 from ..terrain.cloud_ground import CloudGround
 from .cloud_input import load_cloud, load_ground, tree_summary
@@ -41,6 +42,8 @@ def find_and_measure(
     trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
     trees = with_rounding(with_ground(trees, ground, cloud.xyz), cloud.xyz, reporter)
     mark_odd_heights(trees, cloud, ground.dtm, reporter)
+    if said := mark_repeated(trees):
+        reporter.warn(said)
     return trees, tree_id
 
 

@@ -35,6 +35,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..stems.cloud.estimate.sections import stem_sections
     from ..stems.quality.ground import with_ground_error
     from ..stems.quality.odd_heights import mark_odd_heights
+    from ..stems.quality.repeated import mark_repeated
 
     check_output(settings.output)
     cloud = load_cloud(settings, reporter, find_stems=False)
@@ -56,6 +57,8 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         trees = with_ground(trees, ground, cloud.xyz)
     trees = with_rounding(trees, cloud.xyz, reporter)
     mark_odd_heights(trees, cloud, dtm, reporter)
+    if said := mark_repeated(trees):
+        reporter.warn(said)
     sections = stem_sections(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}
