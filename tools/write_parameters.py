@@ -20,7 +20,9 @@ def parameters_text() -> str:
     """The JSON text: protocol, commands as ``treedgs describe`` gives them, the modules each one needs, and the words
     and limits of a person's decisions."""
     from treedgs_geo.core.command import describe
+    from treedgs_geo.core.plausible import GAP, LARGE_CM
     from treedgs_geo.core.progress import PROTOCOL
+    from treedgs_geo.core.wrong_units import NEAR, ONE_CM
     from treedgs_geo.inventory import reviewed
     from treedgs_geo.inventory.review.apply import BESIDE_M, FAR_M
     from treedgs_geo.stems.quality.reasons import REASONS
@@ -38,6 +40,10 @@ def parameters_text() -> str:
         "reasons": REASONS,
         "least_taped_cm": reviewed.LEAST_TAPED_CM,
         "most_taped_cm": reviewed.MOST_TAPED_CM,
+        "single_cm": ONE_CM,
+        "near": NEAR,
+        "large_cm": LARGE_CM,
+        "gap": GAP,
         "beside_m": BESIDE_M,
         "far_m": FAR_M,
     }

@@ -10,6 +10,7 @@ import pytest
 from qgis_driver import ROOT
 from qgis_helpers import HOSTILE, review_trees_layer
 
+from treedgs_geo.core import plausible, wrong_units
 from treedgs_geo.inventory import reviewed as engine
 from treedgs_geo.inventory.carried import merge_note, merged_into
 from treedgs_geo.inventory.review.apply import BESIDE_M, FAR_M
@@ -54,6 +55,8 @@ def test_words_and_limits_are_the_engine_s():
     assert known["decisions"] == engine.DECISIONS and list(known["decisions"]) == list(engine.DECISIONS)
     assert {key: tuple(pair) for key, pair in known["reasons"].items()} == REASONS
     assert (known["least_taped_cm"], known["most_taped_cm"]) == (engine.LEAST_TAPED_CM, engine.MOST_TAPED_CM)
+    assert (known["near"], known["single_cm"]) == (wrong_units.NEAR, list(wrong_units.ONE_CM))
+    assert (known["large_cm"], known["gap"]) == (plausible.LARGE_CM, plausible.GAP)
     assert (known["beside_m"], known["far_m"]) == (BESIDE_M, FAR_M)
     words = constants(ROOT / "treedgs_qgis" / "review" / "words.py")
     assert list(words["DECISIONS"]) == list(engine.DECISIONS)
@@ -146,19 +149,24 @@ refused(lambda: trees.merge(row(1), 99))
 refused(lambda: trees.reject(row(5)))
 refused(lambda: trees.add_stem(QgsPointXY(500004.1, 3450000.1)))
 refused(lambda: trees.add_stem(QgsPointXY(500004.1, 3451000.1)))
+for cm in (240.0, 2.4):
+    refused(lambda: trees.tape(row(4), cm))
+refused(lambda: trees.tape(row(3), 385.0))
 for text in ("", "thirty", "0", "-3", "1e9", "nan"):
     refused(lambda: rules.taped_cm(text))
 """
     )
     lines = said(qgis.python(code, path))
-    assert len(lines) == 12 and all(line.startswith("REFUSED") for line in lines), lines
+    assert len(lines) == 15 and all(line.startswith("REFUSED") for line in lines), lines
     for line, words in zip(
         lines,
         ["counts nowhere", "same as 1", "same as 99", "Tree 6 is merged into tree 5", "0.14 m", "1,000 m"],
         strict=False,
     ):
         assert words in line
-    assert all("expected 0.5 to 500 cm" in line for line in lines[6:])
+    assert all("expected 0.5 to 500 cm" in line for line in lines[9:]) and all(
+        "look like millimetres" in line for line in lines[6:9]
+    )
     assert flags(read_trees(path)) == [None, "reject", None, None, None, "merge"]
 
 

@@ -164,9 +164,9 @@ def places(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None, required: bo
                 f"{path}, {line_of(half, table)}: has only one of {' and '.join(names)}; complete the row."
             )
         codes = table[found["epsg"].name].fillna("").to_numpy() if "epsg" in found else np.full(len(table), "")
-        codes = np.where(said.all(axis=1) & ~np.isfinite(out).all(axis=1), codes, None)
-        for code in dict.fromkeys(code for code in codes if code is not None):
-            rows = codes == code
+        mine = said.all(axis=1) & ~np.isfinite(out).all(axis=1)
+        for code in dict.fromkeys(codes[mine]):
+            rows = mine & (codes == code)
             where = f"{path}, {line_of(rows, table)}"
             source = _datum(crs) if pair[0] == "lon" else epsg_crs(str(code), where)
             out[rows] = xy[rows]

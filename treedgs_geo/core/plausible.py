@@ -11,7 +11,7 @@ from .errors import InputError
 #: Trees that a distribution needs.
 _LEAST = 5
 #: Diameters this large, and that many times the next smaller one of the stand, are looked at; up to a third of all.
-_LARGE_CM, _GAP = 150.0, 3.0
+LARGE_CM, GAP = 150.0, 3.0
 #: Trees of at least 5 cm are at most 250 times as high as they are thick; their median is at most 110 (150 in single
 #: dense stands), and 3.3 times as much where heights are in feet.
 _SLENDER, _SLENDER_STAND, _THIN_CM = 4.0, 2.0, 5.0
@@ -35,7 +35,7 @@ def odd_diameters(dbh_cm: np.ndarray) -> tuple[np.ndarray, str]:
         return np.zeros(len(d), bool), ""
     steps = order[1:] / order[:-1]
     first = len(order) - len(order) // 3
-    wide = [k for k in range(first, len(order)) if steps[k - 1] >= _GAP and order[k] >= _LARGE_CM]
+    wide = [k for k in range(first, len(order)) if steps[k - 1] >= GAP and order[k] >= LARGE_CM]
     if not wide:
         return np.zeros(len(d), bool), ""
     low, high = order[0], order[wide[0] - 1]
@@ -45,13 +45,17 @@ def odd_diameters(dbh_cm: np.ndarray) -> tuple[np.ndarray, str]:
     return large, f"the others are {low:.1f} to {high:.1f} cm, it looks like millimetres, or a decimal point is missing"
 
 
-def refuse_odd_diameters(dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str) -> None:
-    """Refuse what :func:`odd_diameters` finds. where: of the first of a mask, for the sentence.
+def refuse_odd_diameters(
+    dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str, n_asked: int | None = None
+) -> None:
+    """Refuse what :func:`odd_diameters` finds among the first ``n_asked`` (``None``: all). where: of the first of a
+    mask, for the sentence.
 
     Raises:
         InputError: see above.
     """
     odd, why = odd_diameters(dbh_cm)
+    odd[n_asked if n_asked is not None else len(odd) :] = False
     if odd.any():
         more = f" (and {odd.sum() - 1} more like it)" if odd.sum() > 1 else ""
         value = np.asarray(dbh_cm, float)[odd][0]

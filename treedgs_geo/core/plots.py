@@ -49,7 +49,7 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
         raise InputError(f"{path}, {line_of(empty)}: has no {found['radius'].name}; write the plot's radius.")
     names = plot_names(path, table, found.get("plot_id"))
     xy = places(path, table, crs)
-    plots = [Plot(name, *centre, r) for name, centre, r in zip(names, xy.tolist(), radius.tolist(), strict=True)]
+    plots = [Plot(name, float(x), float(y), float(r)) for name, (x, y), r in zip(names, xy, radius, strict=True)]
     refuse_same(path, names, xy, radius.to_numpy())
     return plots
 

@@ -22,7 +22,7 @@ _LENGTHS = (
 )
 #: A ratio belongs to a unit within this share, and is none within the other; diameters of one tree by tape and from
 #: data differ by a tenth at most, of a thin or hidden one by a quarter.
-_NEAR, _SAME = 0.15, 0.25
+NEAR, _SAME = 0.15, 0.25
 #: Of a mixed table this share has to be either right or in the one wrong unit: else its rows are other trees.
 _EXPLAINED = 0.8
 #: How many rows make a mixed table, and their share: diameters twice or half of another stem's are more common than a
@@ -31,7 +31,7 @@ _FEW, _SHARE = (2, 0.1), (3, 0.15)
 
 
 #: A single diameter ten times too large or small is one beyond these, cm.
-_ONE_CM = (3.0, 100.0)
+ONE_CM = (3.0, 100.0)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def wrong_unit(values: np.ndarray, known: np.ndarray, lengths: bool = False) -> 
         for sign in (-1, 1)
     ]
     away = np.abs(np.where(some, ratio, np.inf) - np.log([[unit[0]] for unit in units]))
-    nearest, fits = away.argmin(axis=0), away.min(axis=0) < np.log1p(_NEAR)
+    nearest, fits = away.argmin(axis=0), away.min(axis=0) < np.log1p(NEAR)
     fine = int((np.abs(ratio[some]) < np.log1p(_SAME)).sum())
     best = None
     for k, (times, is_unit, read_as) in enumerate(units):
@@ -93,7 +93,7 @@ def wrong_unit(values: np.ndarray, known: np.ndarray, lengths: bool = False) -> 
         all_ = n >= 3 and n_rows >= 0.6 * n
         mixed = n_rows >= max(least, share * n) and n_rows + fine >= _EXPLAINED * n and fine >= 3
         # A single one is another tree's, unless no tree has it.
-        odd = tenfold and n_rows and (n_rows > 1 or lengths or not _ONE_CM[0] < values[rows][0] < _ONE_CM[1])
+        odd = tenfold and n_rows and (n_rows > 1 or lengths or not ONE_CM[0] < values[rows][0] < ONE_CM[1])
         mixed = (mixed and not tenfold) or bool(odd)
         if (all_ or mixed) and (best is None or n_rows > best.rows.sum()):
             best = WrongUnit(rows, n, float(np.exp(np.median(ratio[rows]))), 1 / times, is_unit, read_as)

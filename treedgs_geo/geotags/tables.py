@@ -95,7 +95,7 @@ def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tup
             "where they are project coordinates, or correct the row."
         )
     if geographic:
-        xyz = lonlat_to_project(crs, *xyz.T, frame)
+        xyz = lonlat_to_project(crs, xyz[:, 0], xyz[:, 1], xyz[:, 2], frame)
     sd = np.full((len(table), 3), np.nan)
     for k, key in enumerate(("sd_e", "sd_n", "sd_u")):
         if key in has:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..core.errors import InputError
 from ..core.intervals import HALF_WIDTH_SE
+from ..core.wrong_units import wrong_unit
 
 #: decision (``rev_flag``) -> what it means
 DECISIONS = {
@@ -152,6 +153,15 @@ def _taped(table: pd.DataFrame, name: str | Path) -> np.ndarray:
         raise InputError(
             f"{name}: tree {table['tree_id'].iloc[row]} has a rev_dbh_cm of {table['rev_dbh_cm'].iloc[row]}, expected "
             f"{LEAST_TAPED_CM:g} to {MOST_TAPED_CM:g} cm; correct it."
+        )
+    # What the verb or the panel wrote, they looked at.
+    by_hand = taped if "rev_at" not in table else np.where(table["rev_at"].isna(), taped, np.nan)
+    slip = wrong_unit(by_hand, pd.to_numeric(table["dbh_cm"]).to_numpy(float))
+    if slip is not None:
+        row = int(np.flatnonzero(slip.rows)[0])
+        raise InputError(
+            f"{name}: tree {table['tree_id'].iloc[row]} has a rev_dbh_cm of {taped[row]:g}: {slip.text()}; write "
+            "centimetres of diameter, or give the taped DBHs by the verb review with --dbh-unit."
         )
     return taped
 

@@ -54,6 +54,29 @@ def taped_cm(text: str) -> float:
     return value
 
 
+def refuse_other_unit(tree: int, cm: float, measured: float | None, others: list[float]) -> None:
+    """Refuse a taped DBH ten times too large or small for its tree, or, without a measured one, far too large for the
+    layer: the engine's tests (``single_cm``, ``near``, ``large_cm``, ``gap``).
+
+    Raises:
+        Refused: see above.
+    """
+    limits = known()
+    low, high = limits["single_cm"]
+    if measured:
+        tenfold = abs(abs(math.log(cm / measured)) - math.log(10)) < math.log1p(limits["near"])
+        wrong, beside = tenfold and not low < cm < high, measured
+    else:
+        beside = max(others, default=math.inf)
+        wrong = cm >= limits["large_cm"] and cm >= limits["gap"] * beside
+    if wrong:
+        text = tr(
+            "Tree {tree}: {taped} cm, but {known} cm in the layer; these look like millimetres, or the decimal point "
+            "is elsewhere: type the diameter in centimetres."
+        )
+        raise Refused(text.format(tree=tree, taped=f"{cm:g}", known=f"{beside:.1f}"))
+
+
 def merge_note(tree: int, note: str = "") -> str:
     """``rev_note`` of a tree that is the same as ``tree``; the engine reads the number from it, so it is not
     translated."""

@@ -13,7 +13,7 @@ from qgis.core import QgsFeature, QgsGeometry, QgsPoint, QgsPointXY, QgsProject,
 
 from .. import compat
 from ..i18n import tr
-from .rules import APART, COLUMNS, NO_TREE, Refused, known, merge_note, merged_into, now, user
+from .rules import APART, COLUMNS, NO_TREE, Refused, known, merge_note, merged_into, now, refuse_other_unit, user
 
 #: By these a layer is known as ours.
 MARKS = ("tree_id", "dbh_cm", "qc_flag")
@@ -111,12 +111,17 @@ class TreeLayer:
 
     def tape(self, row: Row, cm: float, note: str = "") -> str:
         """Its DBH is this."""
-        self._decide(row, "dbh", cm, note)
         measured = row.values.get("dbh_cm")
+        refuse_other_unit(row.tree_id, cm, measured and float(measured), self._diameters())
+        self._decide(row, "dbh", cm, note)
         if measured is None or abs(float(measured) - cm) <= APART * cm:
             return ""
         text = tr("Tree {tree}: taped {taped} cm, measured {measured} cm; check the number and that it is this tree.")
         return text.format(tree=row.tree_id, taped=f"{cm:.1f}", measured=f"{float(measured):.1f}")
+
+    def _diameters(self) -> list[float]:
+        """Measured DBHs of the layer, cm."""
+        return [float(row.values["dbh_cm"]) for row in self.rows() if row.values.get("dbh_cm") is not None]
 
     def merge(self, row: Row, other: int, note: str = "") -> str:
         """The same tree as ``other``, which counts."""
@@ -158,6 +163,8 @@ class TreeLayer:
         if near is not None and away > known()["far_m"]:
             text = tr("This place lies {away} m from the nearest tree of the layer; click inside the plot.")
             raise Refused(text.format(away=f"{away:,.0f}"))
+        if cm is not None:
+            refuse_other_unit(max((row.tree_id for row in rows), default=0) + 1, cm, None, self._diameters())
         self._ensure_columns()
         fields = self.layer.fields()
         heights = [float(row.values["bh_m"]) for row in rows if row.values.get("bh_m") is not None]

@@ -16,6 +16,7 @@ import pyogrio
 import shapely
 
 from ...core.errors import InputError
+from ...core.plausible import refuse_odd_diameters
 from ...core.tables import read_table
 from ...core.wrong_units import wrong_unit
 from ...stems.quality.priors import BREAST_HEIGHT_M
@@ -75,6 +76,7 @@ def review_trees(
     source = path if isinstance(decisions, list) else Path(decisions)
     if dbh_unit == "auto":
         _refuse_unit(table, rows, source)
+        _refuse_large(table, rows, source)
     made, outcome = decide(table, rows, by or _user(), source, path)
     write_table(path, made)
     return outcome
@@ -134,7 +136,8 @@ def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Pat
     """
     given = [decision for decision in decisions if decision.dbh_cm is not None and decision.tree is not None]
     known = dict(zip(pd.to_numeric(table["tree_id"]), pd.to_numeric(table["dbh_cm"]), strict=True))
-    slip = wrong_unit([decision.dbh_cm for decision in given], [known.get(decision.tree, np.nan) for decision in given])
+    taped = np.array([decision.dbh_cm for decision in given], float)
+    slip = wrong_unit(taped, np.array([known.get(decision.tree, np.nan) for decision in given], float))
     if slip is not None:
         first = given[int(np.flatnonzero(slip.rows)[0])]
         raise InputError(
@@ -142,6 +145,22 @@ def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Pat
             f"measured at tree {first.tree}: {slip.text()}; correct it, or name the unit (column dbh_in, or "
             "--dbh-unit)."
         )
+
+
+def _refuse_large(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:
+    """Refuse taped DBHs of trees without a measured one that none of the layer's trees makes likely.
+
+    Raises:
+        InputError: the first of them.
+    """
+    known = dict(zip(pd.to_numeric(table["tree_id"]), pd.to_numeric(table["dbh_cm"]), strict=True))
+    open_ = [one for one in decisions if one.dbh_cm is not None and not known.get(one.tree, np.nan) > 0]
+    refuse_odd_diameters(
+        np.array([*(one.dbh_cm for one in open_), *known.values()], float),
+        lambda odd: f"{source}, line {open_[int(np.flatnonzero(odd)[0])].line}",
+        "give --dbh-unit if it is right",
+        len(open_),
+    )
 
 
 def _odd(row: pd.Series, tree: int, decision: Decision) -> list[str]:

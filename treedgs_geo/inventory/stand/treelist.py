@@ -163,8 +163,8 @@ def _more_columns(path: Path, trees: pd.DataFrame) -> None:
         return
     table = read_table(path)
     found = columns(table, "species", "status", "height")
-    names = {key: found[key].name for key in ("species", "status") if key in found}
-    for name, written in {**names, "note": "note", "qc_reason": "qc_reason"}.items():
+    for name in ("species", "status", "note", "qc_reason"):
+        written = found[name].name if name in found else name
         if written in table:
             trees[name] = table[written].to_numpy(object)
     trees["height_m"] = measured(path, table, "height", found.get("height")).to_numpy()
