@@ -8,7 +8,6 @@ import re
 from typing import Any
 
 from qgis.core import (
-    QgsProcessing,
     QgsProcessingOutputHtml,
     QgsProcessingOutputNumber,
     QgsProcessingOutputString,
@@ -168,7 +167,7 @@ def engine_values(
         given = parameters.get(name)
         if kind in DESTINATIONS:
             # A workspace is there for the next run: in a temporary folder that would begin anew, and find nothing.
-            lost = entry["name"] == "workspace" and str(given) == QgsProcessing.TEMPORARY_OUTPUT
+            lost = entry["name"] == "workspace" and str(given) == "TEMPORARY_OUTPUT"
             if (given in (None, "") or lost) and not entry["required"]:
                 continue
             if kind == "output_file" and _is_layer(entry.get("suffixes", [])):

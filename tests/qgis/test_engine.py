@@ -174,6 +174,17 @@ def test_job_folders_are_made_anew_and_the_old_ones_go(tmp_path):
     assert last.exists() and not first.exists()
 
 
+def test_without_a_data_folder_a_job_has_one_of_its_own(tmp_path, monkeypatch):
+    """Never one of a known name where all users write: another user could have made it before, or a link of it."""
+    (tmp_path / "file").touch()
+    (tmp_path / "shared").mkdir()
+    monkeypatch.setenv("TREEDGS_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr(engine.tempfile, "tempdir", str(tmp_path / "shared"))
+    made = [engine.new_job_dir("geotag") for _ in range(2)]
+    assert made[0] != made[1] and all(folder.parent == tmp_path / "shared" for folder in made)
+    assert sys.platform == "win32" or made[0].stat().st_mode & 0o077 == 0
+
+
 @pytest.mark.parametrize("relative", [False, True])
 def test_an_environment_is_built_once_and_repaired(tmp_path, monkeypatch, relative):
     calls: list[list[str]] = []

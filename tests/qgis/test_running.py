@@ -287,12 +287,12 @@ def test_a_layer_that_processing_loads_is_styled(qgis, tmp_path):
         """
 from qgis.core import QgsProject
 processing.runAndLoadResults("treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": "TEMPORARY_OUTPUT"})
-(layer,) = QgsProject.instance().mapLayersByName("Trees")
+(layer,) = QgsProject.instance().mapLayersByName("Trees (temporary)")
 print("LAYER", layer.name(), layer.featureCount(), layer.renderer().type(), layer.crs().authid())
 """,
         tmp_path / "cloud.laz",
     )
-    assert "LAYER Trees 1 categorizedSymbol EPSG:32617" in done.stdout, done.stdout + done.stderr
+    assert "LAYER Trees (temporary) 1 categorizedSymbol EPSG:32617" in done.stdout, done.stdout + done.stderr
 
 
 def test_setting_up_from_an_empty_folder_of_wheels_is_refused(qgis, tmp_path):
