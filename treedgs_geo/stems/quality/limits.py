@@ -300,7 +300,12 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             _SHORT,
         ),
         Limit(
-            "odd_heights", "slenderness", "height over diameter, median of the trees", "", *_above(150, None), _STANDS
+            "odd_heights",
+            "slenderness",
+            "height over diameter (15 cm at least), median of the trees",
+            "",
+            *_above(150, None),
+            _STANDS,
         ),
         Limit(
             "odd_heights",

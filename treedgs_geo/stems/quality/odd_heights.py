@@ -14,6 +14,9 @@ from .tree import Tree
 #: Trees with height and diameter that a median of height over diameter needs. Stands have 40 to 110 (58 to 87 in the
 #: clouds of docs/evidence/point-clouds.md), single dense ones 150; heights in feet give 3.3 times as much.
 SLENDER_TREES = 5
+#: Thinner stems count as this thick, cm: culms of bamboo and poles of thickets are more slender than any tree, and thin
+#: trees in feet are as tall as only thick ones can be.
+THIN_CM = 15.0
 #: Points looked at.
 _SAMPLE = 400_000
 
@@ -28,7 +31,7 @@ def mark_odd_heights(trees: list[Tree], cloud: PointCloud, dtm: Dtm, reporter: R
     above = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
     above = above[np.isfinite(above)]
     measured = {"tall_share": tall_share(above, TALL_M)} if len(above) else {}
-    ratios = [100 * tree.height_m / tree.dbh_cm for tree in trees if tree.dbh_cm and tree.height_m]
+    ratios = [100 * tree.height_m / max(tree.dbh_cm, THIN_CM) for tree in trees if tree.dbh_cm and tree.height_m]
     if len(ratios) >= SLENDER_TREES:
         measured["slenderness"] = float(np.median(ratios))
     found = judge("survey", measured)
