@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shared_data import needs_shared
-from small_flight import Listening
+from small_flight import Flight, Listening, lines, write_photos, write_solution
 
 from treedgs_geo.core.errors import GeotagError
 from treedgs_geo.geotags import Stations, read_stations
@@ -44,6 +44,20 @@ def test_all_photos_at_one_place_are_refused_or_take_their_geotags(tmp_path: Pat
 def test_the_sign_of_altitudes_is_one_for_all(tmp_path: Path) -> None:
     found, warnings = _read("altref", tmp_path)
     assert np.allclose(found.xyz[:, 2], 10.1) and any("GPSAltitudeRef" in text for text in warnings)
+
+
+def test_photos_of_another_place_are_left_out_and_named(tmp_path: Path) -> None:
+    flight = Flight(lines(28))
+    write_photos(flight, tmp_path / "images")
+    write_solution(flight, tmp_path / "ppk")
+    write_photos(Flight(lines(20) + [0.0, 11000.0, 0.0]), tmp_path / "images" / "old")
+    for path in (tmp_path / "images" / "old").iterdir():
+        path.write_bytes(path.read_bytes().replace(b"2026:03:12", b"2026:03:11"))
+    for geotags in (tmp_path / "ppk", None):
+        listening = Listening()
+        found = read_stations(tmp_path / "images", geotags, "EPSG:6344", check_photos=False, reporter=listening)
+        assert len(found) == 28 and found.is_placed.all()
+        assert any("Left out 20 of 48 photos, taken 11 km" in text and "old/" in text for text in listening.warnings)
 
 
 def test_no_altitude_keeps_the_places_and_says_that_heights_are_unknown(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ from .photos import Photo, shorten
 _LEAST = 3
 #: A share of the photos at one place, to the last digit, that no flight has; or nearly all of them within this, metres.
 _ONE_PLACE_SHARE, _NEARLY_ALL, _ONE_PLACE_M = 0.5, 0.95, 0.5
+#: Places this far apart are of different flights, metres.
+_GAP_M = 2000.0
 #: Altitudes of both signs that differ by less than this, without their sign, and lie further than it from zero, metres.
 _SIGN_SPREAD_M = 5.0
 #: A gimbal this far from upright has passed straight down, degrees.
@@ -22,7 +24,7 @@ _OVERHEAD_DEG = 90.0
 def without_faults(photos: list[Photo], reporter: Reporter) -> list[Photo]:
     """The photos with tags that cannot be taken for what they say corrected where that is certain, else unknown (NaN);
     each kind is reported."""
-    for check in (_one_place, _signs, _no_altitude, _no_angles):
+    for check in (_one_place, _elsewhere, _signs, _no_altitude, _no_angles):
         photos = check(photos, reporter)
     _note_overhead(photos, reporter)
     return photos
@@ -50,6 +52,37 @@ def _one_place(photos: list[Photo], reporter: Reporter) -> list[Photo]:
         "left aside, as photos from one place have no scale; give their geotags (MRK, .pos or a CSV)."
     )
     return _changed(photos, chosen, lon_deg=np.nan, lat_deg=np.nan)
+
+
+def _elsewhere(photos: list[Photo], reporter: Reporter) -> list[Photo]:
+    """Without the photos of other places: the place of the most remains, with all that joins it without a wide gap."""
+    places = np.array([(photo.lon_deg, photo.lat_deg) for photo in photos])
+    known = np.flatnonzero(np.isfinite(places).all(axis=1))
+    if not len(known):
+        return photos
+    metres = places[known] * 111200.0 * [np.cos(np.radians(np.median(places[known, 1]))), 1.0]
+    cells = [tuple(cell) for cell in np.floor(metres / _GAP_M).astype(int)]
+    left, group = set(cells), dict[tuple, int]()
+    while left:
+        reached, number = [min(left)], len(set(group.values()))
+        while reached:
+            cell = reached.pop()
+            if cell in left:
+                left.remove(cell)
+                group[cell] = number
+                reached += [(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    number = np.array([group[cell] for cell in cells])
+    main = int(np.bincount(number).argmax())
+    middle = np.median(metres[number == main], axis=0)
+    for other in np.unique(number[number != main]):
+        rows = known[number == other]
+        away = np.hypot(*(np.median(metres[number == other], axis=0) - middle)) / 1000
+        reporter.warn(
+            f"Left out {len(rows)} of {len(photos)} photos, taken {away:.0f} km from the other "
+            f"{(number == main).sum()}: {shorten([photos[i].name for i in rows])}; give each place a run of its own."
+        )
+    dropped = set(known[number != main].tolist())
+    return [photo for i, photo in enumerate(photos) if i not in dropped]
 
 
 def _signs(photos: list[Photo], reporter: Reporter) -> list[Photo]:

@@ -168,13 +168,16 @@ def _left_out(block: Block, stations: Stations) -> list[str]:
 
 
 def _check_registered(block: Block, stations: Stations, warnings: list[str]) -> None:
-    count, registered = len(stations), int(block.is_posed.sum())
+    # Photos without a geotag beside others were named when they were read: they may be of another flight.
+    counted = stations.is_placed if stations.is_placed.any() else np.ones(len(stations), bool)
+    count, registered = int(counted.sum()), int((block.is_posed & counted).sum())
     if registered < 3 or registered < REGISTERED_REFUSE * count:
         raise ReconstructionError(
             f"{registered} of {count} photos could be registered, expected {REGISTERED_REFUSE:.0%} or more; the "
             f"photos overlap too little, are "
             "blurred, or the forest moved in the wind: fly with 80 % overlap, obliques and less wind."
         )
+    count, registered = len(stations), int(block.is_posed.sum())
     if registered < REGISTERED_WARN * count:
         left_out = shorten(_left_out(block, stations))
         warnings.append(f"{registered} of {count} photos registered; left out: {left_out}.")
