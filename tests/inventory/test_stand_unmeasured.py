@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, report
 
+from treedgs_geo.inventory.readings import readings_table
 from treedgs_geo.inventory.stand.unmeasured import NOTHING_KNOWN
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
@@ -78,6 +79,41 @@ def test_a_stem_that_may_be_a_sapling_counts_by_its_chance_and_widens_the_interv
     assert ba.low < clear.mean and ba.high > clear.mean * 21 / 20
     assert trees_ha.se_missing == pytest.approx(np.sqrt(chance * (1 - chance)) / AREA_HA)
     assert any(f"({chance:.1f} trees in all)" in text for text in ears.warnings)
+
+
+def refused(number, **more):
+    """A stem that photos saw and refused."""
+    return Tree(number, EAST + 0.2 * number / 100, NORTH, qc_flag="reject", qc_reason="few_views", **more)
+
+
+def test_a_refused_stem_counts_as_what_it_was_read(tmp_path):
+    """Thin ones as thin trees, by the chance that they are trees; the interval is the figure that is said."""
+    trees = stems(3)
+    survey(tmp_path, trees)
+    alone = figures(tmp_path, boundary=None)[0].estimates["ba"].mean
+    for read, others in ((16.0, [t for t in trees if t.dbh_cm < 20]), (38.0, [t for t in trees if t.dbh_cm > 33])):
+        rows = [(98, read, 1.0), (99, read, 1.0)]
+        write_trees(tmp_path / "trees.gpkg", [*trees, refused(98), refused(99)], CRS, readings=readings_table(rows))
+        stand, ears = figures(tmp_path, boundary=None)
+        added = (stand.estimates["ba"].mean - alone) * AREA_HA / (2 * NOTHING_KNOWN)
+        assert added == pytest.approx(np.pi / 4e4 * read**2, rel=0.25)
+        low, high = (np.pi / 4e4 * f([t.dbh_cm for t in others]) ** 2 for f in (min, max))
+        assert low < added < high and stand.missing["read_cm"].tolist() == [read, read]
+        found = stand.estimates["ba"]
+        assert any(f"Basal area {found.low:.2f} to {found.high:.2f} m²/ha" in text for text in ears.warnings)
+        assert any("2 of them count as trees of about the diameter that was read" in text for text in ears.warnings)
+    # Whether each is a tree: mostly each by itself.
+    assert stand.estimates["trees"].se_missing * AREA_HA == pytest.approx(np.sqrt(0.1875 * (2 * 12 + 4) / 13))
+
+
+def test_dead_trees_by_status_are_no_part_of_it(tmp_path):
+    trees = stems(3)
+    trees[0].status = "dead"
+    write_trees(tmp_path / "trees.gpkg", [*trees, refused(99)], CRS, readings=readings_table([(99, 20.0, 1.0)]))
+    plot = {"plot_id": "p", "easting": EAST, "northing": NORTH, "epsg": 6344, "radius_m": 10.0}
+    pd.DataFrame([plot]).to_csv(tmp_path / "plots.csv", index=False)
+    stand, _ = figures(tmp_path, boundary=None)
+    assert len(stand.dead) == 1 and 0 not in set(stand.rows["tree"])
 
 
 def test_a_hidden_tree_counts_and_its_diameter_is_in_the_interval(tmp_path):
@@ -154,9 +190,9 @@ def test_a_tally_of_half_the_trees_says_half_as_much(tmp_path):
     trees = stems(3)
     survey(tmp_path, [*trees, sapling(99, height_m=19.0, n_pts=150)])
     stand, _ = figures(tmp_path, **pair(tmp_path, [(t, t.dbh_cm, "live") for t in trees[:10]]))
-    # By Bayes: 0.9 / 2 for a tree outside the tally, 0.1 for none.
-    assert stand.missing["chance"].item() == pytest.approx(0.45 / 0.55, abs=0.02)
-    assert NOTHING_KNOWN == 0.9
+    # By Bayes: 0.75 / 2 for a tree outside the tally, 0.25 for none.
+    assert stand.missing["chance"].item() == pytest.approx(0.375 / 0.625, abs=0.02)
+    assert NOTHING_KNOWN == 0.75
 
 
 def test_a_stem_that_the_crew_measured_takes_their_dbh(tmp_path):

@@ -55,6 +55,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     """
     import pandas as pd
 
+    from ..inventory.readings import add_readings, read_readings
     from ..inventory.searched import add_searched, read_searched
     from ..inventory.written import read_written
 
@@ -62,11 +63,14 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     held: list[Any] = []
     waiting = 0
     written, numbers = read_written(path), set()
-    searched, silent = [], []
+    searched, silent, readings = [], [], []
     with _target(path) as temporary:
         for plot in plots:
             table = _plot_trees(plot, crs)
             found = read_searched(Path(plot["folder"]) / TREES)
+            read = read_readings(Path(plot["folder"]) / TREES)
+            if read is not None:
+                readings.append(read.assign(tree_id=read["tree_id"] + plot["number"] * IDS_PER_PLOT))
             if found is None:
                 silent.append(plot["plot_id"])
             else:
@@ -89,6 +93,8 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
             from ..inventory.tree_reading import LAYER
 
             save_style(temporary, LAYER)
+            if readings:
+                add_readings(temporary, pd.concat(readings, ignore_index=True))
             # What was searched of some plots only would make the others unsearched.
             if searched and not silent:
                 add_searched(temporary, pd.concat(searched, ignore_index=True))

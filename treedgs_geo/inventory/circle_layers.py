@@ -10,6 +10,7 @@ import pyproj
 from shapely.geometry import Point
 
 from ..core.geopackage import save_style
+from .readings import add_readings
 from .searched import add_searched
 
 #: Names of the layers in ``trees.gpkg``.
@@ -44,8 +45,10 @@ def add_layers(
     trees: gpd.GeoDataFrame,
     sections: list[dict] | None = None,
     searched: gpd.GeoDataFrame | None = None,
+    readings: pd.DataFrame | None = None,
 ) -> None:
-    """Append ``circles`` (and ``sections`` and ``searched`` where there are any) to a tree layer's GeoPackage."""
+    """Append ``circles`` (and ``sections``, ``searched`` and ``readings`` where there are any) to a tree layer's
+    GeoPackage."""
     tables = {CIRCLES: circle_table(trees)}
     if sections:
         tables[SECTIONS] = section_table(sections, trees.crs)
@@ -55,3 +58,4 @@ def add_layers(
         table.to_file(geopackage, layer=name, driver="GPKG", engine="pyogrio", mode="a", geometry_type="Polygon")
         save_style(geopackage, name)
     add_searched(geopackage, searched)
+    add_readings(geopackage, readings)

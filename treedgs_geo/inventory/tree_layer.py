@@ -22,6 +22,8 @@ from ..core.resource_errors import reporting_full_disk
 from ..core.tables import safe_frame
 from ..stems.quality.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SECTIONS, add_layers
+from .readings import COLUMNS as READINGS_COLUMNS
+from .readings import READINGS
 from .searched import COLUMNS as SEARCHED_COLUMNS
 from .searched import SEARCHED
 from .tree_reading import LAYER, SHORT_NAMES
@@ -34,6 +36,7 @@ OWN_LAYERS = {
     SECTIONS: frozenset({"tree_id", "height_m", "d_cm", "d_se_cm"}),
     "slices": frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),  # of 0.1, replaced by the sections
     SEARCHED: frozenset(SEARCHED_COLUMNS),
+    READINGS: frozenset(READINGS_COLUMNS),
 }
 #: Stands in the style of the trees (``tools/layer_styles/trees.py``) for the folder of their evidence sheets.
 SHEETS_FOLDER = "folder-of-the-sheets"
@@ -103,12 +106,14 @@ def write_trees(
     copies: tuple[Path, ...] = (),
     sheets: Path | None = None,
     searched: gpd.GeoDataFrame | None = None,
+    readings: pd.DataFrame | None = None,
 ) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
-    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections`` and ``searched`` where they
-    are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
-    :func:`treedgs_geo.inventory.searched.searched_table`). In an existing GeoPackage only these layers are replaced.
+    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections``, ``searched`` and
+    ``readings`` where they are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
+    :func:`treedgs_geo.inventory.searched.searched_table`,
+    :func:`treedgs_geo.inventory.readings.readings_table`). In an existing GeoPackage only these layers are replaced.
     What a person wrote into the layer that is replaced (species, status, note, decisions, columns of his own, trees
     that were drawn), or into ``copies`` of it, goes on with its trees; the reporter hears of it. sheets: folder of the
     trees' evidence sheets, which the layer's map tips show.
@@ -132,7 +137,7 @@ def write_trees(
     table = written.fill(tree_table(trees, crs))
     left = written.left(table, set(table["tree_id"]))
     table = pd.concat([table, left], ignore_index=True) if len(left) else table
-    write_table(path, table, lambda temporary: add_layers(temporary, table, sections, searched), sheets)
+    write_table(path, table, lambda temporary: add_layers(temporary, table, sections, searched, readings), sheets)
     written.report(reporter)
     return path
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import geopandas as gpd
 import numpy as np
@@ -16,6 +16,7 @@ from ..core.geopackage import is_whole
 from ..core.progress import Reporter
 from ..inventory.carried import DECIDED, carried_decision
 from ..inventory.circle_layers import add_layers
+from ..inventory.readings import read_readings
 from ..inventory.review.apply import BESIDE_M, read_whole, with_row
 from ..inventory.reviewed import NO_TREE, decided
 from ..inventory.searched import read_searched
@@ -142,22 +143,26 @@ def merge_layers(run: Run, changed: list[Change], trees: list[Tree], crs: CRS, r
     """
     output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
     source = layer_of(run)
-    searched = read_searched(copy) if copy.exists() else None
+    kept = copy.exists()
+    more: dict[str, Any] = {
+        "searched": read_searched(copy) if kept else None,
+        "readings": read_readings(copy) if kept else None,
+    }
     if source is None:
-        write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets, searched=searched)
+        write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets, **more)
     else:
         table, sentences = merged(read_whole(source), changed, crs)
         for sentence in sentences:
             reporter.warn(f"{output.name}: {sentence}")
-        write_table(output, table, lambda made: add_layers(made, table, searched=searched), sheets)
+        write_table(output, table, lambda made: add_layers(made, table, **more), sheets)
     if output.resolve() == copy.resolve():
         return
     try:
         if copy.exists() and is_whole(copy, LAYER):
             own, _ = merged(read_whole(copy), changed, crs)
-            write_table(copy, own, lambda made: add_layers(made, own, searched=searched), sheets)
+            write_table(copy, own, lambda made: add_layers(made, own, **more), sheets)
         else:
-            write_trees(copy, _with(trees, changed), crs, copies=(output,), sheets=sheets, searched=searched)
+            write_trees(copy, _with(trees, changed), crs, copies=(output,), sheets=sheets, **more)
     except (OutputError, InputError) as problem:  # the result itself is written
         reporter.warn(str(problem))
 

@@ -24,22 +24,28 @@ from .stages import Collector
 
 if TYPE_CHECKING:
     import geopandas as gpd
+    import pandas as pd
     from pyproj import CRS
 
 
 def write_layers(
-    run: Run, trees: list[Tree], crs: CRS, reporter: Reporter, searched: gpd.GeoDataFrame | None = None
+    run: Run,
+    trees: list[Tree],
+    crs: CRS,
+    reporter: Reporter,
+    searched: gpd.GeoDataFrame | None = None,
+    readings: pd.DataFrame | None = None,
 ) -> None:
-    """The layer asked for, and its copy in the workspace. searched: what goes into both
-    (:func:`..inventory.searched.searched_table`)."""
+    """The layer asked for, and its copy in the workspace. searched, readings: what goes into both
+    (:func:`..inventory.searched.searched_table`, :func:`..inventory.readings.readings_table`)."""
     output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
-    write_trees(output, trees, crs, reporter=reporter, sheets=sheets, searched=searched)
+    write_trees(output, trees, crs, reporter=reporter, sheets=sheets, searched=searched, readings=readings)
     if output.resolve() == copy.resolve():
         return
     try:
         if copy.exists() and not is_whole(copy, LAYER):
             reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
-        write_trees(copy, trees, crs, copies=(output,), sheets=sheets, searched=searched)
+        write_trees(copy, trees, crs, copies=(output,), sheets=sheets, searched=searched, readings=readings)
     except OutputError as problem:  # the result itself is written
         reporter.warn(str(problem))
 

@@ -13,9 +13,11 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
 from ..geotags.photos import list_photos
+from ..inventory.readings import readings_table
 from ..inventory.searched import partly_searched, searched_table
 from ..inventory.tree_layer import check_output
 from ..planning.flown import read_expected
+from ..stems.photos.fit_records import read_fits
 from ..stems.quality.tree import Tree
 from .context import Run
 from .heights import with_heights
@@ -30,6 +32,8 @@ from .stages_before_stems import Ready, prepare
 from .targeted_store import read_given, with_given
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from .settings import PhotosToDbhSettings
 
 
@@ -82,6 +86,20 @@ def nothing_found(settings: PhotosToDbhSettings) -> str:
     return "no stem was found in the photos: none shows two edges of a trunk near the ground"
 
 
+def _readings(run: Run, trees: list[Tree]) -> pd.DataFrame | None:
+    """What the refused stems were read as, where the run kept its fits."""
+    path = run.path(names.FITS)
+    if not trees or not path.exists():
+        return None
+    fits = read_fits(path).fits
+    rows = []
+    for tree in trees:
+        fit = fits[tree.tree_id - 1] if tree.qc_flag == "reject" and 0 < tree.tree_id <= len(fits) else None
+        if fit is not None and np.isfinite(fit.se_cm):
+            rows.append((tree.tree_id, fit.dbh_cm, fit.se_cm))
+    return readings_table(rows)
+
+
 def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str, Any]:
     """Layer, copy in the workspace, evidence sheets, report. nothing: why no tree has a diameter, empty where one
     has."""
@@ -100,7 +118,7 @@ def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str,
         why = f"elsewhere fewer than {ENOUGH_VIEWS} photos look from the side"
         for sentence in partly_searched(searched, why) if site is not None else []:
             reporter.warn(sentence)
-        write_layers(run, trees, flight.stations.crs, reporter, searched)
+        write_layers(run, trees, flight.stations.crs, reporter, searched, _readings(run, trees))
         planned = compare_with_plan(run, aligned, trees, reporter)
         write_page(run, run_id, flight, aligned, trees, sheets, reporter, planned)
         return {"report": str(report)}

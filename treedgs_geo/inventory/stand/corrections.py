@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .survey import Stand
 from .tables import Column, Table, known_number
 from .units import UNITS
@@ -54,17 +56,26 @@ def missing_sentences(stand: Stand, units: str) -> list[str]:
         return []
     q, share = UNITS[units]["ba"], n / (n + stand.n_small + int((stand.rows["kind"] == "measured").sum()))
     if stand.treatment == "impute":
+        read = stand.missing["read_cm"].notna()
+        n_read, thin = int(read.sum()), int((stand.missing["thin"] & ~read).sum())
         what, other = "each counts as the mean of its plot's measured trees", "without them"
-        chance, thin = float(stand.missing["chance"].sum()), int(stand.missing["thin"].sum())
+        if n_read:
+            what = f"{n_read} of them count{'s' * (n_read == 1)} as trees of about the diameter that was read"
+            what += " of it" if n == 1 else "; the others as the mean of their plot's measured trees" * (n_read < n)
+        chance = float(stand.missing["chance"].sum())
         if thin:
             what += f" ({thin} read as thin: of the thinnest quarter)"
         if chance < n - 0.005:
             what += f", by the chance that it is a tree ({chance:.1f} trees in all)"
     else:
         what, other = "they are left out: the figures are too low if the stems are trees", "with them imputed"
+    ba = stand.estimates["ba"]
+    figure = f"{ba.mean * q.factor:.2f} {q.unit}"
+    if np.isfinite(ba.low) and np.isfinite(ba.high):
+        figure = f"{ba.low * q.factor:.2f} to {ba.high * q.factor:.2f} {q.unit} ({ba.mean * q.factor:.2f})"
     found = [
         f"{n} stem{'s were' if n > 1 else ' was'} seen but without a DBH ({100 * share:.0f} %); {what}. Basal area "
-        f"{stand.estimates['ba'].mean * q.factor:.2f} {q.unit}, {stand.other['ba'].mean * q.factor:.2f} {other}."
+        f"{figure}, {stand.other['ba'].mean * q.factor:.2f} {other}."
     ]
     if share > 0.3:
         found.append("More than 30 % of the stems have no DBH: take both figures as guesses.")

@@ -146,9 +146,10 @@ def _cards(stand: Stand, units: str) -> list[tuple[str, str, str]]:
         value = f"{found.mean * q.factor:,.{q.decimals}f}".replace(",", "\u202f")
         interval = ""
         # From one plot the interval is of measuring it; beside the stand's figure it would be taken for the stand's.
-        if (stand.design.n > 1 or stand.design.census) and np.isfinite(found.low) and np.isfinite(found.high):
+        one = stand.design.n == 1 and not stand.design.census
+        if (not one or found.se_missing > 0) and np.isfinite(found.low) and np.isfinite(found.high):
             low, high = (f"{x * q.factor:,.{q.decimals}f}".replace(",", "\u202f") for x in (found.low, found.high))
-            interval = f"{low} to {high}"
+            interval = f"{low} to {high}" + (" in this plot" if one else "")
         label = "QMD" if name == "qmd" else q.label
         cards.append((label, f"{value} {q.unit}", interval))
     return cards

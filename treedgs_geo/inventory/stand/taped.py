@@ -160,8 +160,8 @@ def _as_counted(rows: pd.DataFrame, expanded: Expanded, each: np.ndarray, n_list
     )
     imputed = rows[rows["kind"] == "imputed"]
     stems = expanded.gaps.stems
-    for (plot, thin), part in imputed.groupby(["plot", "thin"]):
-        mine = stems[(stems["plot"] == plot) & (stems["thin"] == thin) & (stems["chance"] > 0)]
+    for group, part in imputed.groupby("group"):
+        mine = stems[(stems["group"] == group) & (stems["chance"] > 0)]
         chance = mine["weight"].to_numpy(float) * mine["chance"].to_numpy(float)
         worth = float((part["weight"].to_numpy(float) * each[part["tree"].to_numpy(int)]).sum())
         np.add.at(found, mine["tree"].to_numpy(int), worth * chance / chance.sum())

@@ -16,6 +16,7 @@ from ...core.errors import InputError
 from ...core.tables import read_table
 from ..field_trees import FieldProtocol, read_field_trees
 from ..measured import read_measured
+from ..readings import with_readings
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
 from .species import species_of
@@ -105,6 +106,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
             f"{path}: tree {trees['tree_id'][bad.idxmax()]} has a DBH of {trees['dbh_cm'][bad.idxmax()]:g} cm, "
             "expected above 0 and below 1000; correct the layer."
         )
+    trees = with_readings(trees, path)
     searched = searched_area(path, measured.crs)
     found = TreeList(
         trees, measured.crs, False, review=review, searched=searched, notes=review.sentences(Path(path).name)

@@ -24,16 +24,22 @@ LOW_HEIGHT, FULL_HEIGHT = 0.7, 1.0
 #: Of those points: thin stems hold few, but so do hidden ones, so that few points never settle it.
 FEW_POINTS, FEW_POINTS_CHANCE = 0.3, 0.1
 #: Chance that a stem is a tree where nothing speaks against it and nothing but its place is known of it.
-NOTHING_KNOWN = 0.9
+#: (Nine of twelve refused stems of a kept-back and a rendered plot were trees.)
+NOTHING_KNOWN = 0.75
+#: How alike stems are in whether they are trees: the correlation of two that a chance known from twelve leaves.
+ALIKE = 1 / 13
 #: The same for a stem that was read as thin, but badly seen: one of the thin trees stands in for it, those below this
 #: quantile. (Of five such stems of a rendered plot four were trees, of 9, 10, 10 and 24 cm.)
 THIN_UNSURE, THIN_QUANTILE = 0.5, 0.25
+#: A reading that was refused is off by this share of itself at least (its standard error holds the other explanations).
+UNSURE_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class Gaps:
     """stems: ``plot, tree, weight, chance`` (0: left out), ``why`` left out (``too_small``, ``low``, ``tally``),
-    ``thin``: whether only thin trees can stand in for it.
+    ``thin``: whether only thin trees can stand in for it, ``read_cm, read_se_cm`` (NaN: not read), ``group``: those of
+    one group have the same stand-ins.
 
     error: standard error of a sum over the stand-ins, from what is unsure of them.
     """
@@ -43,21 +49,22 @@ class Gaps:
     def error(self, rows: pd.DataFrame, value: np.ndarray) -> float:
         """Standard error of the sum of ``weight * value[tree]`` over the imputed ``rows``, in the sum's unit.
 
-        Which diameter: independent from stem to stem, as wide as the stand-ins differ. Whether it is a tree: one
-        question for all stems of a survey, since what is assumed of them is right or wrong for all alike.
+        Which diameter: independent from stem to stem, as wide as the stand-ins differ. Whether it is a tree: each by
+        itself, and all together as far as the chance itself is not known (:data:`ALIKE`).
         """
         imputed = rows[rows["kind"] == "imputed"]
         single = common = 0.0
-        for (plot, thin), stems in self.stems[self.stems["chance"] > 0].groupby(["plot", "thin"]):
-            mine = imputed[(imputed["plot"] == plot) & (imputed["thin"] == thin)]
+        for group, stems in self.stems[self.stems["chance"] > 0].groupby("group"):
+            mine = imputed[imputed["group"] == group]
             weight, chance = stems["weight"].to_numpy(float), stems["chance"].to_numpy(float)
             count, worth = float((weight * chance).sum()), value[mine["tree"].to_numpy(int)]
             share = mine["weight"].to_numpy(float) / count
             # Stand-ins below the tally's limit are no rows: they are worth nothing.
             mean, square = float((share * worth).sum()), float((share * worth**2).sum())
             single += float((weight**2 * chance).sum()) * max(square - mean**2, 0.0)
+            single += (1 - ALIKE) * float((weight**2 * chance * (1 - chance)).sum()) * mean**2
             common += float((weight * np.sqrt(chance * (1 - chance))).sum()) * mean
-        return float(np.hypot(np.sqrt(single), common))
+        return float(np.sqrt(single + ALIKE * common**2))
 
 
 def judge_gaps(
@@ -90,6 +97,11 @@ def judge_gaps(
     stems.loc[sure, "chance"], stems.loc[sure, "why"] = 1.0, ""
     certain = (thin == 2) & ~sure
     stems.loc[certain, "chance"], stems.loc[certain, "why"] = 0.0, "too_small"
+    for name in ("read_cm", "read_se_cm"):
+        stems[name] = table[name].to_numpy(float)[tree] if name in table else np.nan
+    # Every stem that was read has stand-ins of its own; the others of a plot share theirs.
+    shared = stems.groupby(["plot", "thin"]).ngroup()
+    stems["group"] = np.where(stems["read_cm"].notna(), len(stems) + np.arange(len(stems)), shared)
     return Gaps(stems)
 
 
@@ -107,8 +119,8 @@ def _by_evidence(table: pd.DataFrame, min_dbh_cm: float) -> tuple[np.ndarray, np
     by_height = np.clip((height - LOW_HEIGHT) / (FULL_HEIGHT - LOW_HEIGHT), 0, 1)
     by_points = FEW_POINTS_CHANCE + (1 - FEW_POINTS_CHANCE) * np.clip((points - FEW_POINTS) / (1 - FEW_POINTS), 0, 1)
     known = np.where(np.isfinite(by_height), by_height, 1.0) * np.where(np.isfinite(by_points), by_points, 1.0)
-    nothing = ~np.isfinite(height) & ~np.isfinite(points)
-    return np.where(nothing, NOTHING_KNOWN, known), height < LOW_HEIGHT
+    # A crown above a place is no proof of a stem in it; many points on one are.
+    return np.where(np.isfinite(points), known, np.minimum(known, NOTHING_KNOWN)), height < LOW_HEIGHT
 
 
 def _share_of_small(table: pd.DataFrame, name: str, counted: np.ndarray) -> np.ndarray:
@@ -139,23 +151,37 @@ def sentences(gaps: Gaps, table: pd.DataFrame) -> list[str]:
 
 
 def stand_ins(gaps: Gaps, rows: pd.DataFrame, table: pd.DataFrame, min_dbh_cm: float) -> pd.DataFrame:
-    """Rows of kind ``imputed`` (``thin``: for thin stems): each stem counts, by its chance, as the mean of its plot's
-    measured trees."""
+    """Rows of kind ``imputed`` (``group``: of the stems they stand for): each stem counts, by its chance, as the
+    measured trees of about the diameter that was read of it; one that was not read as the mean of its plot's."""
     d = table["dbh_cm"].to_numpy(float)
     alive = rows[rows["kind"].isin(["measured", "small"])]
-    parts = [rows.iloc[:0].assign(kind=pd.Series(dtype=object), thin=pd.Series(dtype=bool))]
-    for (plot, thin), mine in gaps.stems.groupby(["plot", "thin"]):
+    parts = [rows.iloc[:0].assign(kind=pd.Series(dtype=object), group=pd.Series(dtype=int))]
+    for group, mine in gaps.stems.groupby("group"):
+        plot, read_cm = mine["plot"].iloc[0], float(mine["read_cm"].iloc[0])
         gone = float((mine["weight"] * mine["chance"]).sum())
         if not gone or not len(alive):
             continue
-        donors = _thin_ones(alive, d) if thin else alive
-        own = donors[donors["plot"] == plot]
-        donors = own if len(own) >= OWN_DONORS else donors
-        share = donors["weight"].to_numpy() / donors["weight"].sum() * gone
-        part = donors[["plot", "tree"]].assign(plot=plot, weight=share, kind="imputed", thin=thin)
+        if np.isfinite(read_cm):
+            donors = alive
+            share = donors["weight"].to_numpy() * _alike(d[donors["tree"]], read_cm, float(mine["read_se_cm"].iloc[0]))
+        else:
+            donors = _thin_ones(alive, d) if mine["thin"].iloc[0] else alive
+            own = donors[donors["plot"] == plot]
+            donors = own if len(own) >= OWN_DONORS else donors
+            share = donors["weight"].to_numpy()
+        share = share / share.sum() * gone
+        part = donors[["plot", "tree"]].assign(plot=plot, weight=share, kind="imputed", group=group)
+        part = part[share > 1e-6 * gone]
         # Those that a stand-in below the tally's limit stands for would not be tallied either.
         parts.append(part[d[part["tree"]] >= min_dbh_cm - 1e-9])
     return pd.concat(parts, ignore_index=True)
+
+
+def _alike(dbh_cm: np.ndarray, read_cm: float, se_cm: float) -> np.ndarray:
+    """(N,) how well trees of these diameters agree with what was read of a refused stem, the best 1."""
+    wide = max(float(np.nan_to_num(se_cm)), UNSURE_SHARE * read_cm)
+    off = 0.5 * ((dbh_cm - read_cm) / wide) ** 2
+    return np.exp(off.min() - off)
 
 
 def _thin_ones(rows: pd.DataFrame, d: np.ndarray) -> pd.DataFrame:
