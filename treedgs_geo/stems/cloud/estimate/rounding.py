@@ -19,7 +19,7 @@ _SAMPLE, _SHARED = 400_000, 8
 #: 0.2 to 1.1 cm, 10 cm up to 4.3, 25 cm up to 15.
 STEP_SE, COARSE_M = 0.2, 0.10
 #: From here on the step is said, m.
-_SAID_M = 0.02
+_SAID_M = 0.025
 
 
 def lattice_steps(xyz: np.ndarray) -> np.ndarray:
