@@ -19,7 +19,6 @@ from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
-from ...stems.quality.repeated import find_repeated
 from ..double_sampling.joining import join
 from ..double_sampling.other_trees import tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
@@ -144,13 +143,7 @@ def _read_trees(settings: Any) -> TreeList:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
         found.crs = crs
     check_projected(found.crs, str(settings.trees))
-    xy = found.trees[["x", "y"]].to_numpy(float)
-    check_place(found.crs, xy, str(settings.trees))
-    if twice := find_repeated(xy, found.trees["dbh_cm"].to_numpy(float)):
-        raise InputError(
-            f"{settings.trees}: {twice.text(len(xy))}; the stand table would count it double: register the scans and "
-            "measure again, or keep one stem of each pair."
-        )
+    check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(settings.trees))
     return found
 
 

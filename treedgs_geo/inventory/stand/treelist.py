@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
 from ...core.tables import read_table
+from ...stems.quality.repeated import find_repeated
 from ..field_trees import FieldProtocol, read_field_trees
 from ..measured import read_measured
 from ..readings import with_readings
@@ -22,8 +23,8 @@ from ..searched import searched_area
 from .species import species_of
 from .values import count_of
 
-#: Stems whose axes are nearer than this share of their radii together are one; and how near one stem's two places are.
-_INSIDE, _NEAR_M = 0.6, 0.5
+#: Stems whose axes are nearer than this share of their radii together are one.
+_INSIDE = 0.6
 _LIVE = {"", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"}
 _DEAD = {"dead", "d", "snag", "2", "standing dead", "mort", "ds"}
 #: Columns of a tree list.
@@ -126,8 +127,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
 
 
 def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
-    """Stems that stand inside one another are one stem, measured twice; so are near ones of one DBH where a third of
-    all trees are.
+    """Stems that stand inside one another are one stem, measured twice; so are all of two scans not registered.
 
     Returns:
         a sentence about a few of them.
@@ -136,18 +136,20 @@ def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
         InputError: there are more.
     """
     some = trees[trees[["x", "y", "dbh_cm"]].notna().all(axis=1)]
+    xy, radius = some[["x", "y"]].to_numpy(float), some["dbh_cm"].to_numpy(float) / 200
     if len(some) < 2:
         return []
-    xy, radius = some[["x", "y"]].to_numpy(float), some["dbh_cm"].to_numpy(float) / 200
-    i, j = cKDTree(xy).query_pairs(max(_NEAR_M, 2 * radius.max()), output_type="ndarray").T
-    away, both = np.hypot(*(xy[i] - xy[j]).T), radius[i] + radius[j]
-    inside = away < _INSIDE * both
-    alike = (away < _NEAR_M) & (np.abs(radius[i] - radius[j]) < 0.075 * both)
-    twice = inside | alike if len({*i[alike], *j[alike]}) > len(some) / 3 else inside
+    if repeated := find_repeated(xy, some["dbh_cm"].to_numpy(float)):
+        raise InputError(
+            f"{path}: {repeated.text(len(xy))}; each would count double: register the scans and measure again, or keep "
+            "one stem of each pair."
+        )
+    i, j = cKDTree(xy).query_pairs(2 * float(radius.max()), output_type="ndarray").T
+    twice = np.hypot(*(xy[i] - xy[j]).T) < _INSIDE * (radius[i] + radius[j])
     if not twice.any():
         return []
-    numbers_ = some["tree_id"].to_numpy()
-    named = ", ".join(f"{a} and {b}" for a, b in zip(numbers_[i[twice]][:5], numbers_[j[twice]][:5], strict=True))
+    ids = some["tree_id"].to_numpy()
+    named = ", ".join(f"{a} and {b}" for a, b in zip(ids[i[twice]][:5], ids[j[twice]][:5], strict=True))
     more = ", …" if twice.sum() > 5 else ""
     text = (
         f"{path}: {count_of(int(twice.sum()), 'pair')} of trees stand in one another ({named}{more}): one stem "
