@@ -235,7 +235,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         ),
         Limit("covered", "coat_cm", "what covers the bark that shows, thick", "cm", *_above(0, 12), _IVIED),
         Limit("covered", "inner_deg", "arc over which a second ring lies inside", "°", *_above(None, 170), _TWICE),
-        Limit("double", "inner_deg", "arc over which a second ring lies inside", "°", *_above(60, None), _TWICE),
+        Limit("double", "inner_deg", "arc over which a second ring lies inside", "°", *_above(165, None), _TWICE),
         Limit("covered", "kurtosis", "kurtosis of the distances from the bark", "", *_below(-0.65, None), _TWICE),
         Limit("double", "twice_cm", "two sharp rings, diameters apart by", "cm", *_above(None, 1), _TWICE),
         Limit(

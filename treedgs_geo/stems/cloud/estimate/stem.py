@@ -85,8 +85,8 @@ def measure_points(
             return _measure_under_coat(pool, weights, start, cone, sensor, bh_m, options)
         if face is not None:
             return _measure_under_coat(pool, weights, face, cone, sensor, bh_m, options)
-        found = judge("points", {"inner_deg": rings.inner_deg, "twice_cm": rings.twice_cm})
-        if found.reasons:
+        if rings.inner_deg:
+            found = judge("points", {"inner_deg": rings.inner_deg, "twice_cm": rings.twice_cm})
             measured = measure_points(points, weights, sensor, bh_m, options, start, others, upright, bare=True)
             if found.refused:
                 return refuse(*found.refused, *measured.reasons, cone=measured.cone, points=measured.points)
