@@ -77,7 +77,7 @@ def fit_cone(
 
     schedule_m: scales from coarse to fine; then the noise is estimated from the near points (``floor_m`` to ``cap_m``)
     and the fit finished with it. bend_sd = 0 keeps the axis straight. Returns ``None`` when the fit runs away
-    (radius <= 1 cm or > 1.5 m, lean > 35 deg).
+    (radius <= 1 cm or > 2.5 m, lean > 35 deg).
     """
     points = np.ascontiguousarray(points, dtype=float)
     if len(points) < 6 or not np.isfinite(points).all():

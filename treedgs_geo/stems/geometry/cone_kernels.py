@@ -240,7 +240,7 @@ def _gauss_newton(
             break
     if not np.isfinite(vector).all():
         return False
-    return 0.01 < vector[4] <= 1.5 and vector[2] ** 2 + vector[3] ** 2 <= 0.49
+    return 0.01 < vector[4] <= 2.5 and vector[2] ** 2 + vector[3] ** 2 <= 0.49
 
 
 @njit(cache=True)

@@ -38,7 +38,7 @@ class MeasureOptions:
         5.0, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=1, maximum=100
     )
     max_dbh_cm: float = param(
-        100.0, kind="number", help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=300
+        100.0, kind="number", help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=500
     )
     max_lean_deg: float = param(25.0, kind="number", help="more lean is refused", unit="deg", minimum=0, maximum=45)
     source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))

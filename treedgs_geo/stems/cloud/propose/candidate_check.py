@@ -13,6 +13,9 @@ from .sensors import Sensor, tolerance
 
 #: A ring thicker than this share of its radius is none; and where it is as thick as the cloud's bark is everywhere.
 THICK, THICK_AS_ALL, AS_ALL = 0.35, 0.45, 1.25
+#: A clean ring thicker than the thickest stem that is looked for is listed and refused, up to so many times that; it is
+#: so sharp or sharper.
+LISTED_TIMES, LARGE_SHARP = 4.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,7 @@ def best_stem(
     best: ConeStem | None = None
     for cone in cones:
         stem = accept(cone, near, sensor, options, strict)
-        if stem is not None and (best is None or stem.score > best.score):
+        if stem is not None and (best is None or (not stem.refused, stem.score) > (not best.refused, best.score)):
             best = stem
     return best
 
@@ -98,7 +101,7 @@ def accept(
     """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem.
 
     strict: it has to be a clean ring; otherwise only bark in enough rows is asked for."""
-    if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+    if not 0.015 < cone.radius(1.3) <= LISTED_TIMES * options.max_dbh_cm / 200:
         return None
     seen = weigh(cone, band, sensor, options)
     if seen.points < sensor.least_points or seen.row_share < options.min_rows or seen.arc_deg < options.min_arc_deg:
@@ -115,7 +118,10 @@ def accept(
     thickest = min(thick * float(cone.radius(1.3)), sensor.fuzzy_m)
     if strict and (not (pure or clean or sensor.solid) or cone.sigma > thickest):
         return None
-    return as_stem(cone, seen, sensor)
+    too_large = cone.radius(1.3) > options.max_dbh_cm / 200
+    if too_large and not (clean and seen.sharp > LARGE_SHARP):
+        return None
+    return as_stem(cone, seen, sensor, "too_large" if too_large else "")
 
 
 def as_stem(cone: Cone, seen: ConeEvidence, sensor: Sensor, refused: str = "") -> ConeStem:

@@ -19,7 +19,7 @@ _LAYER_M = 0.5
 _STEP_M = 0.1
 #: A voxel counts wholly from this share of the points of the fullest within so many cells.
 _FULL, _BESIDE = 0.15, 4
-RADII_M = (0.04, 0.06, 0.09, 0.12, 0.16, 0.20, 0.25, 0.31, 0.38, 0.46)
+RADII_M = (0.04, 0.06, 0.09, 0.12, 0.16, 0.20, 0.25, 0.31, 0.38, 0.46, 0.60, 0.80, 1.05, 1.40, 1.85)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class SegmentOptions:
         0.5, kind="number", help="bottom of the band that is searched", unit="m", minimum=0.1, maximum=5
     )
     high_m: float = param(5.0, kind="number", help="top of the band that is searched", unit="m", minimum=2, maximum=20)
-    max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=300)
+    max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=500)
     max_lean_deg: float = param(25.0, kind="number", help="most lean", unit="deg", minimum=0, maximum=45)
     min_arc_deg: float = param(
         90.0,

@@ -30,8 +30,8 @@ from .refused import Rejected, at_seeds, axis_row, listed, not_round
 from .region_growing import REACH_M, fit_candidate, follow_up
 from .sensors import SENSORS, Sensor, settled, tolerance
 
-#: Side of the squares that a cloud is searched in, and how far each sees into its neighbours, metres.
-TILE_M, BUFFER_M = 30.0, 1.5
+#: Side of the squares that a cloud is searched in, and how far outside a square its stems may stand, metres.
+TILE_M, OUTSIDE_M = 30.0, 0.8
 
 
 @dataclass(frozen=True)
@@ -154,17 +154,24 @@ def _search(
     found: list[ConeStem] = []
     tiles = _cells(points, TILE_M)
     for number, corner in enumerate(tiles):
-        low, high = corner * TILE_M - BUFFER_M, (corner + 1) * TILE_M + BUFFER_M
+        low, high = corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options)
         x, y = points[:, 0], points[:, 1]
         inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1])
         stems = search_tile(points[inside], None if weights is None else weights[inside], sensor, options, seeds=seeds)
-        # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
-        feet = [stem.cone.centre(1.3) for stem in stems]
-        found += [
-            stem for stem, foot in zip(stems, feet, strict=True) if ((foot > low + 0.7) & (foot < high - 0.7)).all()
-        ]
+        found += [stem for stem in stems if stands_in(stem, corner)]
         reporter.progress((number + 1) / len(tiles))
     return without_doubles(found)
+
+
+def buffer_m(options: SegmentOptions) -> float:
+    """How far a square sees into its neighbours: half of the thickest stem, and what is around it."""
+    return max(1.5, OUTSIDE_M + options.max_dbh_cm / 200 + 0.1)
+
+
+def stands_in(stem: ConeStem, corner: np.ndarray) -> bool:
+    """Whether a stem stands in the square of (2,) ``corner`` or just outside it: farther out it may be cut in half."""
+    foot = stem.cone.centre(1.3)
+    return bool(((foot > corner * TILE_M - OUTSIDE_M) & (foot < (corner + 1) * TILE_M + OUTSIDE_M)).all())
 
 
 def search_tile(
@@ -186,7 +193,7 @@ def search_tile(
         options.low_m,
         options.high_m,
         sensor.solid,
-        options.max_dbh_cm / 200,
+        options.max_dbh_cm / 100,  # thicker ones are listed
         near=seeds,
     )
     tree = Nearby(points)

@@ -10,7 +10,7 @@ from ....pointcloud.tiles import TileStore
 from ....terrain.dtm import Dtm
 from .candidate_check import ConeStem
 from .options import SegmentOptions
-from .segment import BUFFER_M, TILE_M, StemMap, guess_sensor, search_tile, without_doubles
+from .segment import TILE_M, StemMap, buffer_m, guess_sensor, search_tile, stands_in, without_doubles
 from .sensors import SENSORS, settled
 
 #: Tiles looked at, evenly spread, to see what made the cloud.
@@ -34,16 +34,14 @@ def find_stems_tiled(
     corners = [np.array([i, j]) for i in range(last[0] + 1) for j in range(last[1] + 1)]
     found: list[ConeStem] = []
     for number, corner in enumerate(corners):
-        low, high = corner * TILE_M - BUFFER_M, (corner + 1) * TILE_M + BUFFER_M
+        low, high = corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options)
         points, weights = _slab(store, dtm, origin, low, high, options)
         if len(points):
             kept = settled(points, sensor)
             points, weights = points[kept], None if weights is None else weights[kept]
         if len(points):
             for stem in search_tile(points, weights, sensor, options, seeds=seeds):
-                foot = stem.cone.centre(1.3)
-                # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
-                if ((foot > low + 0.7) & (foot < high - 0.7)).all():
+                if stands_in(stem, corner):
                     found.append(stem)
         reporter.progress((number + 1) / len(corners))
     return StemMap.of(without_doubles(found), origin, source)
