@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 import re
 import subprocess
 import sys
@@ -42,7 +43,7 @@ PACKAGES = ("benchmarks", "treedgs_geo", "treedgs_lab")
 INLINE = re.compile(r"<!--= ([^;>]+); ([^;>]+); ([^>]+?) -->(.*?)<!--/-->", re.S)
 BLOCK = re.compile(r"<!-- (table|made|sources) -->\n(?:<!--(.*?)-->\n)?.*?<!-- /\1 -->", re.S)
 DAGGER = "†"
-_SINCE = re.compile(r"; code changed since: \d+ %|(?<=\| )\d+ %(?= \|$)", re.M)
+_SINCE = re.compile(r"; code changed since: (?:up to )?\d+ %|(?<=\| )(?:up to )?\d+ %(?= \|$)", re.M)
 _SEVERAL: dict[str, Callable[[list], Any]] = {
     "max": max,
     "min": min,
@@ -205,6 +206,11 @@ def _dagger(name: str) -> str:
     return DAGGER if age(name) >= 0.005 else ""
 
 
+def _share(name: str) -> str:
+    """Age in steps of a tenth, so that pages do not change with every commit."""
+    return f"up to {10 * math.ceil(10 * age(name))} %"
+
+
 def _inline(found: re.Match[str]) -> str:
     name, key, form = (" ".join(part.split()) for part in found.groups()[:3])  # an editor may have wrapped the line
     marker = found[0][: found.start(4) - found.start()]
@@ -241,7 +247,7 @@ def _made(names: str) -> str:
         made = record(name)
         machine = made.get("machine") or {}
         where = f"; {machine['cores']} cores of {machine['processor']}" if machine else ""
-        old = f"; code changed since: {age(name):.0%}".replace("%", " %") if _dagger(name) else ""
+        old = f"; code changed since: {_share(name)}" if _dagger(name) else ""
         lines.append(
             f"- `docs/results/{name}`: `{made['command']}`; {made['date']}, commit {made['commit']}, "
             f"version {made['version']}{where}{old}"
@@ -254,8 +260,9 @@ def _sources() -> str:
     for path in sorted(RESULTS.iterdir()):
         if path != PUBLISHED:
             made = record(path.name)
-            share = f"{age(path.name):.0%}".replace("%", " %")
-            rows.append(f"| `{path.name}` | `{made['command']}` | {made['date']} | {made['commit']} | {share} |")
+            rows.append(
+                f"| `{path.name}` | `{made['command']}` | {made['date']} | {made['commit']} | {_share(path.name)} |"
+            )
     return "\n".join(rows)
 
 
@@ -267,8 +274,12 @@ def _block(found: re.Match[str]) -> str:
 
 
 def filled(text: str) -> str:
-    """A page with its figures."""
-    return INLINE.sub(_inline, BLOCK.sub(_block, text))
+    """A page with its figures; in a row of a table one dagger says it for all."""
+    lines = INLINE.sub(_inline, BLOCK.sub(_block, text)).split("\n")
+    return "\n".join(
+        line.replace(DAGGER, "", line.count(DAGGER) - 1) if line.startswith("|") and DAGGER in line else line
+        for line in lines
+    )
 
 
 def without_age(text: str) -> str:
