@@ -22,7 +22,7 @@ PAUSE_S, APART_DEG = 2.0, 5.0
 FILE_GAP, VISIT = 0.01, 0.02
 #: Prior sd of a pass's shift, m, and of each wave (2 to 4 about the stem) of its section, share of the radius; unknowns
 #: before the shifts.
-SHIFT_SD_M, SECTION_SD = 0.02, 0.02
+SHIFT_SD_M, SECTION_SD = 0.03, 0.02
 _FIRST = 12
 #: Points within this of the bark are looked at, m; scales of the robust fit, m, from coarse to fine.
 REACH_M, SCALES_M = 0.13, (0.08, 0.05, 0.03, 0.02, 0.015, 0.0, 0.0, 0.0)

@@ -248,7 +248,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)
     flat = 0.0
     if not sensor.solid:
-        measured["kurtosis"] = kurtosis(bark.residual, bark.noise_m)
+        measured["kurtosis"] = kurtosis(_round(fitted), bark.noise_m)
         # The bark may lie anywhere in a ring that does not heap up in its middle.
         flat = FLAT_SE * 200 * bark.noise_m if judge("points", {"kurtosis": measured["kurtosis"]}).reasons else 0.0
     settings = {
@@ -272,6 +272,15 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
         fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None,
         bark.noise_m,
     )
+
+
+def _round(fitted: FittedStem) -> np.ndarray:
+    """(W,) distances of the window's points from the bark without its waves: an oval stem is no flat ring."""
+    inside = fitted.points[(fitted.points[:, 2] >= fitted.window[0]) & (fitted.points[:, 2] <= fitted.window[1])]
+    e, turn = fitted.cone.residuals(inside), fitted.cone.azimuths(inside)
+    waves = np.column_stack([wave(k * turn) for k in (2, 3) for wave in (np.cos, np.sin)])
+    near = np.abs(e) < 0.1
+    return e - waves @ np.linalg.lstsq(waves[near], e[near], rcond=None)[0] if near.sum() > 8 else e
 
 
 def _quantities(
