@@ -17,6 +17,7 @@ from ..stems.photos.options import PhotoStemOptions
 from ..stems.photos.route import Searched, search_photos
 from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
+from ..stems.quality.assessment import Assessment
 from ..stems.quality.tree import Tree
 from .context import Run, Site
 from .second_measurement import stems_to_measure_again, with_second_measurements
@@ -159,7 +160,7 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [
-        replace(tree, tree_id=number, qc_reason="").add_reason("few_points", "reject")
+        replace(tree, tree_id=number, **Assessment.refused("few_points").of_tree()).finish()
         for number, tree in enumerate(found, start=1)
         if number not in measured
     ]

@@ -10,13 +10,14 @@ are measured again, unless all are wanted.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.low_confidence import may_be_settled
 from ..stems.photos.quality_control import GAIN_LOW_CONFIDENCE
-from ..stems.quality.findings import Flag
+from ..stems.quality.assessment import Assessment
 from ..stems.quality.limits import judge
 from ..stems.quality.tree import Tree
 from ..stems.splats.primitive.fit import PrimitiveFit
@@ -88,15 +89,14 @@ def with_second_measurements(
 def _of_measured(tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tuple[str, ...]) -> Tree:
     """A stem that the photos measured. Both differ: to check. They agree on one of several explanations: that one it
     is, with the primitive's error. differ: reasons for a check, none where both agree."""
-    half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
+    half_cm, stated = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm), fit.assessment
     if differ:
         se_cm = float(np.hypot(fit.se_cm, half_cm))
         open_ = judge("photos", {"se_cm": se_cm}, fit.dbh_cm)
-        if open_.refused:
-            return _settled(tree, "reject", fit.reasons + differ + open_.reasons, fit.dbh_cm, se_cm)
-        return _settled(tree, "check", fit.reasons + differ, fit.dbh_cm, se_cm)
+        stated = stated.settled(se_cm, found=differ)
+        return _settled(tree, stated.adding(open_) if open_.refused else stated)
     if np.isfinite(fit.lo_cm):
-        return _settled(tree, fit.flag, fit.reasons, fit.dbh_cm, _error_cm(fit, primitive.se_cm, half_cm))
+        return _settled(tree, stated.settled(_error_cm(fit, primitive.se_cm, half_cm)))
     return tree
 
 
@@ -108,17 +108,14 @@ def _of_refused(
     half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
     if not differ:
         se_cm = _error_cm(fit, min(fit.se_cm, primitive.se_cm), half_cm)
-        return _settled(tree, "check", fit.reasons, fit.dbh_cm, se_cm, taper_cm_m=200 * fit.r1)
+        return _settled(tree, fit.assessment.settled(se_cm), taper_cm_m=200 * fit.r1)
     se_cm = _error_cm(fit, primitive.se_cm, half_cm)
     if judge("photos", {"open_se_cm": se_cm}, primitive.dbh_cm).refused:
         return None
     move = place - fit.axis.p
     return _settled(
         tree,
-        "check",
-        fit.reasons + differ,
-        primitive.dbh_cm,
-        se_cm,
+        fit.assessment.settled(se_cm, primitive.dbh_cm, differ),
         x=tree.x + float(move[0]),
         y=tree.y + float(move[1]),
         taper_cm_m=200 * float(primitive.shape[7]),
@@ -134,19 +131,9 @@ def _error_cm(fit: PhotoFit, se_cm: float, half_cm: float) -> float:
     return float(np.linalg.norm([se_cm, half_cm, fit.soft_cm]))
 
 
-def _settled(tree: Tree, flag: Flag, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:
-    """The tree with another verdict; its interval and basal area follow."""
-    fresh = {
-        "qc_flag": flag,
-        "qc_reason": ",".join(dict.fromkeys(reasons)),
-        "dbh_cm": dbh_cm,
-        "dbh_se_cm": se_cm,
-        "dbh_lo_cm": None,
-        "dbh_hi_cm": None,
-        "ba_m2": None,
-        **changes,
-    }
-    return replace(tree, **fresh).finish()  # type: ignore[arg-type]
+def _settled(tree: Tree, stated: Assessment, **changes: Any) -> Tree:
+    """The tree of which that is stated, where it is symmetrical."""
+    return replace(tree, **stated.of_tree(), **changes).finish()
 
 
 def _of_something_else(fit: PhotoFit, primitive: PrimitiveFit) -> bool:

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.rendered import plot_inputs
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run.second_measurement import stems_to_measure_again
-from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, _judged
+from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, with_cover
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
@@ -43,7 +43,7 @@ FIT = PhotoFit(
     ("share", "flag"), [(0.0, "ok"), (0.23, "ok"), (0.24, "check"), (0.26, "check"), (0.27, "reject"), (np.nan, "ok")]
 )
 def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
-    judged = _judged(FIT, share)
+    judged = with_cover(FIT, share)
     assert judged.flag == flag and (judged.reasons == ("covered",)) == (flag != "ok")
     if flag == "check":
         assert judged.se_cm == pytest.approx(np.hypot(0.5, COVER_CM * share))
@@ -51,12 +51,12 @@ def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
 
 
 def test_a_wider_interval_of_before_is_kept():
-    judged = _judged(replace(FIT, flag="check", reasons=("ambiguous",), lo_cm=12.0, hi_cm=31.0), 0.25)
+    judged = with_cover(replace(FIT, flag="check", reasons=("ambiguous",), lo_cm=12.0, hi_cm=31.0), 0.25)
     assert judged.reasons == ("ambiguous", "covered") and judged.lo_cm == 12.0 and judged.hi_cm > 35
 
 
 def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():
-    judged = _judged(replace(FIT, flag="reject", reasons=("disagree",)), 0.25)
+    judged = with_cover(replace(FIT, flag="reject", reasons=("disagree",)), 0.25)
     assert judged.flag == "reject" and judged.reasons == ("disagree", "covered") and judged.se_cm == FIT.se_cm
     assert stems_to_measure_again([replace(judged, contrast=2.0)], np.array([True])) == []
     assert stems_to_measure_again([replace(judged, reasons=("disagree",), contrast=2.0)], np.array([True])) == [0]

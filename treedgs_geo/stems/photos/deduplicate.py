@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from ...core.intervals import HALF_WIDTH_SE
 from ..quality.limits import judge
 from .fit.photo_fit import PhotoFit
 from .quality_control import GAIN_MERGED
@@ -42,9 +39,7 @@ def without_open_diameter(fit: PhotoFit) -> PhotoFit:
     if not fit.measured or np.isnan(fit.lo_cm):
         return fit
     found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
-    if not found.refused:
-        return fit
-    return replace(fit, flag="reject", reasons=tuple(dict.fromkeys([*fit.reasons, *found.reasons])))
+    return fit.assessed(fit.assessment.adding(found)) if found.refused else fit
 
 
 def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoFit]:
@@ -67,12 +62,7 @@ def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoF
         elif len(inside) > 1:
             out += inside
         else:
-            off_cm = 0.5 * (fit.dbh_cm - inside[0].dbh_cm)
-            reasons = tuple(dict.fromkeys([*fit.reasons, "ambiguous"]))
-            se = float(np.hypot(fit.se_cm, off_cm))
-            half = HALF_WIDTH_SE * se
-            low, high = min(fit.dbh_cm - half, inside[0].dbh_cm), fit.dbh_cm + half
-            out.append(replace(fit, flag="check", reasons=reasons, se_cm=se, lo_cm=low, hi_cm=high))
+            out.append(with_rival(fit, inside[0].dbh_cm))
     return out
 
 
@@ -88,8 +78,7 @@ def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[Phot
         ]
         if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
             continue
-        unclear = bool(before) and fit.flag == "ok"
-        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if unclear else fit)
+        kept.append(with_rival(fit, fit.dbh_cm) if before and fit.flag == "ok" else fit)
     return kept
 
 
@@ -106,11 +95,14 @@ def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
         apart = abs(fit.dbh_cm - best.dbh_cm)
         rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
         if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
-            se = float(np.hypot(best.se_cm, 0.5 * apart))
-            low, high = best.dbh_cm - HALF_WIDTH_SE * se, best.dbh_cm + HALF_WIDTH_SE * se
-            reasons = tuple(dict.fromkeys([*best.reasons, "ambiguous"]))
-            kept[near[0]] = replace(best, flag="check", reasons=reasons, se_cm=se, lo_cm=max(low, 0.0), hi_cm=high)
+            kept[near[0]] = with_rival(best, fit.dbh_cm)
     return kept
+
+
+def with_rival(fit: PhotoFit, other_cm: float) -> PhotoFit:
+    """The fit with another look's diameter of the stem, cm: ``ambiguous``, half of the difference in its error."""
+    found = judge("photos", {"rivals": 1})
+    return fit.assessed(fit.assessment.adding(found, 0.5 * abs(fit.dbh_cm - other_cm), other_cm))
 
 
 def single_llr(fit: PhotoFit) -> float:

@@ -77,19 +77,20 @@ def settled_by_network(
         seed = Seed(x, y, lx, ly, fit.r0, fit.seed_score)
         beside = known_rows([*(other for other in out if other is not fit), *known])
         again = replace(fitter, shown=shown).fit(seed, beside)
-        out[k] = fit if again is None else _wider(again)
+        out[k] = fit if again is None else with_unclear_edges(again)
     certain = sum(out[k].flag == "ok" for k in asked)
     reporter.info(f"The network was asked about {len(asked)} stems of low confidence: {certain} are certain now.")
     return not_swallowed(out, fits)
 
 
-def _wider(fit: PhotoFit) -> PhotoFit:
+def with_unclear_edges(fit: PhotoFit) -> PhotoFit:
     """A fit that the network made certain, with the larger error of stems whose edges are unclear."""
     if fit.flag != "ok":
         return fit
-    se = UNSURE_SE * fit.se_cm
-    reasons = judge("photos", {"se_cm": se}, fit.dbh_cm).reasons
-    return replace(fit, se_cm=se, flag="check" if reasons else "ok", reasons=reasons)
+    se_cm = UNSURE_SE * fit.se_cm
+    return fit.assessed(
+        fit.assessment.remeasured(fit.dbh_cm, se_cm).adding(judge("photos", {"se_cm": se_cm}, fit.dbh_cm))
+    )
 
 
 def _free_places(fits: list[PhotoFit], fitter: Fitter, tile: Area) -> list[StemAxis]:

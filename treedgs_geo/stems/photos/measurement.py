@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from ..quality.assessment import Assessment
 from ..quality.priors import SECTION_SD
 from .evidence.diameter_uncertainty import OPEN, PAIR_SE_CM, UNSURE, UNSURE_SE, Others
 from .evidence.double_stem import NO_TWINS, PARTS, Twins
@@ -116,14 +117,14 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         against_cm=0.0 if found.others is None else found.others.choice.against_cm,
     )
     flag, reasons = verdict(quality, shared.options)
-    fit = PhotoFit(
+    stated = Assessment(quality.dbh_cm, widened_cm(se, quality, reasons), flag=flag, reasons=reasons)
+    if found.others is not None and flag == "check" and OPEN & set(reasons):
+        stated = _over_explanations(stated, found.others, quality, soft_cm)
+    return PhotoFit(
         axis=shape.axis,
         r0=shape.r0,
         r1=fine.r1,
-        dbh_cm=quality.dbh_cm,
-        se_cm=widened_cm(se, quality, reasons),
-        flag=flag,
-        reasons=reasons,
+        **asdict(stated),
         seed_score=seed.score,
         llr=best.edges,
         gap=found.gap,
@@ -143,14 +144,16 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         oval=(float(fine.oval[0]), float(fine.oval[1])),
         soft_cm=soft_cm,
     )
-    if found.others is None or flag != "check" or not OPEN & set(reasons):
-        return fit
-    times = UNSURE_SE if UNSURE & set(reasons) else 1.0
-    mixture = found.others.mixture(fit.dbh_cm, fit.se_cm, times, soft_cm)
-    low_cm, high_cm = mixture.interval_cm(fit.dbh_cm)
+
+
+def _over_explanations(stated: Assessment, others: Others, quality: FitQuality, soft_cm: float) -> Assessment:
+    """With the error and the interval over all explanations of the place."""
+    times = UNSURE_SE if UNSURE & set(stated.reasons) else 1.0
+    mixture = others.mixture(stated.dbh_cm, stated.se_cm, times, soft_cm)
+    low_cm, high_cm = mixture.interval_cm(stated.dbh_cm)
     if quality.twins_likely:
-        low_cm = min(low_cm, PARTS[0] * fit.dbh_cm)  # the thinner one of two
-    return replace(fit, se_cm=mixture.error_cm(fit.dbh_cm), lo_cm=low_cm, hi_cm=high_cm)
+        low_cm = min(low_cm, PARTS[0] * stated.dbh_cm)  # the thinner one of two
+    return stated.explained(mixture.error_cm(stated.dbh_cm), low_cm, high_cm)
 
 
 def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> float:

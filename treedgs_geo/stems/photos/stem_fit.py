@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..quality.assessment import Assessment
 from ..quality.priors import START_TAPER
 from .evidence.companion import Pair, crowded, find_companion, pair_contrast, pair_z
 from .evidence.diameter_uncertainty import Others
@@ -90,17 +91,15 @@ class Fitter(Shared):
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
         return judged(self, seed, found._replace(fine=fine, above_cm=above_cm))
 
-    def refused(self, seed: Seed) -> PhotoFit:
+    def refused(self, seed: Seed, reason: str = "occluded") -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
-        nothing: dict[str, Any] = dict.fromkeys(("se_cm", "rms_px", "polish_cm"), np.nan)
+        nothing: dict[str, Any] = dict.fromkeys(("rms_px", "polish_cm"), np.nan)
         counts: dict[str, Any] = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
         return PhotoFit(
             axis=self._start(seed),
             r0=seed.r,
             r1=START_TAPER,
-            dbh_cm=200 * seed.r,
-            flag="reject",
-            reasons=("occluded",),
+            **asdict(Assessment.refused(reason, 200 * seed.r)),
             seed_score=seed.score,
             n_views=0,
             seen=np.zeros(len(self.stack)),

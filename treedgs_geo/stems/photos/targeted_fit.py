@@ -160,4 +160,4 @@ def _says_something(fit: PhotoFit) -> bool:
 
 def _nothing(fitter: Fitter, place: np.ndarray, reason: str) -> PhotoFit:
     """A place without a stem that could be measured."""
-    return replace(fitter.refused(_seed(*place)), reasons=(reason,))
+    return fitter.refused(_seed(*place), reason)

@@ -20,8 +20,6 @@ def trees_of_photo_fits(
     for number, fit in enumerate(fits, start=first_id):
         foot = fit.foot_z if np.isfinite(fit.foot_z) else fit.axis.ground_z
         x, y, z = frame.to_project(np.array([[*fit.axis.p, foot]]))[0]
-        refused = fit.flag == "reject"
-        interval = (None, None) if refused or np.isnan(fit.lo_cm) else (fit.lo_cm, fit.hi_cm)
         trees.append(
             Tree(
                 tree_id=number,
@@ -29,19 +27,14 @@ def trees_of_photo_fits(
                 y=float(y),
                 z_ground=float(z),
                 plot_id=plot_id,
-                dbh_cm=None if refused else fit.dbh_cm,
-                dbh_se_cm=None if refused else fit.se_cm,
-                dbh_lo_cm=interval[0],
-                dbh_hi_cm=interval[1],
                 bh_m=fit.axis.bh_m,
                 lean_deg=fit.lean_deg,
                 arc_deg=fit.arc_deg,
                 n_views=fit.n_views,
-                taper_cm_m=None if refused else 200 * fit.r1,
+                taper_cm_m=200 * fit.r1 if fit.measured else None,
                 method="photos",
-                qc_flag=fit.flag,
-                qc_reason=",".join(fit.reasons),
                 run_id=run_id,
+                **fit.assessment.of_tree(),
             ).finish()
         )
     return trees

@@ -56,7 +56,7 @@ def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit 
     if _OPEN & set(found.reasons) or len(found.reasons) > 1:
         return None
     far = judge("photos", {"carried_m": sum(ABOVE.fine) / 2 - found.axis.bh_m})
-    return replace(found, flag="check", reasons=(*found.reasons, *far.reasons), carried=True)
+    return found.assessed(found.assessment.adding(far), carried=True)
 
 
 def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit:
@@ -73,7 +73,7 @@ def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray
     moved_m = held.r0 - free.r0
     se_cm = float(np.sqrt(max(found.se_cm**2 + held_cm**2 - free_cm**2, held_cm**2)))
     dbh_cm = found.dbh_cm + 200 * moved_m
-    return replace(found, r0=found.r0 + moved_m, r1=held.r1, dbh_cm=dbh_cm, se_cm=se_cm)
+    return found.assessed(found.assessment.remeasured(dbh_cm, se_cm), r0=found.r0 + moved_m, r1=held.r1)
 
 
 def _as_formal(taper: TaperPrior) -> TaperPrior:

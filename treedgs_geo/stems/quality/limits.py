@@ -72,6 +72,7 @@ _TWINS = "34 stems of plot_a and a simulated plot: at most 11; two touching pair
 _TWINS_SHARE = "two touching pairs that few photos see: 0.49 and more; other stems: docs/evidence/photos.md"
 _OVAL = "three standard deviations of stems' sections; 73 stems of three rendered plots: at most 0.046"
 _BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
+_TWO_LOOKS = "chosen, not set on data: two looks at one stem that differ leave open which is right"
 _SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
 _SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
 _STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that tall (docs/evidence/point-clouds.md)"
@@ -164,6 +165,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             *_above(Bound(1.0, 0.04), None),
             _HARDER,
         ),
+        Limit("ambiguous", "rivals", "other looks at the stem with another diameter", "", *_above(0, None), _TWO_LOOKS),
         Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
         Limit(
             "see_through",

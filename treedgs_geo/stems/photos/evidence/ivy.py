@@ -6,11 +6,8 @@ breast height are looked at, so that this costs seconds.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from ....core.intervals import HALF_WIDTH_SE
 from ...quality.limits import judge
 from ..fit.photo_fit import PhotoFit
 from ..images.crops import PhotoStack
@@ -43,7 +40,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbG
         own = [pieces[n] for n in numbers]
         ivy, either = (only_pieces(own, [odds[n][group] for n in numbers], stack) for group in (0, 1))
         fit = fits[k]
-        out[k] = _judged(fit, covered_share(NetworkMaps(either, ivy, either), fit.axis, fit.r0, fit.r1))
+        out[k] = with_cover(fit, covered_share(NetworkMaps(either, ivy, either), fit.axis, fit.r0, fit.r1))
     return out
 
 
@@ -55,15 +52,7 @@ def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: list[PlumbGri
     return sorted((piece for piece in found if piece is not None), key=lambda piece: piece.view)
 
 
-def _judged(fit: PhotoFit, share: float) -> PhotoFit:
+def with_cover(fit: PhotoFit, share: float) -> PhotoFit:
+    """The fit with the share of ivy in what the network sees of it."""
     found = judge("photos", {"covered": share}, fit.dbh_cm)
-    if not found.reasons:
-        return fit
-    reasons = (*fit.reasons, *found.reasons)
-    if found.refused or not fit.measured:
-        return replace(fit, flag="reject", reasons=reasons)
-    se = float(np.hypot(fit.se_cm, COVER_CM * share))
-    low, high = fit.dbh_cm - HALF_WIDTH_SE * se, fit.dbh_cm + HALF_WIDTH_SE * se
-    if np.isfinite(fit.lo_cm):
-        low, high = min(low, fit.lo_cm), max(high, fit.hi_cm)
-    return replace(fit, flag="check", reasons=reasons, se_cm=se, lo_cm=max(low, 0.0), hi_cm=high)
+    return fit.assessed(fit.assessment.adding(found, COVER_CM * share))

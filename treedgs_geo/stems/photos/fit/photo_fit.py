@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from ...quality.assessment import Assessment
 from ...quality.findings import Flag
 from ..images.axis_patches import StemAxis
 from .search_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
@@ -74,6 +76,15 @@ class PhotoFit:
     def measured(self) -> bool:
         """Has a diameter."""
         return self.flag != "reject"
+
+    @property
+    def assessment(self) -> Assessment:
+        """What is stated of it, for more evidence."""
+        return Assessment(self.dbh_cm, self.se_cm, self.lo_cm, self.hi_cm, self.flag, self.reasons)
+
+    def assessed(self, stated: Assessment, **changes: Any) -> PhotoFit:
+        """The fit of which that is stated. changes: other fields."""
+        return replace(self, **asdict(stated), **changes)
 
 
 def seen_probability(z: np.ndarray) -> np.ndarray:
