@@ -51,9 +51,9 @@ def of_plot(plot: Path, work: Path) -> dict[str, dict]:
     former = None
     found: dict[str, dict[str, Any]] = {}
     for level in levels_of(options.neighbours, True):
-        own = Work(stations, options, survey, None, None, work / plot.name / level.name / "sfm")
+        own = Work(stations, options, survey, work / plot.name / level.name / "sfm")
         if level.again:  # the guided level's features
-            own = Work(stations, options, survey, None, None, work / plot.name / "guided" / "sfm")
+            own = Work(stations, options, survey, work / plot.name / "guided" / "sfm")
         if level.again and kept_poses(former, survey) is None:
             found[level.name] = {"left_out": "too few poses of the guided block are sure"}
             continue

@@ -16,7 +16,6 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import PlainReporter
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.photos import list_photos
-from treedgs_geo.reconstruction.matchers import plugin_of
 from treedgs_geo.reconstruction.model import FRAME, MODEL_FILES, REPORT
 from treedgs_geo.run.context import Run
 from treedgs_geo.run.routes import CHAIN_PRESETS
@@ -54,14 +53,14 @@ def handed(monkeypatch) -> list[dict]:
     """What ``reconstruct_photos`` was called with; it leaves empty files."""
     calls: list[dict] = []
 
-    def reconstruct(stations, options, sfm, reporter=None, plugin=None, control=None, calibration_file=None) -> dict:
-        calls.append({"control": control, "file": calibration_file, "plugin": plugin})
+    def reconstruct(stations, options, sfm, reporter=None, control=None, calibration_file=None) -> dict:
+        calls.append({"control": control, "file": calibration_file})
         sfm.mkdir(exist_ok=True)
         for name in (*MODEL_FILES, FRAME, REPORT):
             (sfm / name).write_text(json.dumps(REPORTED))
         return REPORTED
 
-    for module in ("chain.prepare", "reconstruction.pipeline"):
+    for module in ("run.stages_before_stems", "reconstruction.pipeline"):
         monkeypatch.setattr(f"treedgs_geo.{module}.reconstruct_photos", reconstruct)
     monkeypatch.setattr("treedgs_geo.run.stages_before_stems.load_views", lambda *_: (None, []))
     monkeypatch.setattr(
@@ -80,8 +79,7 @@ def _chain(flight: Path, **more: Path) -> tuple[list[str], str]:
         steps = Steps(space, PlainReporter(said))
         chain = Run(settings, CHAIN_PRESETS[settings.preset], space, steps)
         stations = _geotag(chain, list_photos(settings.photos))
-        plugin = plugin_of(settings.matcher, settings.matcher_weights)
-        _reconstruct(chain, stations, _control(chain, stations), plugin)
+        _reconstruct(chain, stations, _control(chain, stations))
         return steps.warnings, said.getvalue()
 
 
@@ -95,7 +93,7 @@ def _verb(flight: Path, **more: Path) -> tuple[list[str], str]:
 def test_control_and_calibration_reach_the_reconstruction_and_decide_what_is_kept(flight, handed, work) -> None:
     gcp, camera = flight / "gcp_list.txt", flight / "camera.json"
     work(flight)
-    assert handed == [{"control": None, "file": None, "plugin": None}]
+    assert handed == [{"control": None, "file": None}]
     warnings, said = work(flight, gcp=gcp, calibration=camera)
     control = handed[-1]["control"]
     assert control.labels == ["P1", "P2_check"] and control.is_check.tolist() == [False, True]
@@ -114,22 +112,6 @@ def test_control_and_calibration_reach_the_reconstruction_and_decide_what_is_kep
     camera.write_text(camera.read_text().replace("270", "271"))
     work(flight, gcp=gcp, calibration=camera)
     assert len(handed) == 4
-
-
-@pytest.mark.parametrize("work", [_chain, _verb])
-def test_a_learned_matcher_reaches_the_reconstruction_and_decides_what_is_kept(flight, handed, work) -> None:
-    code, weights = flight / "mine.py", flight / "mine.bin"
-    code.write_text("def load(weights):\n    return lambda first, second: ([], [], [])\n")
-    weights.write_bytes(b"1")
-    files = {"matcher": code, "matcher_weights": weights}
-    work(flight)
-    work(flight, **files)
-    assert handed[-1]["plugin"].code == code and handed[-1]["plugin"].weights == weights and len(handed) == 2
-    _, said = work(flight, **files)
-    assert len(handed) == 2 and "reconstruct: unchanged since the last run, kept" in said
-    weights.write_bytes(b"2")
-    work(flight, **files)
-    assert len(handed) == 3
 
 
 @pytest.mark.parametrize("work", [_chain, _verb])

@@ -70,7 +70,7 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
 def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> list[Path]:
     """Every file that decides the result, in a fixed order."""
     found: list[Path] = []
-    of_photos = ("photos", "geotags", "gcp", "calibration", "matcher", "matcher_weights", "dtm")
+    of_photos = ("photos", "geotags", "gcp", "calibration", "dtm")
     places = of_photos if route == "photos" else ("input", "dtm")
     for name in places:
         if values.get(name):

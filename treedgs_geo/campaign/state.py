@@ -23,7 +23,7 @@ from .manifest import Checker, PlotRow
 from .places import CAMPAIGN, PLAN, plot_folder
 
 #: Settings of a row that are paths: their content counts, not their place.
-_PATHS = {"photos", "input", "geotags", "gcp", "calibration", "matcher", "matcher_weights", "dtm", "plots"}
+_PATHS = {"photos", "input", "geotags", "gcp", "calibration", "dtm", "plots"}
 
 
 class Campaign:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,7 @@ from .covariance import posterior_of
 from .features import FeatureStore, count_rows, run_task
 from .georeference import Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided
-from .images import load_image
 from .incremental_block import Joined, from_gimbal, join_photos
-from .matchers import Matcher, Plugin, match_photos
 from .matching import match_pairs
 from .matching_levels import KEPT_SHARE, KEPT_SURE_PX, Held, Level, better, not_enough
 from .options import ReconstructOptions
@@ -44,8 +41,6 @@ class Work:
     stations: Stations
     options: ReconstructOptions
     survey: Survey
-    plugin: Plugin | None
-    matcher: Matcher | None
     sfm_folder: Path
 
     @property
@@ -62,8 +57,6 @@ class Work:
     def cache(self) -> Path:
         """Where features and matches are kept while the work goes on."""
         key = fingerprint(self.stations.paths) + f"-{self.options.max_features}-{self.options.max_image_size}"
-        if self.plugin is not None:
-            key += "-" + self.plugin.digest()
         return self.cache_root / f"sfm-{key}"
 
 
@@ -134,8 +127,6 @@ def at_level(
             match_guided(store, pairs, guide, options.seed, work.threads, reporter)
         else:
             match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
-            if work.plugin is not None:
-                database = _match_learned(database, stations, pairs, work.plugin, work.matcher, reporter)
             store = FeatureStore.read(database, stations.names)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
@@ -235,19 +226,3 @@ def extract_features(
         "peak_threshold": 0.0067,
     }
     run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
-
-
-def _match_learned(
-    database: Path, stations: Stations, pairs: np.ndarray, plugin: Plugin, matcher: Matcher | None, reporter: Reporter
-) -> Path:
-    """The database with the matches of the user's plug-in added to SIFT's."""
-    done = database.with_name("learned.db")
-    if done.exists() or matcher is None:
-        return done
-    paths = dict(zip(stations.names, stations.paths, strict=True))
-    # Neighbours come one after the other: a few decoded photos are enough.
-    photo = lru_cache(maxsize=24)(lambda name: load_image(paths[name]))
-    names = [(stations.names[i], stations.names[j]) for i, j in pairs]
-    report = match_photos(database, done, names, photo, matcher, plugin, reporter.progress)
-    reporter.info(f"{plugin.code.name}: {report.added} matches in {report.pairs} pairs beside those of SIFT")
-    return done

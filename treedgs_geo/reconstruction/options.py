@@ -53,6 +53,7 @@ def calibration_option() -> Any:
         suffixes=(".json",),
         advanced=True,
     )
+<<<<<<< HEAD
 
 
 def matcher_option() -> Any:
@@ -81,3 +82,5 @@ def matcher_weights_option() -> Any:
     """Setting ``matcher_weights``: what the learned matcher loads."""
     text = "Weights that the matcher loads; none come with TreeDGS."
     return param(None, kind="file", advanced=True, code=True, help=text)
+=======
+>>>>>>> 26d4ac0 (The learned-matcher plug-in leaves: no weights of its helped, and it ran a stranger's code; front door finds its homes)

@@ -13,7 +13,6 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from .calibration import calibration_record
-from .matchers import Plugin, load_matcher
 from .matching_levels import levels_of
 from .matching_strategy import Work, climb
 from .model import save_model
@@ -26,18 +25,15 @@ def reconstruct_photos(
     options: ReconstructOptions,
     sfm_folder: Path,
     reporter: Reporter | None = None,
-    plugin: Plugin | None = None,
     control: ControlPoints | None = None,
     calibration_file: Path | None = None,
 ) -> dict[str, Any]:
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
-    Args:
-        stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
-        features and matches are
-            kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes. plugin: a learned
-            matcher whose matches are used beside SIFT's. control: ground control and check points. calibration_file:
-            ``camera.json`` of an earlier reconstruction with this camera.
+    stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
+    features and matches are kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes.
+    control: ground control and check points. calibration_file: ``camera.json`` of an earlier reconstruction with this
+    camera.
 
     Raises:
         ReconstructionError: too few photos register, or the result contradicts geotags, calibration or flying height.
@@ -49,10 +45,8 @@ def reconstruct_photos(
             f"{len(stations)} usable photos: structure from motion needs at least 3, a plot 30 or more; add photos."
         )
     sfm_folder = Path(sfm_folder)
-    # A plug-in that cannot be loaded must not be found out after an hour of matching.
-    matcher = load_matcher(plugin) if plugin else None
-    work = Work(stations, options, survey_of(stations, control, calibration_file), plugin, matcher, sfm_folder)
-    levels = levels_of(options.neighbours, plugin is None and work.survey.can_guide)
+    work = Work(stations, options, survey_of(stations, control, calibration_file), sfm_folder)
+    levels = levels_of(options.neighbours, work.survey.can_guide)
     level, joined, report, climbed = climb(work, levels, reporter)
     report |= {"seconds": round(time.monotonic() - began, 1), "level": level.name, "climbed_because": climbed}
     survey = work.survey

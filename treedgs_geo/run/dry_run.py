@@ -50,7 +50,6 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..geotags.photos import list_photos, read_photo
     from ..geotags.reading import read_stations
     from ..reconstruction.calibration import calibration_of
-    from ..reconstruction.matchers import plugin_of
     from ..terrain.dtm import read_dtm
     from .context import Flight
     from .published_plot import check_published
@@ -94,7 +93,6 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     nothing = only_nadir(stations)
     try:
         calibration_of([read_photo(stations.paths[0])], settings.calibration)
-        plugin_of(settings.matcher, settings.matcher_weights)
     except (ReconstructionError, InputError) as problem:
         findings.problem(str(problem))
     if nothing:
@@ -249,7 +247,7 @@ def _photo_needs(
             (GUIDED_S_MP, GUIDED_S_PAIR, GUIDED_S_PHOTO, GUIDED_NEIGHBOURS),
         )
     )
-    guided = settings.matcher is None and can_guide(stations.xyz, stations.sd, rotations, ground)
+    guided = can_guide(stations.xyz, stations.sd, rotations, ground)
     hectare_part = sum(np.pi * p.radius_m**2 for p in plots) / 100 if plots else 20.0
     search = SEARCH_S * min(number, {"fast": 48, "best": 200}.get(settings.preset, 100)) * hectare_part
     if ahead is not None and not plots:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.settings import param
+<<<<<<< HEAD
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import (
     calibration_option,
@@ -15,6 +16,9 @@ from ..reconstruction.options import (
     matcher_option,
     matcher_weights_option,
 )
+=======
+from ..reconstruction.options import calibration_option, gcp_option
+>>>>>>> 26d4ac0 (The learned-matcher plug-in leaves: no weights of its helped, and it ran a stranger's code; front door finds its homes)
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -44,8 +48,6 @@ class PhotosToDbhSettings(KeptWorkspace):
     geotags_crs: str | None = geotags_crs_option()
     gcp: Path | None = gcp_option()
     calibration: Path | None = calibration_option()
-    matcher: Path | None = matcher_option()
-    matcher_weights: Path | None = matcher_weights_option()
     dtm: Path | None = param(
         None,
         kind="file",

@@ -22,7 +22,6 @@ from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area, area_seen
 from ..reconstruction.cameras import OBLIQUE_DEG
-from ..reconstruction.matchers import Plugin, plugin_of
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
 from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
@@ -68,7 +67,6 @@ def prepare(run: Run, photos: list[Path]) -> Ready:
     settings, reporter = run.settings, run.steps.reporter
     stations = _geotag(run, photos)
     control = _control(run, stations)
-    plugin = plugin_of(settings.matcher, settings.matcher_weights)
     run.space.record["crs"] = stations.crs.to_string()
     plots = read_plots(settings.plots, stations.crs) if settings.plots else []
     flight = Flight(stations, plots)
@@ -84,7 +82,7 @@ def prepare(run: Run, photos: list[Path]) -> Ready:
         announce_search(search, plots, reporter)
         run.steps.weigh("measure", measure_weight(search, len(stations)))
 
-    aligned = _reconstruct(run, stations, control, plugin)
+    aligned = _reconstruct(run, stations, control)
     area, nothing = _area(plots, aligned)
     dtm = _ground(run, given, aligned, area)
     return Ready(flight, aligned, Site(aligned.frame, aligned.views, dtm, area), nothing)
@@ -142,20 +140,18 @@ def _control(run: Run, stations: Stations) -> ControlPoints | None:
     return control
 
 
-def _reconstruct(run: Run, stations: Stations, control: ControlPoints | None, plugin: Plugin | None) -> Aligned:
+def _reconstruct(run: Run, stations: Stations, control: ControlPoints | None) -> Aligned:
     options, sfm, calibration = run.preset.reconstruct, run.path(names.SFM), run.settings.calibration
     outputs = [sfm / name for name in (*MODEL_FILES, FRAME, SFM_REPORT)]
     used = {**to_json(options), "stations": stations.digest()}
     if control is not None:
         used["control"] = control.digest()
-    if plugin is not None:
-        used["matcher"] = plugin.digest()
     report = run.steps.run(
         "reconstruct",
         used,
         [calibration] if calibration else [],
         outputs,
-        lambda reporter: reconstruct_photos(stations, options, sfm, reporter, plugin, control, calibration),
+        lambda reporter: reconstruct_photos(stations, options, sfm, reporter, control, calibration),
     )
     frame, views = load_views(sfm, run.settings.photos)
     return Aligned(frame, views, load_points(sfm).xyz, report)

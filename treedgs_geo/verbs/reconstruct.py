@@ -9,6 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+<<<<<<< HEAD
 from ..core.workspace import DENSE, GEOTAGS, SFM, KeptWorkspace, Workspace, workspace_option
 from ..reconstruction.options import (
     calibration_option,
@@ -17,6 +18,10 @@ from ..reconstruction.options import (
     matcher_option,
     matcher_weights_option,
 )
+=======
+from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace
+from ..reconstruction.options import calibration_option, gcp_option
+>>>>>>> 26d4ac0 (The learned-matcher plug-in leaves: no weights of its helped, and it ran a stranger's code; front door finds its homes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +57,6 @@ class ReconstructSettings(KeptWorkspace):
     max_features: int = param(
         8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True
     )
-    matcher: Path | None = matcher_option()
-    matcher_weights: Path | None = matcher_weights_option()
     threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, advanced=True)
     seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
 
@@ -70,7 +73,6 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
     from ..core.plots import read_plots
     from ..geotags import read_stations, write_stations
     from ..geotags.control import read_control
-    from ..reconstruction.matchers import plugin_of
     from ..reconstruction.model import FRAME, MODEL_FILES, REPORT
     from ..reconstruction.options import ReconstructOptions
     from ..reconstruction.pipeline import reconstruct_photos
@@ -86,10 +88,7 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
         write_stations(workspace.path(GEOTAGS), stations)
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
-    plugin = plugin_of(settings.matcher, settings.matcher_weights)
     key = f"{fingerprint(stations.paths)}:{stations.digest()}:{to_json(options)}"
-    if plugin:
-        key += f":{plugin.digest()}"
     if control:
         key += f":{control.digest()}"
     if settings.calibration:
@@ -104,9 +103,7 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
             if damage:
                 reporter.warn(f"{damage}; the stage reconstruct is done again.")
             with workspace.running("reconstruct", key, to_json(settings), outputs) as report:
-                report.update(
-                    reconstruct_photos(stations, options, sfm, reporter, plugin, control, settings.calibration)
-                )
+                report.update(reconstruct_photos(stations, options, sfm, reporter, control, settings.calibration))
     result = {
         "workspace": str(settings.workspace),
         "sfm": str(sfm),
