@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from treedgs_qgis.algorithm import EngineAlgorithm
+from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 
 class Algorithm(EngineAlgorithm):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from treedgs_qgis import checks, layers
-from treedgs_qgis.algorithm import EngineAlgorithm
+from ..treedgs_qgis import checks, layers
+from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 PHOTOS = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".dng"}
 FEWEST = 3

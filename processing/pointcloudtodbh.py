@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 
-from treedgs_qgis import checks, layers
-from treedgs_qgis.algorithm import EngineAlgorithm
+from ..treedgs_qgis import checks, layers
+from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 
 class Algorithm(EngineAlgorithm):

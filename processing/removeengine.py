@@ -6,8 +6,8 @@ import shutil
 
 from qgis.core import QgsProcessingException, QgsProcessingOutputNumber, QgsProcessingParameterBoolean
 
-from treedgs_qgis import engine, extras, leftovers
-from treedgs_qgis.algorithm import BaseAlgorithm
+from ..treedgs_qgis import engine, extras, leftovers
+from ..treedgs_qgis.algorithm import BaseAlgorithm
 
 HELP = """<p><b>Remove the engine: its libraries, and the Python that was fetched for it.</b></p>
 <p>Do this before you uninstall the plugin, which QGIS removes without it. Engines of former versions go too. Your

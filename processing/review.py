@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from treedgs_qgis import layers
-from treedgs_qgis.algorithm import EngineAlgorithm
+from ..treedgs_qgis import layers
+from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 
 class Algorithm(EngineAlgorithm):

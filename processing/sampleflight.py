@@ -15,8 +15,8 @@ from qgis.core import (
 from qgis.PyQt.QtCore import QUrl
 from qgis.PyQt.QtNetwork import QNetworkRequest
 
-from treedgs_qgis import compat, engine, extras, sample
-from treedgs_qgis.algorithm import BaseAlgorithm
+from ..treedgs_qgis import compat, engine, extras, sample
+from ..treedgs_qgis.algorithm import BaseAlgorithm
 
 HELP = """<p><b>Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
 ({size}).</b></p>

@@ -13,12 +13,23 @@ from qgis.core import (
     QgsSettings,
 )
 
-from treedgs_qgis import compat, engine, engine_users, environment, extras, gpu, leftovers, locked, own_python, pythons
-from treedgs_qgis.algorithm import BaseAlgorithm
-from treedgs_qgis.listener import duration, is_cancelled
-from treedgs_qgis.missing import takes
-from treedgs_qgis.parameters import file_filter
-from treedgs_qgis.pip_meter import Meter
+from ..treedgs_qgis import (
+    compat,
+    engine,
+    engine_users,
+    environment,
+    extras,
+    gpu,
+    leftovers,
+    locked,
+    own_python,
+    pythons,
+)
+from ..treedgs_qgis.algorithm import BaseAlgorithm
+from ..treedgs_qgis.listener import duration, is_cancelled
+from ..treedgs_qgis.missing import takes
+from ..treedgs_qgis.parameters import file_filter
+from ..treedgs_qgis.pip_meter import Meter
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
 <p>Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked

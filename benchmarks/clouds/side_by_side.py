@@ -82,7 +82,7 @@ def compare(trees: list[dict], truth: np.ndarray, whole: bool) -> dict:
 
 def run(script: str, python: Path, options: str, work: Path) -> dict | None:
     """What a program makes of ``work/cloud.npy``; ``None`` where it failed or took too long."""
-    words = [python, HERE / script, work / "cloud.npy", work / "theirs.json", *options.split()]
+    words: list[str | Path] = [python, HERE / script, work / "cloud.npy", work / "theirs.json", *options.split()]
     try:
         subprocess.run(words, check=True, capture_output=True, timeout=MOST_S)
     except subprocess.SubprocessError:

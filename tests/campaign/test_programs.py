@@ -18,7 +18,6 @@ from treedgs_geo.verbs import all_commands
 def folder(tmp_path: Path) -> Path:
     make_cloud(tmp_path / "c.laz", 1)
     (tmp_path / "photos").mkdir()
-    (tmp_path / "m.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w').write('x')\ndef load(weights): return None\n")
     (tmp_path / "w.onnx").write_text("w")
     return tmp_path
 
@@ -26,9 +25,7 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("column", "cell"),
     [
-        ("matcher", "m.py"),
-        ("Matcher", "m.py"),
-        ("matcher_weights", "w.onnx"),
+        ("Segmenter_Command", "touch ran {input} {output}"),
         ("segmenter_command", "touch ran {input} {output}"),
         ("segmenter_model", "w.onnx"),
     ],
@@ -48,7 +45,7 @@ def test_a_manifest_names_no_program(folder, capsys, column, cell, predict):
 
 def test_every_setting_that_is_code_is_known_as_such():
     """By their names: a new one that runs something has to be declared."""
-    names = ("matcher", "segmenter_command", "segmenter_model", "matcher_weights")
+    names = ("segmenter_command", "segmenter_model")
     for command in all_commands():
         for name, spec, _ in params_of(command.settings):
             runs = name in names or ".py" in spec.suffixes or "command" in name
@@ -63,10 +60,12 @@ def test_what_is_run_is_said_before(folder, capsys):
         str(folder / "photos"),
         "--crs",
         "EPSG:6344",
-        "--matcher",
-        str(folder / "m.py"),
+        "--segmenter",
+        "segmentanytree",
+        "--segmenter-command",
+        f"touch {folder / 'ran'} {{input}} {{output}}",
     ]
     words += ["--workspace", str(folder / "w"), "--output", str(folder / "t.gpkg"), "--log-format", "plain"]
     assert main(words) == 2  # no photo: refused before anything ran
     said = "".join(capsys.readouterr())
-    assert f"--matcher: runs the code of {folder / 'm.py'}" in said and not (folder / "ran").exists()
+    assert "--segmenter-command: runs" in said and not (folder / "ran").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def without_faults(photos: list[Photo], reporter: Reporter) -> list[Photo]:
     return photos
 
 
-def _changed(photos: list[Photo], chosen: np.ndarray, **values: float) -> list[Photo]:
+def _changed(photos: list[Photo], chosen: np.ndarray, **values: Any) -> list[Photo]:
     return [replace(photo, **values) if use else photo for photo, use in zip(photos, chosen, strict=True)]
 
 
@@ -71,17 +72,17 @@ def _elsewhere(photos: list[Photo], reporter: Reporter) -> list[Photo]:
                 left.remove(cell)
                 group[cell] = number
                 reached += [(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    number = np.array([group[cell] for cell in cells])
-    main = int(np.bincount(number).argmax())
-    middle = np.median(metres[number == main], axis=0)
-    for other in np.unique(number[number != main]):
-        rows = known[number == other]
-        away = np.hypot(*(np.median(metres[number == other], axis=0) - middle)) / 1000
+    groups = np.array([group[cell] for cell in cells])
+    main = int(np.bincount(groups).argmax())
+    middle = np.median(metres[groups == main], axis=0)
+    for other in np.unique(groups[groups != main]):
+        rows = known[groups == other]
+        away = np.hypot(*(np.median(metres[groups == other], axis=0) - middle)) / 1000
         reporter.warn(
             f"Left out {len(rows)} of {len(photos)} photos, taken {away:.0f} km from the other "
-            f"{(number == main).sum()}: {shorten([photos[i].name for i in rows])}; give each place a run of its own."
+            f"{(groups == main).sum()}: {shorten([photos[i].name for i in rows])}; give each place a run of its own."
         )
-    dropped = set(known[number != main].tolist())
+    dropped = set(known[groups != main].tolist())
     return [photo for i, photo in enumerate(photos) if i not in dropped]
 
 

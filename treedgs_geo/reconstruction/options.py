@@ -53,20 +53,6 @@ def calibration_option() -> Any:
         suffixes=(".json",),
         advanced=True,
     )
-<<<<<<< HEAD
-
-
-def matcher_option() -> Any:
-    """Setting ``matcher``: a learned matcher of the user's (:mod:`.matchers`)."""
-    return param(
-        None,
-        kind="file",
-        suffixes=(".py",),
-        advanced=True,
-        code=True,
-        help="Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its "
-        "matches are used beside SIFT's.",
-    )
 
 
 def geotags_crs_option() -> Any:
@@ -76,11 +62,3 @@ def geotags_crs_option() -> Any:
         kind="crs",
         help="Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.",
     )
-
-
-def matcher_weights_option() -> Any:
-    """Setting ``matcher_weights``: what the learned matcher loads."""
-    text = "Weights that the matcher loads; none come with TreeDGS."
-    return param(None, kind="file", advanced=True, code=True, help=text)
-=======
->>>>>>> 26d4ac0 (The learned-matcher plug-in leaves: no weights of its helped, and it ran a stranger's code; front door finds its homes)

@@ -7,18 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from ..core.settings import param
-<<<<<<< HEAD
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import (
     calibration_option,
     gcp_option,
     geotags_crs_option,
-    matcher_option,
-    matcher_weights_option,
 )
-=======
-from ..reconstruction.options import calibration_option, gcp_option
->>>>>>> 26d4ac0 (The learned-matcher plug-in leaves: no weights of its helped, and it ran a stranger's code; front door finds its homes)
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M

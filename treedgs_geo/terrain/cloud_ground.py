@@ -132,8 +132,8 @@ def found_ground(
             f"{where}: shows little ground, and its lowest points lie {low:.2f} m high everywhere: z is taken as "
             "height above ground (--z-is elevation: it is not)."
         )
-        zero = level_zero(xyz, crs)
-        return CloudGround(zero, zero, least_m=NORMALISED_SE_M)
+        level = level_zero(xyz, crs)
+        return CloudGround(level, level, least_m=NORMALISED_SE_M)
     if not ground.shows_ground:
         reporter.warn(
             f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "

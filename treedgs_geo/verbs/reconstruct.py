@@ -9,19 +9,12 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
-<<<<<<< HEAD
 from ..core.workspace import DENSE, GEOTAGS, SFM, KeptWorkspace, Workspace, workspace_option
 from ..reconstruction.options import (
     calibration_option,
     gcp_option,
     geotags_crs_option,
-    matcher_option,
-    matcher_weights_option,
 )
-=======
-from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace
-from ..reconstruction.options import calibration_option, gcp_option
->>>>>>> 26d4ac0 (The learned-matcher plug-in leaves: no weights of its helped, and it ran a stranger's code; front door finds its homes)
 
 
 @dataclass(frozen=True, kw_only=True)

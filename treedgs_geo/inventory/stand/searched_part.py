@@ -69,15 +69,15 @@ def as_searched(
             f"{name}: {len(missing)} of {len(plots)} plots {'was' if len(missing) == 1 else 'were'} not searched for "
             f"stems and {'is' if len(missing) == 1 else 'are'} left out: {_some(missing)}."
         )
-    said = [
+    larger = [
         f"{made.plot_id} ({1e4 * made.area_ha:,.0f} of {1e4 * plot.area_ha:,.0f} m²{_like_feet(plot, made)})"
         for plot, made in part_of
     ]
-    notes = []
-    if said:
+    notes: list[str] = []
+    if larger:
         sentence = (
-            f"{name}: {len(said)} of {len(plots)} plots {'asks' if len(said) == 1 else 'ask'} for more ground than "
-            f"stems were searched for on: {_some(said)}. Only the searched part counts, and the trees in it."
+            f"{name}: {len(larger)} of {len(plots)} plots {'asks' if len(larger) == 1 else 'ask'} for more ground than "
+            f"stems were searched for on: {_some(larger)}. Only the searched part counts, and the trees in it."
         )
         least = min(made.searched for _, made in part_of)
         (warnings if least < ALMOST else notes).append(sentence)

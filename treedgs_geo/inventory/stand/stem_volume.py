@@ -64,12 +64,13 @@ def add_stem_volumes(trees: pd.DataFrame, layer: Path, top_cm: float) -> str:
         own = of_tree.get(int(ids[row]))
         if own is None:
             continue
-        curve = own[["height_m", "d_cm", "d_se_cm"]].to_numpy(float).T
+        heights, widths, errors = own[["height_m", "d_cm", "d_se_cm"]].to_numpy(float).T
         # A person's tape or another tree's number: the curve is not this tree's.
         bh_m = trees.loc[row, "bh_m"] if pd.notna(trees.loc[row, "bh_m"]) else 1.37
-        if abs(np.interp(bh_m, curve[0], curve[1]) / trees.loc[row, "dbh_cm"] - 1) > 0.15:
+        if abs(np.interp(bh_m, heights, widths) / trees.loc[row, "dbh_cm"] - 1) > 0.15:
             continue
-        trees.loc[row, list(CURVES)] = stem_volume(*curve, float(trees.loc[row, "height_m"]), top_cm)
+        top_m = float(trees.loc[row, "height_m"])
+        trees.loc[row, list(CURVES)] = stem_volume(heights, widths, errors, top_m, top_cm)
     return (
         f"Stem volume to {top_cm:g} cm top diameter by measured stem curves: {int(trees['stem_m3'].notna().sum())} of "
         f"{int(trees['dbh_cm'].notna().sum())} trees (trees table)."

@@ -143,7 +143,7 @@ def _filled(here: np.ndarray, predicted: Cone, on: np.ndarray, sigma: float) -> 
         return False
     inside = np.count_nonzero(predicted.residuals(here[:: max(len(here) // _MOST_POINTS, 1)]) < -deep)
     inside *= max(len(here) // _MOST_POINTS, 1)
-    return inside / (radius - deep) ** 2 > _INSIDE * len(on) / (4 * radius * deep)
+    return bool(inside / (radius - deep) ** 2 > _INSIDE * len(on) / (4 * radius * deep))
 
 
 def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
