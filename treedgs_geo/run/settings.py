@@ -8,11 +8,7 @@ from typing import Any
 
 from ..core.settings import param
 from ..core.workspace import KeptWorkspace, workspace_option
-from ..reconstruction.options import (
-    calibration_option,
-    gcp_option,
-    geotags_crs_option,
-)
+from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M

@@ -10,11 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import DENSE, GEOTAGS, SFM, KeptWorkspace, Workspace, workspace_option
-from ..reconstruction.options import (
-    calibration_option,
-    gcp_option,
-    geotags_crs_option,
-)
+from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option
 
 
 @dataclass(frozen=True, kw_only=True)
