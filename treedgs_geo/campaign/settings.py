@@ -37,7 +37,7 @@ class CampaignSettings:
         False,
         kind="flag",
         advanced=True,
-        help="run the programs that the table names (matcher, segmenter_command, segmenter_model)",
+        help="run the programs that the table names (segmenter_command, segmenter_model)",
     )
     threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot", advanced=True)
     memory_gb: float = param(

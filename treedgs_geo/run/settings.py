@@ -183,7 +183,7 @@ class CloudSettings:
     z_is: str = param(
         "auto",
         kind="choice",
-        help="what z is: elevation, or height above ground (a normalised cloud); auto = told by the points",
+        help="what z is: elevation, or height above ground (a normalised cloud); auto = read from the points",
         choices=("auto", "elevation", "height"),
         advanced=True,
     )

@@ -437,6 +437,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{name}: '{given}' gefunden, erwartet ist eines von {choices}.</translation>
     </message>
     <message>
+      <source>{names}: lies in a temporary folder, which QGIS deletes when it is closed; save it elsewhere.</source>
+      <translation>{names}: liegt in einem temporären Ordner, den QGIS beim Schließen löscht; speichern Sie es anderswo.</translation>
+    </message>
+    <message>
       <source>Parameters</source>
       <translation>Parameter</translation>
     </message>
@@ -925,12 +929,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Feldbäume</translation>
     </message>
     <message>
-      <source>Stem slices</source>
-      <translation>Stammscheiben</translation>
+      <source>Stem sections</source>
+      <translation>Stammquerschnitte</translation>
     </message>
     <message>
       <source>Stem circles</source>
       <translation>Stammkreise</translation>
+    </message>
+    <message>
+      <source>temporary</source>
+      <translation>temporär</translation>
     </message>
     <message>
       <source>run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
@@ -1155,6 +1163,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Found '{text}', expected the number of a tree.</source>
       <translation>Gefunden: '{text}', erwartet: die Nummer eines Baums.</translation>
+    </message>
+    <message>
+      <source>Tree {tree}: {taped} cm, but {known} cm in the layer; these look like millimetres, or the decimal point is elsewhere: type the diameter in centimetres.</source>
+      <translation>Baum {tree}: {taped} cm, aber {known} cm im Layer; das sieht nach Millimetern aus, oder das Komma steht an anderer Stelle: geben Sie den Durchmesser in Zentimetern ein.</translation>
     </message>
     <message>
       <source>Taped DBH: found '{text}', expected {low} to {high} cm.</source>
@@ -1709,8 +1721,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Drohnenfotos (und PPK-Geotags) hinein, Baumpunkte mit BHD, Fehler und Gründen heraus.</translation>
     </message>
     <message>
-      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes.</source>
-      <translation>Eingaben: überlappende Drohnenfotos von oberhalb des Kronendachs, die meisten schräg (30 bis 50 Grad aus der Senkrechten), mit etwa 2 cm je Pixel oder feiner; PPK- oder RTK-Geotags. Ausgabe: ein Punkt je gefundenem Stamm mit BHD (cm), dessen Standardfehler und 90-%-Intervall (cm), und einem Grund, wo kein BHD messbar war. Stämme unter 7,5 cm und solche, die weniger als drei Fotos in Brusthöhe sehen, werden verworfen. Ein zweiter Lauf im selben Arbeitsordner setzt fort.</translation>
+      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes. Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. A network trained on TreeDGS's own simulator decides stems of low confidence, stems under ivy and dense stands. Tape some trees: they say how right the diameters are.</source>
+      <translation>Eingaben: überlappende Drohnenfotos von oberhalb des Kronendachs, die meisten schräg (30 bis 50 Grad aus der Senkrechten), mit etwa 2 cm je Pixel oder feiner; PPK- oder RTK-Geotags. Ausgabe: ein Punkt je gefundenem Stamm mit BHD (cm), dessen Standardfehler und 90-%-Intervall (cm), und einem Grund, wo kein BHD messbar war. Stämme unter 7,5 cm und solche, die weniger als drei Fotos in Brusthöhe sehen, werden verworfen. Ein zweiter Lauf im selben Arbeitsordner setzt fort. Fehler und Grenzen wurden an gerenderten und simulierten Probeflächen bestimmt, meist mit Kiefern; noch wurde kein Foto eines Baums gemessen, den jemand mit dem Maßband gemessen hat. Ein Netz, das am Simulator von TreeDGS trainiert wurde, entscheidet bei Stämmen geringer Sicherheit, bei Stämmen unter Efeu und in dichten Beständen. Messen Sie einige Bäume mit dem Maßband: sie sagen, wie richtig die Durchmesser sind.</translation>
     </message>
     <message>
       <source>Photos</source>
@@ -1729,6 +1741,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ordner oder Datei mit MRK und RTKLIB-.pos (PPK) oder eine CSV; sonst gelten die Positionen aus EXIF/XMP.</translation>
     </message>
     <message>
+      <source>Geotags CRS</source>
+      <translation>KBS der Geotags</translation>
+    </message>
+    <message>
+      <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
+      <translation>Bezugsrahmen der Geotags (geographisch), zum Beispiel EPSG:7912 für ITRF2014; Vorgabe: der des Projekts.</translation>
+    </message>
+    <message>
       <source>Ground control points</source>
       <translation>Passpunkte</translation>
     </message>
@@ -1743,22 +1763,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is taken from the photos' metadata.</source>
       <translation>camera.json einer früheren Rekonstruktion mit derselben Kamera und Fotogröße; ohne sie gelten die Objektivdaten aus den Metadaten der Fotos.</translation>
-    </message>
-    <message>
-      <source>Matcher</source>
-      <translation>Matcher (Zuordnung der Merkmale)</translation>
-    </message>
-    <message>
-      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
-      <translation>Python-Datei mit load(weights), die einen Matcher zweier Fotos liefert (TopicFM, LoFTR, LightGlue ...); seine Treffer werden neben denen von SIFT verwendet.</translation>
-    </message>
-    <message>
-      <source>Matcher weights</source>
-      <translation>Gewichte des Matchers</translation>
-    </message>
-    <message>
-      <source>Weights that the matcher loads; none come with TreeDGS.</source>
-      <translation>Gewichte, die der Matcher lädt; TreeDGS liefert keine mit.</translation>
     </message>
     <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
@@ -1845,8 +1849,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Segmentierer</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
-      <translation>wer die Bäume findet: own braucht nichts; forestformer3d und segmentanytree sind Programme, die Sie selbst installiert haben, model ist ein Netz in einer Datei von Ihnen (docs/analyst/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
+      <translation>wer die Bäume findet: own braucht nichts; forestformer3d, segmentanytree und treex sind Programme, die Sie selbst installiert haben, model ist ein Netz in einer Datei von Ihnen (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -1913,8 +1917,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Arbeitsordner</translation>
     </message>
     <message>
-      <source>Folder for intermediate results; a second run resumes there.</source>
-      <translation>Ordner für Zwischenergebnisse; ein zweiter Lauf setzt dort fort.</translation>
+      <source>Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs.</source>
+      <translation>Ordner für Zwischenergebnisse; ein zweiter Lauf setzt dort fort. Nicht angegeben: neben den Fotos, NAME_treedgs.</translation>
     </message>
     <message>
       <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
@@ -1927,6 +1931,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>HTML report (file)</source>
       <translation>HTML-Bericht (Datei)</translation>
+    </message>
+    <message>
+      <source>folder of the results</source>
+      <translation>Ordner der Ergebnisse</translation>
     </message>
     <message>
       <source>run.json: parameters, versions, seconds, peak memory (file)</source>
@@ -1989,16 +1997,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Von einer LiDAR-Wolke (Drohne oder terrestrisch) oder Oberflächenpunkten zu Baumpunkten mit BHD.</translation>
     </message>
     <message>
-      <source>Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has none ('local' for a scan without a place on the map).</source>
-      <translation>Findet den Boden (oder nimmt Ihr Geländemodell), findet die Stämme im Band von 0,5 bis 5 m, misst jeden in Brusthöhe und schreibt den Baumlayer: BHD, Standardfehler und 90-%-Intervall in cm, Neigung, Höhe, wo die Wolke bis in die Kronen reicht, und für jeden nicht messbaren Stamm den Grund. Nötig sind etwa 100 Punkte auf den untersten 3 m eines Stamms (Drohnen-LiDAR mit mehr als 1000 Punkten/m2 oder ein terrestrischer Scan). Das KBS kommt aus der Datei; geben Sie --crs an, wo sie keines hat ('local' für einen Scan ohne Ort auf der Karte).</translation>
+      <source>Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has none ('local' for a scan without a place on the map). Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. Tape some trees: they say how right the diameters are.</source>
+      <translation>Findet den Boden (oder nimmt Ihr Geländemodell), findet die Stämme im Band von 0,5 bis 5 m, misst jeden in Brusthöhe und schreibt den Baumlayer: BHD, Standardfehler und 90-%-Intervall in cm, Neigung, Höhe, wo die Wolke bis in die Kronen reicht, und für jeden nicht messbaren Stamm den Grund. Nötig sind etwa 100 Punkte auf den untersten 3 m eines Stamms (Drohnen-LiDAR mit mehr als 1000 Punkten/m2 oder ein terrestrischer Scan). Das KBS kommt aus der Datei; geben Sie --crs an, wo sie keines hat ('local' für einen Scan ohne Ort auf der Karte). Fehler und Grenzen wurden an gerenderten und simulierten Probeflächen bestimmt, meist mit Kiefern; noch wurde kein Foto eines Baums gemessen, den jemand mit dem Maßband gemessen hat. Messen Sie einige Bäume mit dem Maßband: sie sagen, wie richtig die Durchmesser sind.</translation>
     </message>
     <message>
       <source>Input</source>
       <translation>Eingabe</translation>
     </message>
     <message>
-      <source>point cloud: LAS, LAZ, COPC, or text with x y z per line</source>
-      <translation>Punktwolke: LAS, LAZ, COPC oder Text mit x y z je Zeile</translation>
+      <source>point cloud: LAS, LAZ, COPC, E57, or text with x y z per line</source>
+      <translation>Punktwolke: LAS, LAZ, COPC, E57 oder Text mit x y z je Zeile</translation>
     </message>
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); only stems in them are measured, without it those of the whole cloud</source>
@@ -2023,6 +2031,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>also write a report: map, each DBH, what the cloud did not show, cost</source>
       <translation>auch einen Bericht schreiben: Karte, jeder BHD, was die Wolke nicht zeigte, Aufwand</translation>
+    </message>
+    <message>
+      <source>Z is</source>
+      <translation>Z ist</translation>
+    </message>
+    <message>
+      <source>what z is: elevation, or height above ground (a normalised cloud); auto = read from the points</source>
+      <translation>was z ist: Höhe über Null oder Höhe über dem Boden (eine normalisierte Wolke); auto = aus den Punkten gelesen</translation>
     </message>
     <message>
       <source>Weights</source>
@@ -2189,6 +2205,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>nur die Tabelle prüfen und sagen, wie lange es dauert und was es braucht</translation>
     </message>
     <message>
+      <source>Run programs</source>
+      <translation>Programme ausführen</translation>
+    </message>
+    <message>
+      <source>run the programs that the table names (segmenter_command, segmenter_model)</source>
+      <translation>die Programme ausführen, die die Tabelle nennt (segmenter_command, segmenter_model)</translation>
+    </message>
+    <message>
       <source>Threads</source>
       <translation>Threads</translation>
     </message>
@@ -2321,14 +2345,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Zu schreibender Layer der Kamerastandorte.</translation>
     </message>
     <message>
-      <source>Geotags CRS</source>
-      <translation>KBS der Geotags</translation>
-    </message>
-    <message>
-      <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
-      <translation>Bezugsrahmen der Geotags (geographisch), zum Beispiel EPSG:7912 für ITRF2014; Vorgabe: der des Projekts.</translation>
-    </message>
-    <message>
       <source>Base</source>
       <translation>Basisstation</translation>
     </message>
@@ -2425,10 +2441,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Dichte Punkte des Stammbands erzeugen, wo Probeflächen angegeben sind.</translation>
     </message>
     <message>
-      <source>Folder for the results; a second run resumes there.</source>
-      <translation>Ordner für die Ergebnisse; ein zweiter Lauf setzt dort fort.</translation>
-    </message>
-    <message>
       <source>Max features</source>
       <translation>Höchstzahl Merkmale</translation>
     </message>
@@ -2439,10 +2451,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Processor threads, 0 = all.</source>
       <translation>Threads des Prozessors, 0 = alle.</translation>
-    </message>
-    <message>
-      <source>folder of the results</source>
-      <translation>Ordner der Ergebnisse</translation>
     </message>
     <message>
       <source>COLMAP model (folder)</source>
@@ -3513,6 +3521,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Kennung der Biomassegleichung für alle Bäume</translation>
     </message>
     <message>
+      <source>Top [cm]</source>
+      <translation>Zopf [cm]</translation>
+    </message>
+    <message>
+      <source>top diameter of the stem volumes that measured stem curves give (sections of the tree layer)</source>
+      <translation>Zopfdurchmesser der Stammvolumen, die gemessene Stammkurven ergeben (sections des Baumlayers)</translation>
+    </message>
+    <message>
       <source>Outside</source>
       <translation>Außerhalb des Bereichs</translation>
     </message>
@@ -3653,8 +3669,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Jahre</translation>
     </message>
     <message>
-      <source>years (seasons of growth) between the dates</source>
-      <translation>Jahre (Vegetationszeiten) zwischen den Zeitpunkten</translation>
+      <source>years (seasons of growth) between the dates; needed where the layers do not say when they were flown</source>
+      <translation>Jahre (Vegetationszeiten) zwischen den Zeitpunkten; nötig, wo die Layer nicht sagen, wann sie geflogen wurden</translation>
     </message>
     <message>
       <source>plots, as for stand-table; without: all trees together, and nothing per hectare</source>
@@ -3749,8 +3765,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Sekunden gegen BHD-Fehler für jede Voreinstellung und jedes Verfahren; oder prüfen, wo sie versagen.</translation>
     </message>
     <message>
-      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, Splats, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 5 cm daneben liegt. Mit --cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
+      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, Splats, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 2 cm oder drei angegebene Fehler daneben liegt. Mit --cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
@@ -3865,16 +3881,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>vom Fotoverfahren angenommene Bäume</translation>
     </message>
     <message>
-      <source>of them more than 5 cm off</source>
-      <translation>davon mehr als 5 cm daneben</translation>
+      <source>of them wrong: 2 cm or three stated errors off</source>
+      <translation>davon falsch: 2 cm oder drei angegebene Fehler daneben</translation>
     </message>
     <message>
       <source>of them inside the stated 90 % interval, 0 to 1</source>
       <translation>davon im angegebenen 90-%-Intervall, 0 bis 1</translation>
     </message>
     <message>
-      <source>at most 2 % of the accepted trees are more than 5 cm off</source>
-      <translation>höchstens 2 % der angenommenen Bäume liegen mehr als 5 cm daneben</translation>
+      <source>at most 2 % of the accepted trees are wrong: 2 cm or three stated errors off</source>
+      <translation>höchstens 2 % der angenommenen Bäume sind falsch: 2 cm oder drei angegebene Fehler daneben</translation>
     </message>
     <message>
       <source>the paper's own case on this machine, minutes</source>
@@ -4665,6 +4681,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>darunter von Hand messen; was zu sehen ist, ist dicker als der Stamm</translation>
     </message>
     <message>
+      <source>the bark is seen twice: two dates in one cloud, or scans that do not fit together</source>
+      <translation>die Rinde ist doppelt zu sehen: zwei Zeitpunkte in einer Wolke oder Scans, die nicht zusammenpassen</translation>
+    </message>
+    <message>
+      <source>give the scans of one date, registered to each other</source>
+      <translation>geben Sie die Scans eines Zeitpunkts, aufeinander registriert</translation>
+    </message>
+    <message>
       <source>photos show the ground where the stem should stand: other stems may line up there</source>
       <translation>Fotos zeigen den Boden, wo der Stamm stehen müsste: dort liegen wohl andere Stämme in einer Linie</translation>
     </message>
@@ -5189,6 +5213,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Durchmesser [cm]</translation>
     </message>
     <message>
+      <source>Diameter standard error [cm]</source>
+      <translation>Standardfehler des Durchmessers [cm]</translation>
+    </message>
+    <message>
       <source>Roughness, rms [cm]</source>
       <translation>Rauigkeit, rms [cm]</translation>
     </message>
@@ -5197,24 +5225,24 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Gesehener Umfang [°]</translation>
     </message>
     <message>
-      <source>0 to 1 m above ground</source>
-      <translation>0 bis 1 m über dem Boden</translation>
+      <source>0 to 2 m above ground</source>
+      <translation>0 bis 2 m über dem Boden</translation>
     </message>
     <message>
-      <source>1 to 2 m above ground</source>
-      <translation>1 bis 2 m über dem Boden</translation>
+      <source>2 to 5 m above ground</source>
+      <translation>2 bis 5 m über dem Boden</translation>
     </message>
     <message>
-      <source>2 to 3 m above ground</source>
-      <translation>2 bis 3 m über dem Boden</translation>
+      <source>5 to 10 m above ground</source>
+      <translation>5 bis 10 m über dem Boden</translation>
     </message>
     <message>
-      <source>3 to 4 m above ground</source>
-      <translation>3 bis 4 m über dem Boden</translation>
+      <source>10 to 15 m above ground</source>
+      <translation>10 bis 15 m über dem Boden</translation>
     </message>
     <message>
-      <source>4 to 5 m above ground</source>
-      <translation>4 bis 5 m über dem Boden</translation>
+      <source>15 to 60 m above ground</source>
+      <translation>15 bis 60 m über dem Boden</translation>
     </message>
     <message>
       <source>Shape</source>

@@ -435,6 +435,10 @@ cero.&lt;/p&gt;
       <translation>{name}: se encontró '{given}', se espera uno de {choices}.</translation>
     </message>
     <message>
+      <source>{names}: lies in a temporary folder, which QGIS deletes when it is closed; save it elsewhere.</source>
+      <translation>{names}: está en una carpeta temporal, que QGIS borra al cerrarse; guárdelo en otro lugar.</translation>
+    </message>
+    <message>
       <source>Parameters</source>
       <translation>Parámetros</translation>
     </message>
@@ -923,12 +927,16 @@ cero.&lt;/p&gt;
       <translation>Árboles de campo</translation>
     </message>
     <message>
-      <source>Stem slices</source>
-      <translation>Secciones del tronco</translation>
+      <source>Stem sections</source>
+      <translation>Secciones del fuste</translation>
     </message>
     <message>
       <source>Stem circles</source>
       <translation>Círculos del tronco</translation>
+    </message>
+    <message>
+      <source>temporary</source>
+      <translation>temporal</translation>
     </message>
     <message>
       <source>run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
@@ -1153,6 +1161,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Found '{text}', expected the number of a tree.</source>
       <translation>Se encontró '{text}', se esperaba el número de un árbol.</translation>
+    </message>
+    <message>
+      <source>Tree {tree}: {taped} cm, but {known} cm in the layer; these look like millimetres, or the decimal point is elsewhere: type the diameter in centimetres.</source>
+      <translation>Árbol {tree}: {taped} cm, pero {known} cm en la capa; parecen milímetros, o la coma está en otro lugar: escriba el diámetro en centímetros.</translation>
     </message>
     <message>
       <source>Taped DBH: found '{text}', expected {low} to {high} cm.</source>
@@ -1707,8 +1719,8 @@ cero.&lt;/p&gt;
       <translation>Entran fotos de dron (y geoetiquetas PPK), salen puntos de árbol con DAP, error y motivos.</translation>
     </message>
     <message>
-      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes.</source>
-      <translation>Entradas: fotos de dron con solape tomadas por encima del dosel, la mayoría oblicuas (de 30 a 50 grados desde la vertical), a unos 2 cm por píxel o más finas; geoetiquetas PPK o RTK. Salida: un punto por tronco encontrado, con DAP (cm), su error estándar e intervalo del 90 % (cm), y un motivo donde no se pudo medir el DAP. Se rechazan los troncos de menos de 7,5 cm y los que menos de tres fotos ven a la altura del pecho. Una segunda ejecución en la misma carpeta de trabajo continúa.</translation>
+      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes. Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. A network trained on TreeDGS's own simulator decides stems of low confidence, stems under ivy and dense stands. Tape some trees: they say how right the diameters are.</source>
+      <translation>Entradas: fotos de dron con solape tomadas por encima del dosel, la mayoría oblicuas (de 30 a 50 grados desde la vertical), a unos 2 cm por píxel o más finas; geoetiquetas PPK o RTK. Salida: un punto por tronco encontrado, con DAP (cm), su error estándar e intervalo del 90 % (cm), y un motivo donde no se pudo medir el DAP. Se rechazan los troncos de menos de 7,5 cm y los que menos de tres fotos ven a la altura del pecho. Una segunda ejecución en la misma carpeta de trabajo continúa. Los errores y los límites se calibraron en parcelas renderizadas y simuladas, en su mayoría de pinos; aún no se ha medido ninguna foto de un árbol que alguien midiera con cinta. Una red entrenada con el simulador del propio TreeDGS decide los troncos de baja confianza, los cubiertos de hiedra y los rodales densos. Mida algunos árboles con cinta: dicen cuán correctos son los diámetros.</translation>
     </message>
     <message>
       <source>Photos</source>
@@ -1727,6 +1739,14 @@ cero.&lt;/p&gt;
       <translation>Carpeta o archivo con MRK y .pos de RTKLIB (PPK), o un CSV; si falta, valen las posiciones EXIF/XMP.</translation>
     </message>
     <message>
+      <source>Geotags CRS</source>
+      <translation>SRC de las geoetiquetas</translation>
+    </message>
+    <message>
+      <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
+      <translation>Marco de referencia de las geoetiquetas (geográfico), por ejemplo EPSG:7912 para ITRF2014; por defecto, el del proyecto.</translation>
+    </message>
+    <message>
       <source>Ground control points</source>
       <translation>Puntos de control</translation>
     </message>
@@ -1741,22 +1761,6 @@ cero.&lt;/p&gt;
     <message>
       <source>camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is taken from the photos' metadata.</source>
       <translation>camera.json de una reconstrucción anterior con la misma cámara y tamaño de foto; si falta, valen los datos de la lente de los metadatos de las fotos.</translation>
-    </message>
-    <message>
-      <source>Matcher</source>
-      <translation>Emparejador de puntos</translation>
-    </message>
-    <message>
-      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
-      <translation>Archivo Python con load(weights) que devuelve un emparejador de dos fotos (TopicFM, LoFTR, LightGlue ...); sus coincidencias se usan junto a las de SIFT.</translation>
-    </message>
-    <message>
-      <source>Matcher weights</source>
-      <translation>Pesos del emparejador</translation>
-    </message>
-    <message>
-      <source>Weights that the matcher loads; none come with TreeDGS.</source>
-      <translation>Pesos que carga el emparejador; TreeDGS no incluye ninguno.</translation>
     </message>
     <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
@@ -1843,8 +1847,8 @@ cero.&lt;/p&gt;
       <translation>Segmentador</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
-      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d y segmentanytree son programas que usted mismo instaló, model es una red en un archivo suyo (docs/analyst/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
+      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d, segmentanytree y treex son programas que usted mismo instaló, model es una red en un archivo suyo (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -1911,8 +1915,8 @@ cero.&lt;/p&gt;
       <translation>Carpeta de trabajo</translation>
     </message>
     <message>
-      <source>Folder for intermediate results; a second run resumes there.</source>
-      <translation>Carpeta para resultados intermedios; una segunda ejecución continúa ahí.</translation>
+      <source>Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs.</source>
+      <translation>Carpeta para resultados intermedios; una segunda ejecución continúa ahí. Si no se indica: junto a las fotos, NAME_treedgs.</translation>
     </message>
     <message>
       <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
@@ -1925,6 +1929,10 @@ cero.&lt;/p&gt;
     <message>
       <source>HTML report (file)</source>
       <translation>informe HTML (archivo)</translation>
+    </message>
+    <message>
+      <source>folder of the results</source>
+      <translation>carpeta de resultados</translation>
     </message>
     <message>
       <source>run.json: parameters, versions, seconds, peak memory (file)</source>
@@ -1987,16 +1995,16 @@ cero.&lt;/p&gt;
       <translation>De una nube LiDAR (dron o terrestre) o puntos de superficie a puntos de árbol con DAP.</translation>
     </message>
     <message>
-      <source>Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has none ('local' for a scan without a place on the map).</source>
-      <translation>Busca el suelo (o toma su MDT), busca los troncos en la banda de 0,5 a 5 m, mide cada uno a la altura del pecho y escribe la capa de árboles: DAP, error estándar e intervalo del 90 % en cm, inclinación, altura donde la nube llega a las copas, y el motivo para cada tronco que no se puede medir. Necesita unos 100 puntos en los 3 m inferiores de un tronco (LiDAR de dron con más de 1000 puntos/m2, o un escaneo terrestre). El SRC viene del archivo; dé --crs si no lo tiene ('local' para un escaneo sin lugar en el mapa).</translation>
+      <source>Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has none ('local' for a scan without a place on the map). Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. Tape some trees: they say how right the diameters are.</source>
+      <translation>Busca el suelo (o toma su MDT), busca los troncos en la banda de 0,5 a 5 m, mide cada uno a la altura del pecho y escribe la capa de árboles: DAP, error estándar e intervalo del 90 % en cm, inclinación, altura donde la nube llega a las copas, y el motivo para cada tronco que no se puede medir. Necesita unos 100 puntos en los 3 m inferiores de un tronco (LiDAR de dron con más de 1000 puntos/m2, o un escaneo terrestre). El SRC viene del archivo; dé --crs si no lo tiene ('local' para un escaneo sin lugar en el mapa). Los errores y los límites se calibraron en parcelas renderizadas y simuladas, en su mayoría de pinos; aún no se ha medido ninguna foto de un árbol que alguien midiera con cinta. Mida algunos árboles con cinta: dicen cuán correctos son los diámetros.</translation>
     </message>
     <message>
       <source>Input</source>
       <translation>Entrada</translation>
     </message>
     <message>
-      <source>point cloud: LAS, LAZ, COPC, or text with x y z per line</source>
-      <translation>nube de puntos: LAS, LAZ, COPC o texto con x y z por línea</translation>
+      <source>point cloud: LAS, LAZ, COPC, E57, or text with x y z per line</source>
+      <translation>nube de puntos: LAS, LAZ, COPC, E57 o texto con x y z por línea</translation>
     </message>
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); only stems in them are measured, without it those of the whole cloud</source>
@@ -2021,6 +2029,14 @@ cero.&lt;/p&gt;
     <message>
       <source>also write a report: map, each DBH, what the cloud did not show, cost</source>
       <translation>escribir también un informe: mapa, cada DAP, lo que la nube no mostró, coste</translation>
+    </message>
+    <message>
+      <source>Z is</source>
+      <translation>Z es</translation>
+    </message>
+    <message>
+      <source>what z is: elevation, or height above ground (a normalised cloud); auto = read from the points</source>
+      <translation>qué es z: cota, o altura sobre el suelo (una nube normalizada); auto = se lee de los puntos</translation>
     </message>
     <message>
       <source>Weights</source>
@@ -2187,6 +2203,14 @@ cero.&lt;/p&gt;
       <translation>solo comprobar la tabla y decir cuánto tardará y qué necesita</translation>
     </message>
     <message>
+      <source>Run programs</source>
+      <translation>Ejecutar programas</translation>
+    </message>
+    <message>
+      <source>run the programs that the table names (segmenter_command, segmenter_model)</source>
+      <translation>ejecutar los programas que nombra la tabla (segmenter_command, segmenter_model)</translation>
+    </message>
+    <message>
       <source>Threads</source>
       <translation>Hilos</translation>
     </message>
@@ -2319,14 +2343,6 @@ cero.&lt;/p&gt;
       <translation>Capa de estaciones de cámara que se escribe.</translation>
     </message>
     <message>
-      <source>Geotags CRS</source>
-      <translation>SRC de las geoetiquetas</translation>
-    </message>
-    <message>
-      <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
-      <translation>Marco de referencia de las geoetiquetas (geográfico), por ejemplo EPSG:7912 para ITRF2014; por defecto, el del proyecto.</translation>
-    </message>
-    <message>
       <source>Base</source>
       <translation>Base</translation>
     </message>
@@ -2423,10 +2439,6 @@ cero.&lt;/p&gt;
       <translation>Hacer puntos densos de la banda de troncos donde se dan parcelas.</translation>
     </message>
     <message>
-      <source>Folder for the results; a second run resumes there.</source>
-      <translation>Carpeta para los resultados; una segunda ejecución continúa ahí.</translation>
-    </message>
-    <message>
       <source>Max features</source>
       <translation>Máximo de puntos característicos</translation>
     </message>
@@ -2437,10 +2449,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Processor threads, 0 = all.</source>
       <translation>Hilos del procesador, 0 = todos.</translation>
-    </message>
-    <message>
-      <source>folder of the results</source>
-      <translation>carpeta de resultados</translation>
     </message>
     <message>
       <source>COLMAP model (folder)</source>
@@ -3511,6 +3519,14 @@ cero.&lt;/p&gt;
       <translation>identificador de la ecuación de biomasa para todos los árboles</translation>
     </message>
     <message>
+      <source>Top [cm]</source>
+      <translation>Extremo delgado [cm]</translation>
+    </message>
+    <message>
+      <source>top diameter of the stem volumes that measured stem curves give (sections of the tree layer)</source>
+      <translation>diámetro en punta delgada de los volúmenes de fuste que dan las curvas medidas (sections de la capa de árboles)</translation>
+    </message>
+    <message>
       <source>Outside</source>
       <translation>Fuera de rango</translation>
     </message>
@@ -3651,8 +3667,8 @@ cero.&lt;/p&gt;
       <translation>Años</translation>
     </message>
     <message>
-      <source>years (seasons of growth) between the dates</source>
-      <translation>años (períodos vegetativos) entre las fechas</translation>
+      <source>years (seasons of growth) between the dates; needed where the layers do not say when they were flown</source>
+      <translation>años (períodos vegetativos) entre las fechas; necesario donde las capas no dicen cuándo se volaron</translation>
     </message>
     <message>
       <source>plots, as for stand-table; without: all trees together, and nothing per hectare</source>
@@ -3747,8 +3763,8 @@ cero.&lt;/p&gt;
       <translation>Gráfico de segundos frente al error del DAP para cada preajuste y método; o probar dónde fallan.</translation>
     </message>
     <message>
-      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, splats, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 5 cm. Con --cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
+      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, splats, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 2 cm o de tres errores indicados. Con --cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
@@ -3863,16 +3879,16 @@ cero.&lt;/p&gt;
       <translation>árboles aceptados por el método de fotos</translation>
     </message>
     <message>
-      <source>of them more than 5 cm off</source>
-      <translation>de ellos, con más de 5 cm de error</translation>
+      <source>of them wrong: 2 cm or three stated errors off</source>
+      <translation>de ellos erróneos: con 2 cm o tres errores indicados de diferencia</translation>
     </message>
     <message>
       <source>of them inside the stated 90 % interval, 0 to 1</source>
       <translation>de ellos, dentro del intervalo del 90 % indicado, de 0 a 1</translation>
     </message>
     <message>
-      <source>at most 2 % of the accepted trees are more than 5 cm off</source>
-      <translation>como mucho el 2 % de los árboles aceptados yerra más de 5 cm</translation>
+      <source>at most 2 % of the accepted trees are wrong: 2 cm or three stated errors off</source>
+      <translation>como mucho el 2 % de los árboles aceptados es erróneo: 2 cm o tres errores indicados de diferencia</translation>
     </message>
     <message>
       <source>the paper's own case on this machine, minutes</source>
@@ -4663,6 +4679,14 @@ cero.&lt;/p&gt;
       <translation>mida a mano por debajo; lo que se ve es más grueso que el fuste</translation>
     </message>
     <message>
+      <source>the bark is seen twice: two dates in one cloud, or scans that do not fit together</source>
+      <translation>la corteza se ve dos veces: dos fechas en una nube, o escaneos que no encajan</translation>
+    </message>
+    <message>
+      <source>give the scans of one date, registered to each other</source>
+      <translation>dé los escaneos de una fecha, registrados entre sí</translation>
+    </message>
+    <message>
       <source>photos show the ground where the stem should stand: other stems may line up there</source>
       <translation>las fotos muestran el suelo donde debería estar el tronco: puede que otros troncos queden alineados allí</translation>
     </message>
@@ -5187,6 +5211,10 @@ cero.&lt;/p&gt;
       <translation>Diámetro [cm]</translation>
     </message>
     <message>
+      <source>Diameter standard error [cm]</source>
+      <translation>Error estándar del diámetro [cm]</translation>
+    </message>
+    <message>
       <source>Roughness, rms [cm]</source>
       <translation>Rugosidad, rms [cm]</translation>
     </message>
@@ -5195,24 +5223,24 @@ cero.&lt;/p&gt;
       <translation>Circunferencia vista [°]</translation>
     </message>
     <message>
-      <source>0 to 1 m above ground</source>
-      <translation>de 0 a 1 m sobre el suelo</translation>
+      <source>0 to 2 m above ground</source>
+      <translation>de 0 a 2 m sobre el suelo</translation>
     </message>
     <message>
-      <source>1 to 2 m above ground</source>
-      <translation>de 1 a 2 m sobre el suelo</translation>
+      <source>2 to 5 m above ground</source>
+      <translation>de 2 a 5 m sobre el suelo</translation>
     </message>
     <message>
-      <source>2 to 3 m above ground</source>
-      <translation>de 2 a 3 m sobre el suelo</translation>
+      <source>5 to 10 m above ground</source>
+      <translation>de 5 a 10 m sobre el suelo</translation>
     </message>
     <message>
-      <source>3 to 4 m above ground</source>
-      <translation>de 3 a 4 m sobre el suelo</translation>
+      <source>10 to 15 m above ground</source>
+      <translation>de 10 a 15 m sobre el suelo</translation>
     </message>
     <message>
-      <source>4 to 5 m above ground</source>
-      <translation>de 4 a 5 m sobre el suelo</translation>
+      <source>15 to 60 m above ground</source>
+      <translation>de 15 a 60 m sobre el suelo</translation>
     </message>
     <message>
       <source>Shape</source>
