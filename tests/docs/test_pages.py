@@ -179,7 +179,16 @@ def test_options_on_pages_exist():
         if name.startswith(("benchmarks/", "tools/", "training/", "treedgs_geo/cli")) and name.endswith(".py"):
             known |= set(re.findall(r"[\"'](--[a-z][\w-]*)", text_of(name)))
     # Of other programs, and of every verb.
-    known |= {"--help", "--require-hashes", "--job", "--noversioncheck", "--file", "--rm", "--from"}
+    known |= {
+        "--help",
+        "--require-hashes",
+        "--no-build-isolation",
+        "--job",
+        "--noversioncheck",
+        "--file",
+        "--rm",
+        "--from",
+    }
     unknown = []
     for name in [*PAGES, "README.md"]:
         text = re.sub(r"^.*(?:openssl|dask (?:scheduler|worker)|--tls-).*$", "", text_of(name), flags=re.M)

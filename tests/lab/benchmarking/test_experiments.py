@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[3]
 SOURCES = sorted((ROOT / "benchmarks").rglob("*.py"))
 SCRIPTS = [path for path in SOURCES if '__name__ == "__main__"' in path.read_text()]
 #: Run by themselves, in an environment of their own.
-APART = {"run_dendromatics.py", "run_treedgs.py"}
+APART = {"run_dendromatics.py", "run_treedgs.py", "run_treex.py"}
 RESULTS = sorted((ROOT / "docs" / "results").iterdir())
 
 
