@@ -62,7 +62,11 @@ def simulate(folder: Path, kind: str, seed: int, size: str) -> None:
 
 
 def measured(folder: Path, work: Path, source: str) -> dict[str, Any]:
-    """One chain on one plot: ``stems`` (a row a stem of the truth), ``false``, ``refused`` (exit status, 0: none)."""
+    """One chain on one plot: ``stems`` (a row a stem of the truth), ``false``, ``refused`` (exit status, 0: none).
+
+    Raises:
+        SystemExit: the run was stopped, lacked memory or a part.
+    """
     layer = work / f"{folder.name}_{source}.gpkg"
     if source == "photos":
         inputs = ["photos-to-dbh", *photo_inputs(folder), "--workspace", work / f"{folder.name}_ws"]
@@ -71,6 +75,8 @@ def measured(folder: Path, work: Path, source: str) -> dict[str, Any]:
         inputs = ["pointcloud-to-dbh", "--input", cloud, "--crs", CRS, "--plots", folder / "plots.csv"]
     code = subprocess.run(words(*inputs, "--output", layer, "--log-format", "quiet")).returncode
     truth = folder / "truth" / "trees.csv"
+    if code not in (0, 1, 2):  # stopped, no memory, a part is missing: that says nothing of the method
+        raise SystemExit(f"{folder.name}, {source}: ended with {code}; run again, finished plots are kept")
     if code:
         whole = pd.read_csv(truth)
         stems = whole[whole["in_plot"].astype(str).str.lower() == "true"].assign(error_cm=np.nan, qc_flag="refused")

@@ -72,3 +72,17 @@ def test_a_run_is_appended(tmp_path, monkeypatch):
     assert old == {"commit": "old"} and len(new["plots"]) == 8
     assert new["photos"]["all"]["stems"] == 16 and new["photos"]["all"]["measured"] == 8
     assert new["clouds"]["all"]["false"] == 8 and new["photos"]["ok"]["rmse_cm"] == 0.4
+
+
+def test_a_run_that_was_stopped_is_no_refusal(tmp_path, monkeypatch):
+    (tmp_path / "p" / "truth").mkdir(parents=True)
+    (tmp_path / "p" / "truth" / "trees.csv").write_text("tree_id,in_plot,dbh_cm\na,True,20\nb,False,30\n")
+    for code, counted in ((2, 1), (130, None)):
+        done = type("Done", (), {"returncode": code})
+        monkeypatch.setattr(blind.subprocess, "run", lambda *_, done=done, **__: done)
+        if counted is None:
+            with pytest.raises(SystemExit, match="ended with 130"):
+                blind.measured(tmp_path / "p", tmp_path, "photos")
+        else:
+            found = blind.measured(tmp_path / "p", tmp_path, "photos")
+            assert len(found["stems"]) == counted and found["refused"] == 2
