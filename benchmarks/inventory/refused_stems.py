@@ -9,8 +9,8 @@ stems where nothing stands. A refused stem reads right (error 7 %, as stated) in
 explanation was taken, 0.6 to 1.5 times the diameter, with 20 % as its standard error. Places without a stem read 6 to
 30 cm. One stem in twenty is dead, by its ``status``. Every measured DBH has an error of 0.6 cm, every plot a bias of
 0.2 cm (standard errors). The chance that a refused stem is a tree is that of one kept-back and one rendered plot (9 of
-12); it, the correlation of readings and their width were chosen with plots of seeds 700 to 739 and 2000 to 2199 in sight,
-which are not among those that are published.
+12); it, the correlation of readings and their width were chosen with plots of seeds 700 to 739 and 2000 to 2199 in
+sight, which are not among those that are published.
 """
 
 from __future__ import annotations

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Column:
+class FoundColumn:
     """A column of the table: its name there, the unit that the name says (empty: none)."""
 
     name: str
     unit: str
 
 
-def columns(table: Iterable[str], *keys: str) -> dict[str, Column]:
-    """Which of the wanted :data:`QUANTITIES` a table has, by names of columns (:func:`.tables.column_name`); of several
-    that would do the best name counts."""
+def columns(table: Iterable[str], *keys: str) -> dict[str, FoundColumn]:
+    """Which of the wanted :data:`.column_names.QUANTITIES` a table has, by names of columns
+    (:func:`.tables.column_name`); of several that would do the best name counts."""
     names = list(table)
     plain = {plain_name(name): name for name in reversed(names)}
     fia = FIA if FIA_MARKS & set(names) else {}
@@ -37,7 +37,7 @@ def columns(table: Iterable[str], *keys: str) -> dict[str, Column]:
         for spelt, unit in ([fia[key]] if key in fia else []) + spellings(key):
             # Beside "e" an "n" is a northing.
             if spelt in plain and not (spelt == "n" and key == "field_id" and "e" in plain):
-                found[key] = Column(plain[spelt], unit)
+                found[key] = FoundColumn(plain[spelt], unit)
                 break
     return found
 
@@ -45,7 +45,7 @@ def columns(table: Iterable[str], *keys: str) -> dict[str, Column]:
 def require(
     path: Path,
     table: pd.DataFrame,
-    found: Mapping[str, Column],
+    found: Mapping[str, FoundColumn],
     needed: Iterable[str | tuple[str, ...]],
     units: Mapping[str, str] | None = None,
     known: Iterable[str] = (),
@@ -97,7 +97,7 @@ def numbers(path: Path, table: pd.DataFrame, name: str, required: bool = False) 
 
 
 def measured(
-    path: Path, table: pd.DataFrame, key: str, column: Column | None, unit: str = "auto", option: str = ""
+    path: Path, table: pd.DataFrame, key: str, column: FoundColumn | None, unit: str = "auto", option: str = ""
 ) -> pd.Series:
     """A quantity in its first unit (:data:`.column_names.QUANTITIES`), NaN where empty; all NaN without a column.
 

@@ -10,7 +10,7 @@ import numpy as np
 import pyproj
 from scipy.spatial import cKDTree
 
-from .columns import Column, columns, line_of, measured, places, require
+from .columns import FoundColumn, columns, line_of, measured, places, require
 from .errors import InputError
 from .tables import read_table
 
@@ -54,7 +54,7 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
     return plots
 
 
-def plot_names(path: Path, table: pd.DataFrame, column: Column | None) -> list[str]:
+def plot_names(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> list[str]:
     """Ids of the plots; plots are numbered where a table has none.
 
     Raises:

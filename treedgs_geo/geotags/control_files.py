@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..core.columns import Column, columns, epsg_crs, line_of, numbers, refuse_bounds, require
+from ..core.columns import FoundColumn, columns, epsg_crs, line_of, numbers, refuse_bounds, require
 from ..core.errors import CRSError, InputError
 from ..core.tables import read_heading, read_table, refuse_other_formats
 from .tables import crs_of_line
@@ -118,7 +118,7 @@ def _of_csv(path: Path) -> tuple[pyproj.CRS | None, list[ControlRow]]:
     return _csv_crs(path, table, has.get("epsg"), geographic), rows
 
 
-def _csv_crs(path: Path, table: pd.DataFrame, column: Column | None, geographic: bool) -> pyproj.CRS | None:
+def _csv_crs(path: Path, table: pd.DataFrame, column: FoundColumn | None, geographic: bool) -> pyproj.CRS | None:
     """The CRS of a table: column ``epsg`` (one for all rows), WGS 84 degrees, or the project's."""
     codes = table[column.name].fillna("") if column is not None else pd.Series([""], [2])
     other = codes != codes.iloc[0]

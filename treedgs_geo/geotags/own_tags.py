@@ -136,6 +136,6 @@ def _note_overhead(photos: list[Photo], reporter: Reporter) -> None:
     if over:
         reporter.warn(
             f"{len(over)} of {len(photos)} photos have a gimbal roll near 180 degrees (tilted past straight down, as "
-            f"in smart oblique capture); whether their pictures are stored turned is not known before the block: look in "
-            f"its report whether they are placed ({shorten(over, 3)})."
+            f"in smart oblique capture); whether their pictures are stored turned is not known before the block: look "
+            f"in its report whether they are placed ({shorten(over, 3)})."
         )

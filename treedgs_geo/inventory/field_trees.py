@@ -10,7 +10,7 @@ import pandas as pd
 import pyproj
 
 from ..core.column_names import QUANTITIES
-from ..core.columns import Column, columns, epsg_crs, line_of, measured, numbers, refuse_bounds, require
+from ..core.columns import FoundColumn, columns, epsg_crs, line_of, measured, numbers, refuse_bounds, require
 from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plausible import refuse_odd_diameters, refuse_odd_heights
@@ -154,7 +154,7 @@ _TALLY = (
 )
 
 
-def _heights(path: Path, table: pd.DataFrame, column: Column | None, unit: str, dbh_cm: pd.Series) -> pd.Series:
+def _heights(path: Path, table: pd.DataFrame, column: FoundColumn | None, unit: str, dbh_cm: pd.Series) -> pd.Series:
     """Heights, m; NaN where there is none."""
     heights = measured(path, table, "height", column, unit, "--height-unit")
     # Nobody measures a height of 0: tables write it for "not measured".
@@ -166,7 +166,7 @@ def _heights(path: Path, table: pd.DataFrame, column: Column | None, unit: str, 
 
 
 def _degrees(
-    path: Path, table: pd.DataFrame, column: Column, found: pd.DataFrame, protocol: FieldProtocol
+    path: Path, table: pd.DataFrame, column: FoundColumn, found: pd.DataFrame, protocol: FieldProtocol
 ) -> pd.Series:
     """Bearings in degrees, by the unit that the option or the column's name says."""
     unit = (column.unit or "deg") if protocol.azimuth_unit == "auto" else protocol.azimuth_unit
@@ -189,7 +189,7 @@ def _degrees(
 
 
 def _horizontal_m(
-    path: Path, table: pd.DataFrame, has: dict[str, Column], found: pd.DataFrame, protocol: FieldProtocol
+    path: Path, table: pd.DataFrame, has: dict[str, FoundColumn], found: pd.DataFrame, protocol: FieldProtocol
 ) -> pd.Series:
     """Level distance to the pith, m."""
     column = has["distance"]
@@ -245,7 +245,7 @@ def dbh_in_cm(path: Path, table: pd.DataFrame, unit: str, option: str = "--dbh-u
     return read[0].fillna(read[1]).add(read[1].fillna(read[0])) / 2
 
 
-def _diameters(path: Path, table: pd.DataFrame, key: str, column: Column, unit: str, option: str) -> pd.Series:
+def _diameters(path: Path, table: pd.DataFrame, key: str, column: FoundColumn, unit: str, option: str) -> pd.Series:
     """One column of diameters, or girths, as diameters in cm."""
     asked = unit != "auto"
     unit = unit if asked else column.unit

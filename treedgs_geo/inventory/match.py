@@ -38,8 +38,8 @@ def match_plots(
 ) -> Matched:
     """Pair the trees of every plot.
 
-    field_trees: ``plot_id, field_id, x, y, dbh_cm`` as surveyed. measured: as from :func:`read_measured`, after
-    :func:`.reviewed.reviewed` where a person decided on trees.
+    field_trees: ``plot_id, field_id, x, y, dbh_cm`` as surveyed. measured: as from :func:`.measured.read_measured`,
+    after :func:`.reviewed.reviewed` where a person decided on trees.
     """
     locked = locked or Locked()
     result = Matched([], [], field_trees.copy(), measured.copy(), [], [])

@@ -37,7 +37,7 @@ def write_layers(
     readings: pd.DataFrame | None = None,
 ) -> None:
     """The layer asked for, and its copy in the workspace. searched, readings: what goes into both
-    (:func:`..inventory.searched.searched_table`, :func:`..inventory.readings.readings_table`)."""
+    (:func:`.inventory.searched.searched_table`, :func:`.inventory.readings.readings_table`)."""
     output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
     write_trees(output, trees, crs, reporter=reporter, sheets=sheets, searched=searched, readings=readings)
     if output.resolve() == copy.resolve():

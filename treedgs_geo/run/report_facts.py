@@ -40,7 +40,7 @@ def photo_facts(
 ) -> dict[str, str]:
     """Rows of the run card: flight, positions, their residuals, ground sample distance, area not seen.
 
-    sfm: report of the reconstruction; searched: :func:`..inventory.searched.searched_table`. A row whose figures they
+    sfm: report of the reconstruction; searched: :func:`.inventory.searched.searched_table`. A row whose figures they
     (or the workspace) lack is left out.
     """
     facts: dict[str, str] = {}

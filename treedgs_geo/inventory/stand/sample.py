@@ -15,7 +15,7 @@ from shapely import affinity, contains_xy
 from shapely.geometry import Point, box
 from shapely.geometry.base import BaseGeometry
 
-from ...core.columns import Column, columns, line_of, measured, places, require
+from ...core.columns import FoundColumn, columns, line_of, measured, places, require
 from ...core.errors import CRSError, InputError
 from ...core.plots import plot_names, refuse_same
 from ...core.tables import column_name, read_table, refuse_other_formats
@@ -253,7 +253,7 @@ def _plot(
     raise InputError(f"{where}: has no size; expected {wanted}.")
 
 
-def _slopes_deg(path: Path, table: pd.DataFrame, column: Column | None) -> np.ndarray:
+def _slopes_deg(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> np.ndarray:
     """(N,) slopes in degrees, above 0 either way."""
     slope = np.abs(measured(path, table, "slope", column))
     slope = np.degrees(np.arctan(slope / 100)) if column is not None and column.unit == "pct" else slope

@@ -26,7 +26,7 @@ def as_searched(
 ) -> tuple[list[SamplePlot], list[str], list[str]]:
     """``(plots, warnings, notes)``: each plot as its part in which stems were searched for, those without any left out.
 
-    searched: all ground that was (:func:`..searched.searched_area`), ``None`` where the tree layer does not say: its
+    searched: all ground that was (:func:`.searched.searched_area`), ``None`` where the tree layer does not say: its
     plots are then taken as searched all over, and a note says so. xy: (N, 2) its trees. name: of the layer, for the
     sentences.
 

@@ -1,4 +1,4 @@
-"""The compiled parts of :mod:`.stem`, :mod:`.bow` and :mod:`.ellipse`: bark about a cone, slices, an ellipse."""
+"""The compiled parts of the fits of stems to their bark: points about a cone, slices, an ellipse (:mod:`.ellipse`)."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def _bound(value: _Given) -> Bound | None:
     return Bound(setting=value) if isinstance(value, str) else Bound(float(value))
 
 
-#: The share at which :mod:`...pointcloud.sanity` warns is flagged too.
+#: The share at which :mod:`.pointcloud.sanity` warns is flagged too.
 _JUST_BELOW_TALL = math.nextafter(TALL_SHARE, 0.0)
 _TOO_LARGE = Limit("too_large", "dbh_cm", "diameter", "cm", *_above(None, "max_dbh_cm"), _OF_A_SETTING)
 

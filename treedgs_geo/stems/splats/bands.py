@@ -199,8 +199,8 @@ def cut_bands(
 def averaged_photos(
     views: Sequence[View], origins: Sequence[np.ndarray], load: Callable[[View], np.ndarray]
 ) -> tuple[Sequence[View], Callable[[View], np.ndarray]]:
-    """Photos much finer at the stems (``origins``: (3,) local) than :data:`.shrinking.FINEST_GSD_M` as a coarser sensor
-    would have taken them: their cameras, and how to read them. The others stay as they are."""
+    """Photos much finer at the stems (``origins``: (3,) local) than :data:`.downsampling.FINEST_GSD_M` as a coarser
+    sensor would have taken them: their cameras, and how to read them. The others stay as they are."""
     whole: dict[str, tuple[View, int]] = {}
     coarse = []
     for view in views:

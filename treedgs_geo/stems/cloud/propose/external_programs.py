@@ -65,7 +65,7 @@ def segment_external(
 ) -> ExternalLabels:
     """Run a segmenter on a cloud.
 
-    segmenter: one of :data:`SEGMENTERS`. command: its command line with ``{input}`` (folder with the
+    segmenter: one of ``SEGMENTERS``. command: its command line with ``{input}`` (folder with the
     cloud), ``{output}`` (folder for the result) and, if wanted, ``{name}``; no shell is involved. work: keep the files
     here (default: a temporary folder).
 

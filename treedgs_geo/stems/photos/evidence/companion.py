@@ -2,7 +2,7 @@
 
 Seen across the pair, the two are one silhouette as wide as both; seen along it, the stem alone. A single disc has to
 settle for one of them, and its edges then fit half of the photos only. The pair fits all of them. Its edge score is the
-same one as in :mod:`..fit.search`, with the left edge of whichever stands further left and the right edge of whichever
+same one as in :mod:`.fit.search`, with the left edge of whichever stands further left and the right edge of whichever
 stands further right; what it gains over the best single disc is the evidence for the second stem.
 Own method; what it gained on stems with and without a companion is in ``docs/evidence/photos.md``.
 """
@@ -110,7 +110,7 @@ def _pair_objective(data, p):
 
 @njit(inline="always", **_FAST)
 def pair_step(p, move, scale, trial):
-    """One move of :func:`..fit.pattern_search.pattern_search` from the pair ``p`` (10,), into ``trial``."""
+    """One move of :func:`.fit.pattern_search.pattern_search` from the pair ``p`` (10,), into ``trial``."""
     trial[:] = p
     angle = (move % 8) * np.pi / 4
     c, s = np.cos(angle), np.sin(angle)
@@ -181,7 +181,7 @@ class Pair:
     gain: float
 
     def mate_row(self, start: StemAxis) -> np.ndarray:
-        """(1, 10) of the companion, for :func:`..images.axis_patches.hide_known`."""
+        """(1, 10) of the companion, for :func:`.images.axis_patches.hide_known`."""
         p = self.vector[5:]
         axis = StemAxis(start.p + p[:2], start.s + p[2:4], np.zeros(2), start.ground_z, start.bh_m)
         return np.concatenate([axis.row, [p[4] + MASK_M, -0.0022]])[None]
@@ -261,7 +261,7 @@ def _data(search: Search, start: StemAxis) -> tuple:
 
 
 def pair_contrast(outline: Silhouette, vector: np.ndarray) -> float:
-    """Contrast of the common silhouette of a (10,) pair, as :meth:`..images.background.Silhouette.contrast` is for one
+    """Contrast of the common silhouette of a (10,) pair, as :meth:`.images.background.Silhouette.contrast` is for one
     disc."""
     return float(_contrast(outline, vector))
 

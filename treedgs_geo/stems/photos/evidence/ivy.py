@@ -1,4 +1,4 @@
-"""Stems under ivy: the network (:mod:`..network.inference`) looks at each fitted stem in the photos that show it best.
+"""Stems under ivy: the network (:mod:`.network.inference`) looks at each fitted stem in the photos that show it best.
 
 Edges and silhouettes take a column of ivy for a stem that is 10 to 16 cm thicker. Only pieces of the photos about
 breast height are looked at, so that this costs seconds.

@@ -4,7 +4,7 @@ Where other stems line up, before or behind a place, their edges make a stem the
 sides are enough, and silhouettes say the same, since something does hide the ground there. What such a stem cannot do
 is hide the ground from all the others. How often a photo merely lacks a stem says little (leaves hide it); how often
 the very ground behind is seen through it says nearly all. Colour alone does not tell ground from dry twigs: the pattern
-of the ground behind (:mod:`..images.background`) has to come again, as the correlation of the photo with it inside the
+of the ground behind (:mod:`.images.background`) has to come again, as the correlation of the photo with it inside the
 outline. Figures: ``docs/evidence/photos.md``.
 """
 

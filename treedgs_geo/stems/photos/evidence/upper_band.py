@@ -31,7 +31,7 @@ def reading_above(
 ) -> float:
     """By how much the edges above make the diameter at breast height thicker, cm; NaN where too few are found.
 
-    offset_sd_px, windows_px: as for :func:`..fit.edge_adjustment.refine`.
+    offset_sd_px, windows_px: as for :func:`.fit.edge_adjustment.refine`.
     """
     looked = replace(sighting, seen=np.maximum(sighting.seen, SEEN_AT_LEAST), skip=None)
     found = refine(stack, fine.axis, fine.r0, fine.r1, looked, ABOVE.fine, offset_sd_px, windows_px, oval=True)

@@ -50,7 +50,7 @@ class FineFit:
 @dataclass(frozen=True)
 class Sighting:
     """What is known of a stem's photos. seen: (V,) probability that a view sees it. known: other stems
-    (:func:`..images.axis_patches.hide_known`). skip: (V, 2) bool, left and right sides that are not its own edge."""
+    (:func:`.images.axis_patches.hide_known`). skip: (V, 2) bool, left and right sides that are not its own edge."""
 
     seen: np.ndarray
     known: np.ndarray

@@ -38,7 +38,7 @@ def coarse_strips(
     band: tuple[float, float] = BREAST.coarse,
 ) -> tuple:
     """Strips along an axis, their ridges, and where light and shade part on a stem (:func:`.search.terminators`). sun:
-    (flights,) azimuth, rad from east, NaN = unknown. known: as for :func:`..images.axis_patches.hide_known`. band:
+    (flights,) azimuth, rad from east, NaN = unknown. known: as for :func:`.images.axis_patches.hide_known`. band:
     heights above the ground, m."""
     reach = options.max_dbh_cm / 200 + 0.37
     strips = cut_strips(stack, axis, StripLayout(*band, 0.28, 0.04, reach, 0.01, sigma_px=1.0, linear=False))

@@ -25,11 +25,11 @@ class PhotoFit:
     probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem;
-    twins, twins_share: two full stems inside this one (:class:`..evidence.double_stem.Twins`).
+    twins, twins_share: two full stems inside this one (:class:`.evidence.double_stem.Twins`).
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations
-    (:mod:`..evidence.diameter_uncertainty`), NaN elsewhere. carried: measured above breast height
-    (:mod:`..upper_stem`). oval: of the section, metres (:class:`.edge_adjustment.FineFit`). soft_cm: what the softness
-    of the photos adds to se_cm (:mod:`..images.sharpness`). photos: names of the V photos looked at.
+    (:mod:`.evidence.diameter_uncertainty`), NaN elsewhere. carried: measured above breast height
+    (:mod:`.upper_stem`). oval: of the section, metres (:class:`.edge_adjustment.FineFit`). soft_cm: what the softness
+    of the photos adds to se_cm (:mod:`.images.sharpness`). photos: names of the V photos looked at.
     """
 
     axis: StemAxis
@@ -69,7 +69,7 @@ class PhotoFit:
 
     @property
     def row(self) -> np.ndarray:
-        """(10,) for :func:`..images.axis_patches.hide_known`."""
+        """(10,) for :func:`.images.axis_patches.hide_known`."""
         return np.concatenate([self.axis.row, [self.r0, self.r1]])
 
     @property

@@ -1,4 +1,4 @@
-"""Compiled parts of the search over edge pairs (:mod:`.search`): scores, the mixture over photos, the polish."""
+"""Compiled parts of the search over edge pairs (:mod:`.fit.search`): scores, the mixture over photos, the polish."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Edges(NamedTuple):
     """Edges in V views, B blocks and U places, as the kernels take them.
 
     ridge: (V, B, U) float32, how clear; unit: (V, B, U, 3) float32, their colour direction; filled: (V, B) bool, which
-    blocks show anything. q, widen, normal: as :class:`..images.axis_patches.Strips` has them. terminator: (V,) border
+    blocks show anything. q, widen, normal: as :class:`.images.axis_patches.Strips` has them. terminator: (V,) border
     of light and shade (:func:`.search.terminators`). u0, du: first place and step, m. taper: change of a disc's radius
     with height, m/m.
     """

@@ -35,7 +35,7 @@ class Explanation:
 
     z: (V,) how clearly each photo sees it. evidence, rms_px: sub-pixel evidence and edge residual over the photos that
     see a stem here under any explanation: each is judged by the same photos, also by those that speak against it.
-    mate: (1, 10) a companion that touches it (:mod:`..evidence.companion`), if there is one; skip: (V, 2) sides where
+    mate: (1, 10) a companion that touches it (:mod:`.evidence.companion`), if there is one; skip: (V, 2) sides where
     the companion stands in the way of its edges.
     """
 
@@ -74,7 +74,7 @@ def log_odds(tried: list[Explanation], trust: float, chance: float, network: boo
 
     Edges alone mistake the lit half of a stem for the stem, silhouettes alone a bush beside it for a part of it.
     trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach. network: the
-    silhouettes are also those of the network (:mod:`..network.silhouettes`).
+    silhouettes are also those of the network (:mod:`.network.silhouettes`).
     """
     return witnesses(tried, trust, chance) @ (NETWORK_ODDS if network else PLAIN_ODDS)
 

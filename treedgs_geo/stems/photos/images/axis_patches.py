@@ -39,7 +39,7 @@ def project(cam, x, y, z):
         return -1e6, -1e6, c
     u, v = _lens(cam, a / c, b / c)
     if cam[ROW_X] != 0.0 or cam[ROW_Y] != 0.0 or cam[ROW_Z] != 0.0:
-        # The row says where the camera stood, and that the row: see :meth:`..View.project`.
+        # The row says where the camera stood, and that the row: see :meth:`.View.project`.
         x, y, z = a, b, c
         for _ in range(3):
             rows = v - cam[ROW_0]

@@ -177,7 +177,7 @@ def load_stack(
     top_m: float = 6.0,
 ) -> PhotoStack:
     """Read the crops that cover the area from the ground to ``top_m``. Unreadable photos are reported and left out;
-    pixels much finer than :data:`..shrinking.FINEST_GSD_M` are averaged.
+    pixels much finer than :data:`.downsampling.FINEST_GSD_M` are averaged.
 
     Raises:
         InputError: a photo whose size differs from its camera's.

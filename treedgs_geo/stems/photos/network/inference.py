@@ -1,6 +1,6 @@
 """What each pixel of a photo shows, by a small network: stem, foliage, other wood, ivy on a stem or ground.
 
-The network sees photos as plumb maps (:mod:`..images.vertical_rectification`): every vertical line is a column, so
+The network sees photos as plumb maps (:mod:`.images.vertical_rectification`): every vertical line is a column, so
 that a stem stands upright wherever the camera was. It was trained on simulated photos only; how, and what it brings,
 is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is needed.
 """

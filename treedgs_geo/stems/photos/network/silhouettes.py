@@ -52,7 +52,7 @@ def _odds(maps, v, column, flat, z):
 
 @njit(parallel=True, **_FAST)
 def _cut(maps, axis, heights, us, outline):
-    """Fill ``outline`` (a :class:`..images.background.Silhouette`) with the log odds of "no stem"."""
+    """Fill ``outline`` (a :class:`.images.background.Silhouette`) with the log odds of "no stem"."""
     total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
     per_block = heights.size // total.shape[1]
     for v in prange(maps.centre.shape[0]):
@@ -87,7 +87,7 @@ def _cut(maps, axis, heights, us, outline):
 
 def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
     """How little stem the network sees around an axis, in every photo: as a silhouette, so that contrast and peaks are
-    those of the ground's (:mod:`..images.background`). band: heights above the ground, metres."""
+    those of the ground's (:mod:`.images.background`). band: heights above the ground, metres."""
     outline, heights, places = blank(len(maps.centre), axis, band)
     _cut(maps, axis.row, heights, places, outline)
     return outline

@@ -1,4 +1,4 @@
-"""Seeds of stems where the network (:mod:`..network.inference`) sees them: its log odds added up along leaning lines.
+"""Seeds of stems where the network (:mod:`.network.inference`) sees them: its log odds added up along leaning lines.
 
 As in the search for edges (:mod:`.edge_voting`), decoys - each photo moved by a random offset - show how high chance
 reaches.

@@ -1,6 +1,6 @@
 """Stems that the search for upright edges missed: what stands where no photo sees the ground through.
 
-Each photo says of every place on the ground whether it sees it (:mod:`..images.background`). A point in the air
+Each photo says of every place on the ground whether it sees it (:mod:`.images.background`). A point in the air
 through which some photos see the ground is empty; a point in a stem, however it leans, shows ground to none. So the
 ground's log likelihood ratio, carried along the viewing rays, is summed over the photos on a grid of points in layers;
 what is lower than its surroundings is added up along straight, leaning lines. The strongest lines are moved to where
