@@ -36,9 +36,9 @@ def cloud(tmp_path_factory) -> Path:
     [
         ("a,500000,3700000,8,inf", "epsg 'inf' is unknown", CRSError),
         ("a,500000,3700000,8,1e400", "epsg '1e400' is unknown", CRSError),
-        ("a,nan,3700000,8,", "is not a number", InputError),
-        ("a,inf,3700000,8,", "is not a number", InputError),
-        ("a,500000,3700000,inf,", "radius_m is inf", InputError),
+        ("a,nan,3700000,8,", "only one of easting and northing", InputError),
+        ("a,inf,3700000,8,", "easting is 'inf', expected a number", InputError),
+        ("a,500000,3700000,inf,", "radius_m is 'inf', expected a number", InputError),
         ("a,9e99,3700000,8,32615", "has no place in", InputError),
         ("a,500000,3700000,8," + "6" * 140_000, "field larger than field limit", InputError),
     ],
@@ -53,7 +53,7 @@ def test_a_plots_table_with_odd_values(tmp_path, row, words, kind):
 def test_a_position_table_with_an_endless_cell(tmp_path):
     endless = tmp_path / "positions.csv"
     endless.write_text("name,lat,lon,h\nDJI_0001.JPG,33,-91," + "1" * 140_000 + "\n")
-    with pytest.raises(GeotagError, match=r"positions\.csv: is not CSV .*save the table again"):
+    with pytest.raises(GeotagError, match=r"positions\.csv, line 2: is not CSV .*save the table again"):
         read_position_table(endless, UTM)
     (tmp_path / "notes.txt").write_text("a," + "b" * 140_000)
     assert not is_position_table(tmp_path / "notes.txt")

@@ -17,6 +17,7 @@ from treedgs_geo.inventory.stand.sample import at_the_edge, census, read_sample,
 from treedgs_geo.inventory.stand.survey import make_stand
 from treedgs_geo.inventory.stand.treelist import COLUMNS, TreeList
 from treedgs_geo.inventory.stand.units import ACRE_HA, UNITS, make_classes
+from treedgs_geo.inventory.stand.unmeasured import NOTHING_KNOWN
 from treedgs_geo.inventory.stand.values import ValueOptions
 
 UTM = pyproj.CRS.from_epsg(26917)
@@ -128,7 +129,11 @@ def test_everything_at_once_against_a_plain_loop(tmp_path):
     small = np.quantile(counting, 0.05)
 
     def chance(t):
-        return float(np.clip((t["height_m"] / small - 0.7) / 0.3, 0, 1)) if t["qc_reason"] != "too_small" else 0.0
+        return (
+            min(float(np.clip((t["height_m"] / small - 0.7) / 0.3, 0, 1)), NOTHING_KNOWN)
+            if t["qc_reason"] != "too_small"
+            else 0.0
+        )
 
     for x, y, r in centres:
         area += np.pi * r * r / 1e4

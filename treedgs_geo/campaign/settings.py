@@ -84,7 +84,7 @@ class CampaignSettings:
         kind="output_folder",
         help="folder for the campaign; a second start does what is missing",
         holds=(PLAN, CAMPAIGN, TREES, STATUS, TABLE, REPORT),
-        known_by=CAMPAIGN,
+        known_by=PLAN,
     )
     output: Path | None = param(
         None,

@@ -119,9 +119,9 @@ def pair_photos(photos: list[Photo], marks: Marks) -> Pairing:
         first, last = (describe_utc(t)[:-4] for t in (times.min(), times.max())) if len(times) else ("unknown",) * 2
         raise GeotagError(
             f"{marks.path}: its {len(marks.index)} exposures ({describe_utc(sorted_seen.mark_s[0])} to "
-            f"{describe_utc(sorted_seen.mark_s[-1])}) do not belong to the {len(photos)} photos (camera clock {first} "
-            f"to {last}): times and places agree without doubt for {paired.mean():.0%} of them; give the MRK of this "
-            "flight, or positions by photo name (CSV)."
+            f"{describe_utc(sorted_seen.mark_s[-1])}) belong to other photos than these {len(photos)} (camera clock "
+            f"{first} to {last}): times and places agree without doubt for {paired.mean():.0%} of them; give the MRK "
+            "of this flight, or positions by photo name (CSV)."
         )
     if not paired.all():
         rows = _with_another_clock(sorted_seen, rows, shared)

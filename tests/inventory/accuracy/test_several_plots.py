@@ -81,7 +81,7 @@ def test_tables_that_cannot_be_used_are_refused(table, tmp_path):
     good = table.read_text().splitlines()
     for lines, match in (
         ([good[0]], "holds no row"),
-        ([good[0].replace("lidar", "laser"), good[1]], "'laser' found"),
+        ([good[0].replace("lidar", "laser"), good[1]], "columns laser found"),
         ([*good[:2], good[1]], "'north' is in two rows"),
         ([good[0], good[1].replace("north.gpkg", "gone.gpkg")], "line 2: trees gone.gpkg is not there"),
         ([good[0], "north,north.gpkg,,"], "line 2: give either pairs"),

@@ -142,9 +142,9 @@ def test_seeds_end_to_end(tmp_path, capsys):
 @pytest.mark.parametrize(
     "rows, header, sentence",
     [
-        ([(1, 2)], "tree_id,azimuth", "expected x and y"),
-        ([], "tree_id,x,y", "holds no stem"),
-        ([(1, 2, "?")], "tree_id,x,y", "line 2 has no position"),
+        ([(1, 2)], "tree_id,azimuth", "lacks the easting"),
+        ([], "tree_id,x,y", "holds no row"),
+        ([(1, 2, "?")], "tree_id,x,y", "line 2: y is '\\?'"),
         ([(1, 2, 3), (1, 5, 6)], "tree_id,x,y", "more than once"),
     ],
 )

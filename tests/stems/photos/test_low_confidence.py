@@ -12,7 +12,7 @@ from clear_fit import clear_photo_fit
 from benchmarks.rendered import plot_inputs
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.stems.photos.evidence.diameter_uncertainty import UNSURE_SE
-from treedgs_geo.stems.photos.low_confidence import HOPELESS, _wider, may_be_settled, settled_by_network
+from treedgs_geo.stems.photos.low_confidence import HOPELESS, may_be_settled, settled_by_network, with_unclear_edges
 from treedgs_geo.stems.photos.network.inference import network_maps
 from treedgs_geo.stems.photos.network.pieces import About, of_all_photos, piece_odds, piece_of
 from treedgs_geo.stems.photos.network.silhouettes import cut_bark
@@ -94,10 +94,12 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
 
 def test_an_error_that_is_too_wide_then_is_flagged():
     narrow, wide = clear_photo_fit(0.0, 30.0, se_cm=0.9), clear_photo_fit(0.0, 30.0, se_cm=1.1)
-    assert _wider(narrow).flag == "ok" and _wider(narrow).se_cm == pytest.approx(0.9 * UNSURE_SE)
-    assert (_wider(wide).flag, _wider(wide).reasons) == ("check", ("wide_error",))
+    assert with_unclear_edges(narrow).flag == "ok" and with_unclear_edges(narrow).se_cm == pytest.approx(
+        0.9 * UNSURE_SE
+    )
+    assert (with_unclear_edges(wide).flag, with_unclear_edges(wide).reasons) == ("check", ("wide_error",))
     unsure = clear_photo_fit(0.0, 30.0, flag="check", reasons=("ambiguous",))
-    assert _wider(unsure) is unsure
+    assert with_unclear_edges(unsure) is unsure
 
 
 def test_what_no_look_at_the_same_photos_can_settle_is_left_alone():

@@ -174,11 +174,11 @@ def test_seed_tables(tmp_path):
     layer.to_file(tmp_path / "a.gpkg")
     np.testing.assert_allclose(read_seeds(tmp_path / "a.gpkg", FRAME), [[1, -1]], atol=1e-3)
     for text, message in (
-        ("x,z\n1,2\n", "expected x, y"),
-        ("x,y\n1,b\n", "not a number"),
-        ("x,y\n", "no stem position"),
+        ("x,z\n1,2\n", "lacks the northing"),
+        ("x,y\n1,b\n", "expected a number"),
+        ("x,y\n", "holds no row"),
         ("x,y\n1,2\n", "km from the photos"),
-        ("x,y\nnan,2\n", "not numbers"),
+        ("x,y\nnan,2\n", "only one of|expected a number"),
     ):
         path.write_text(text)
         with pytest.raises(InputError, match=message):
