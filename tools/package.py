@@ -266,8 +266,6 @@ def main() -> int:
     archive: Path | None = None
     try:
         general = check_metadata(chosen.release)
-        if chosen.release:
-            check_figures()
         version = general["version"]
         files = chosen_files()
         check_files(files)
@@ -277,6 +275,8 @@ def main() -> int:
         print(f"{archive}: {len(files)} files, {archive.stat().st_size / 1e6:.2f} MB")
         if chosen.no_scan:
             check_addresses(general, chosen.release)
+            if chosen.release:
+                check_figures()
             return 0
         python = tools_python(ROOT / ".setup" / "release")
         scan(archive, python)
@@ -296,6 +296,8 @@ def main() -> int:
         check_wheel(max(chosen.output.glob("*.whl"), key=lambda path: path.stat().st_mtime), files)
         # Last: what else there is to correct is known by then.
         check_addresses(general, chosen.release)
+        if chosen.release:
+            check_figures()
     except PackageError as problem:
         if archive is not None and chosen.release:
             archive.unlink(missing_ok=True)  # nobody may upload what was refused

@@ -141,7 +141,7 @@ def test_a_model_whose_second_step_is_refused_leaves_no_empty_folder(qgis, tmp_p
         "measure:Trees": tmp_path / "trees.gpkg",
         "table:Tables": tmp_path / "stand",
     }
-    refused(qgis.run("cloudtostandtable", None, **values), "no plot is left to count. Plot bare")
+    refused(qgis.run("cloudtostandtable", None, **values), "No tree with a DBH stands in the plots (1)")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["cloud.laz", "plots.csv", "trees.gpkg"]
 
 
@@ -236,7 +236,7 @@ print("ORDER", [node.name() for node in QgsProject.instance().layerTreeRoot().fi
     )
     assert "NAMES ['Stem circles', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
     assert "['categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
-    assert "HEIGHTS 9 True True" in done.stdout, done.stdout + done.stderr
+    assert "HEIGHTS 17 True True" in done.stdout, done.stdout + done.stderr
     assert "ORDER ['Trees', 'Stem circles', 'Stem sections']" in done.stdout, "the trees' colours are hidden"
 
 

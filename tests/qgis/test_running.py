@@ -131,7 +131,7 @@ def test_a_missing_engine_is_one_sentence(qgis, photos, tmp_path):
 def test_the_engines_sentence_arrives(qgis, fake_engine):
     python = fake_engine("say(t='error', message='IMG_1.JPG has no position; give --geotags.'); sys.exit(2)")
     done = qgis.run("checkengine", {"TREEDGS_PYTHON": python})
-    refused(done, "IMG_1.JPG has no position; give --geotags.")
+    refused(done, "IMG_1.JPG has no position; give GEOTAGS (")
 
 
 def test_the_engine_is_checked(qgis):
