@@ -12,6 +12,7 @@ import importlib.metadata
 import io
 import json
 import resource
+import sys
 import time
 
 import dendromatics as dm
@@ -19,6 +20,7 @@ import numpy as np
 
 
 def main() -> None:
+    assert sys.platform != "win32"  # which tells no peak of memory
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cloud")
     parser.add_argument("out")

@@ -12,6 +12,7 @@ import contextlib
 import importlib
 import json
 import resource
+import sys
 import time
 from pathlib import Path
 
@@ -61,6 +62,7 @@ def measure(xyz: np.ndarray, code, options) -> dict:
 
 def main() -> None:
     """Measure all."""
+    assert sys.platform != "win32"  # which tells no peak of memory
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("out", type=Path)

@@ -9,6 +9,7 @@ import argparse
 import importlib.metadata
 import json
 import resource
+import sys
 import time
 
 import numpy as np
@@ -18,6 +19,7 @@ PRESETS = {"tls": TreeXPresetTLS, "uls": TreeXPresetULS}
 
 
 def main() -> None:
+    assert sys.platform != "win32"  # which tells no peak of memory
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cloud")
     parser.add_argument("out")
