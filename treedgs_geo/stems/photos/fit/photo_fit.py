@@ -15,51 +15,63 @@ from .search_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 
 @dataclass(frozen=True)
 class PhotoFit:
-    """A stem as the photos show it, local frame.
+    """A stem as the photos show it, local frame."""
 
-    axis: stem axis, ``axis.p`` at breast height. r0, r1: radius at breast height (m) and its slope (m/m).
-    dbh_cm, se_cm: diameter and its standard error given that the right edges were found. flag: ok, check or reject;
-    reasons: keys of ``trees.reasons.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
-    gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
-    arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
-    probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
-    probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
-    foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem;
-    twins, twins_share: two full stems inside this one (:class:`.evidence.double_stem.Twins`).
-    lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations
-    (:mod:`.evidence.diameter_uncertainty`), NaN elsewhere. carried: measured above breast height
-    (:mod:`.upper_stem`). oval: of the section, metres (:class:`.edge_adjustment.FineFit`). soft_cm: what the softness
-    of the photos adds to se_cm (:mod:`.images.sharpness`). photos: names of the V photos looked at.
-    """
-
+    #: Stem axis; ``axis.p`` is at breast height.
     axis: StemAxis
+    #: Radius at breast height, m.
     r0: float
+    #: Slope of the radius, m/m.
     r1: float
+    #: Diameter at breast height, cm.
     dbh_cm: float
+    #: Its standard error, cm, given that the right edges were found.
     se_cm: float
     flag: Flag
+    #: Keys of :data:`treedgs_geo.stems.quality.reasons.REASONS`.
     reasons: tuple[str, ...]
+    #: Score of the detection.
     seed_score: float
+    #: Log likelihood ratio of the fit against chance.
     llr: float
+    #: Lead of ``llr`` over the next different explanation.
     gap: float
+    #: Photos that see it clearly.
     n_views: int
+    #: Effective number of photos (Kish).
     kish: float
+    #: Spread of their azimuths, degrees.
     arc_deg: float
+    #: Edge residual, px.
     rms_px: float
+    #: Diameter of the coarse stage, cm.
     polish_cm: float
+    #: (V,) probability that each photo sees it.
     seen: np.ndarray = field(repr=False)
+    #: Contrast of the silhouette, in units of what chance reaches.
     contrast: float = np.nan
+    #: How probable this diameter is among the explanations tried.
     sure: float = np.nan
+    #: Diameter of the silhouette alone, cm.
     outline_cm: float = np.nan
+    #: Ground on the uphill side of the foot, local m.
     foot_z: float = np.nan
+    #: Gain of "another stem touches it" over one stem, log likelihood.
     gain: float = 0.0
+    #: Two full stems inside this one: gain and share (:class:`.evidence.double_stem.Twins`).
     twins: float = np.nan
     twins_share: float = np.nan
+    #: 90 % interval, cm, where ``se_cm`` is that of several explanations
+    #: (:mod:`.evidence.diameter_uncertainty`); NaN elsewhere.
     lo_cm: float = np.nan
     hi_cm: float = np.nan
+    #: Measured above breast height (:mod:`.upper_stem`).
     carried: bool = False
+    #: Oval of the section, m (:class:`.edge_adjustment.FineFit`).
     oval: tuple[float, float] = (0.0, 0.0)
+    #: What the softness of the photos adds to ``se_cm``, cm (:mod:`.images.sharpness`).
     soft_cm: float = 0.0
+    #: Names of the V photos looked at.
     photos: tuple[str, ...] = field(default=(), repr=False)
 
     @property
