@@ -100,7 +100,7 @@ def test_renamed_photos_pair_by_time(tmp_path: Path) -> None:
 
 def test_refusals(tmp_path: Path) -> None:
     folder, other = needs_shared("plot_a"), needs_shared("plot_e")
-    with pytest.raises(GeotagError, match="do not belong"):
+    with pytest.raises(GeotagError, match="belong to other photos"):
         read_stations(folder / "images", other, "EPSG:6344", check_photos=False)
     with pytest.raises(CRSError, match="EPSG:32615"):
         read_stations(folder / "images", folder, "EPSG:4326", check_photos=False)
