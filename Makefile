@@ -34,7 +34,7 @@ parameters: setup  ## after a verb's settings, a pinned range, a quality limit o
 	@/usr/bin/python3 tools/write_models.py
 
 figures: setup  ## the figures of README and docs, from docs/results
-	@$(PYTHON) -m benchmarks.figures
+	@$(PYTHON) -m treedgs_lab.benchmarks.figures
 
 styles: setup  ## the layers' styles, with PyQGIS
 	@/usr/bin/python3 tools/write_styles.py

@@ -20,9 +20,9 @@ from child_processes import words_of
 from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
-from benchmarks.campaign.support import differences, may_make_hosts, two_hosts
 from treedgs_geo.campaign.engine_process import THREADS
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_lab.benchmarks.campaign.support import differences, may_make_hosts, two_hosts
 
 
 def rows_for(clouds: Path, count: int = 6) -> list[dict]:

@@ -8,8 +8,8 @@ import subprocess
 
 import pytest
 
-from benchmarks import figures
-from benchmarks.chain import install_matrix, qgis_versions, wheels
+from tools import install_matrix, qgis_versions, wheels
+from treedgs_lab.benchmarks import figures
 
 EVIDENCE = sorted((figures.ROOT / "docs" / "evidence").glob("*.md"))
 LEADING = [figures.ROOT / "README.md", figures.ROOT / "docs" / "index.md", *EVIDENCE]
@@ -43,7 +43,9 @@ def visible(text: str) -> str:
 @pytest.mark.parametrize("page", figures.pages(), ids=lambda page: page.stem)
 def test_figures_are_those_of_their_files(page):
     text = page.read_text(encoding="utf-8")
-    assert figures.without_age(figures.filled(text)) == figures.without_age(text), "run: python -m benchmarks.figures"
+    assert figures.without_age(figures.filled(text)) == figures.without_age(text), (
+        "run: python -m treedgs_lab.benchmarks.figures"
+    )
 
 
 @pytest.mark.parametrize("page", LEADING, ids=lambda page: page.stem)
@@ -113,11 +115,11 @@ def test_a_changed_file_changes_the_page_and_a_wrong_page_is_seen(tmp_path, monk
 
 
 def test_age_follows_the_imports_of_the_command():
-    own = figures.sources("python -m benchmarks.inventory.pairing --plots 500")
+    own = figures.sources("python -m treedgs_lab.benchmarks.inventory.pairing --plots 500")
     assert any(path.startswith("treedgs_geo/inventory/") for path in own)
     assert not any(path.startswith("treedgs_geo/stems/splats/") for path in own)
     # A command that runs verbs as processes depends on all of the library.
-    whole = figures.sources("python -m benchmarks.photos.photos_to_dbh plot_a")
+    whole = figures.sources("python -m treedgs_lab.benchmarks.photos.photos_to_dbh plot_a")
     assert any(path.startswith("treedgs_geo/stems/splats/") for path in whole)
 
 

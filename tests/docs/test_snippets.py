@@ -108,7 +108,7 @@ def test_commands_on_the_page_are_understood(page):
 
 
 def test_an_experiment_on_a_page_says_how_it_is_called():
-    used = {m for page in PAGES for m in re.findall(r"python -m (benchmarks[\w.]+)", page.read_text(encoding="utf-8"))}
+    used = {m for page in PAGES for m in re.findall(r"python -m (treedgs_lab[\w.]+)", page.read_text(encoding="utf-8"))}
     assert len(used) > 5
     for module in sorted(used):
         path = ROOT.joinpath(*module.split("."))

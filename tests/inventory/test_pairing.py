@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.inventory import pairing
 from treedgs_geo.inventory.pairing import PairingOptions, assign, fit_rigid, move, register
+from treedgs_lab.benchmarks.inventory import pairing
 
 
 def test_move_turns_as_bearings_do():

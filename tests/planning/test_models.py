@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.planning import curves as curve_fit
 from treedgs_geo.core.costs import CostModel
 from treedgs_geo.planning.budget import budget_of
 from treedgs_geo.planning.choose import judged, stems_of
@@ -19,6 +18,7 @@ from treedgs_geo.planning.stand import CELL_M, Scene, StandNumbers, about_plot, 
 from treedgs_geo.planning.sun import sun_day
 from treedgs_geo.planning.views import ViewModel, framed_views, shown_share
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_lab.benchmarks.planning import curves as curve_fit
 
 NUMBERS = StandNumbers(700, 27, 6, 20, 10, 2.5)
 MODEL = ViewModel(0.6, 1.0, 2.0, 0.0)

@@ -1,7 +1,8 @@
 """What a plot costs: seconds, memory and disk from its photos, megapixels or points, fitted to finished runs.
 
 Linear with coefficients that cannot be negative, fitted to relative errors, so that small plots count as much as large
-ones. The shipped figures are from ``benchmarks/campaign/costs.py``; a campaign refits them from its own runs.
+ones. The shipped figures are from ``treedgs_lab/benchmarks/campaign/costs.py``; a campaign refits them from its own
+runs.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _CELL_M = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class PairingOptions:
-    """Limits of the search, tuned on simulated plots (seeds 1000 to 3999; ``benchmarks/inventory/pairing.py``: others).
+    """Limits of the search, tuned on simulated plots (seeds 1000 to 3999).
 
     Of the library only: min_ratio: the best placing must score this many times the next best, and min_share: this share
     of the trees must find a partner within 1 m, else the plot is left to a person. min_margin: a pair must be

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks import blind
+from treedgs_lab.benchmarks import blind
 
 
 def stems(*errors, flag="ok", inside=True):

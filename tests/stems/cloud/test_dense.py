@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from synthetic_cloud import stem_points
 
-from benchmarks.clouds.mobile_clouds import MobileScan, ground, mobile_cloud, stem
 from treedgs_geo.pointcloud.cloud import PointCloud, thin_crowded
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.cloud.propose.segment import find_stems
 from treedgs_geo.terrain.ground import dtm_from_cloud
+from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, ground, mobile_cloud, stem
 
 
 def nearest(trees, place):

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.rendered import plot_inputs
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run.second_measurement import stems_to_measure_again
 from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, with_cover
@@ -16,6 +15,7 @@ from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import certain_stems, stems_from_photos
+from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from clear_fit import clear_photo_fit
 
-from benchmarks.rendered import plot_inputs
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.stems.photos.evidence.diameter_uncertainty import UNSURE_SE
 from treedgs_geo.stems.photos.low_confidence import HOPELESS, may_be_settled, settled_by_network, with_unclear_edges
@@ -19,6 +18,7 @@ from treedgs_geo.stems.photos.network.silhouettes import cut_bark
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import grids_of, photos_of, search_photos
 from treedgs_geo.stems.photos.tiles import split
+from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 

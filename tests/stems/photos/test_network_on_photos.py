@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from training.scenes import maps_of
 from treedgs_geo.stems.photos.network.inference import class_odds, network_scores, normalised
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
+from treedgs_lab.training.scenes import maps_of
 
 
 def test_stems_are_told_from_the_rest(tmp_path):

@@ -7,10 +7,10 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from training.network import StemNet, pack, start_from  # noqa: E402
-from training.train import HELD_OUT, Scenes, batch, loss_of, shares  # noqa: E402
 from treedgs_geo.core.files import read_json  # noqa: E402
 from treedgs_geo.stems.photos.network.inference import CLASSES, STEM, WEIGHTS, network_scores  # noqa: E402
+from treedgs_lab.training.network import StemNet, pack, start_from  # noqa: E402
+from treedgs_lab.training.train import HELD_OUT, Scenes, batch, loss_of, shares  # noqa: E402
 
 
 def painted(seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -20,14 +20,14 @@ ROUNDNESS = 0.02
 FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
 #: Error of terrestrial scans that the spread of the points about the bark shows, share of it on the diameter: where
 #: walks with a mobile scanner drift, the walls of a stem do not lie where the stem is, however many points show them
-#: (even seeds of ``benchmarks/clouds/dense_clouds.py``).
+#: (even seeds of ``treedgs_lab/benchmarks/clouds/dense_clouds.py``).
 DRIFT_SHARE = 0.25
 #: The same of half rings, share of the shape's error on top of it, below this arc.
 HALF_RING, HALF_RING_DEG = 0.75, 200.0
-#: What of each part counts in the error of drone LiDAR (``benchmarks/clouds/interval_coverage.py``): the fit at the
-#: noise the points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie outside
-#: the bark), a share of the diameter, and a floor, cm: flight lines are off by a centimetre each, one side of the bark
-#: against the other, which the spread of the points hardly shows.
+#: What of each part counts in the error of drone LiDAR (``treedgs_lab/benchmarks/clouds/interval_coverage.py``): the
+#: fit at the noise the points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie
+#: outside the bark), a share of the diameter, and a floor, cm: flight lines are off by a centimetre each, one side of
+#: the bark against the other, which the spread of the points hardly shows.
 ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_NOISE, ULS_SHARE, ULS_FLOOR_CM = 1.0, 0.5, 0.25, 0.2, 0.004, 0.8
 #: An arc below this does not show the shape, degrees.
 SHAPE_SEEN_DEG = 270.0

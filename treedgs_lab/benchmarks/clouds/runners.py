@@ -1,0 +1,65 @@
+"""TreeDGS (as it stands or a former version) and dendromatics on the same clouds, each in a process of its own."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from treedgs_lab.benchmarks.records import ROOT
+
+HERE = Path(__file__).parent
+#: A measured tree this close to a true stem or a reference circle is it, m.
+MATCH_M = 0.3
+#: Real terrestrial clouds of the shared data -> reference circles in a thin slab (a cross-check, not truth).
+REAL: dict[str, str | None] = {
+    "lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.csv",
+    "lidar_treeiso/LPine1_demo.laz": "lidar_treeiso/derived_circles.csv",
+    "lidar_treels/pine.laz": None,
+    "lidar_treels/spruce.laz": None,
+    "lidar_itsme/tree_1_pc.txt": None,
+    "lidar_itsme/tree_2_pc.txt": None,
+    "lidar_itsme/buttressed_tree_1_pc.txt": None,
+    "lidar_itsme/buttressed_tree_2_pc.txt": None,
+    "lidar_spanner/UAS_Clip.laz": None,
+}
+
+
+def circles_of(data: Path, cloud: str) -> np.ndarray | None:
+    """(C, 3) x, y, d_cm of a real cloud's reference circles; None where it has none."""
+    reference = REAL.get(cloud)
+    if reference is None:
+        return None
+    with open(data / reference, encoding="utf-8") as stream:
+        return np.array([[float(row[key]) for key in ("x", "y", "d_cm")] for row in csv.DictReader(stream)])
+
+
+def start_treedgs(folder: Path, out: Path, code: Path = ROOT, bh_m: float | None = None) -> subprocess.Popen:
+    """``*.npy`` of ``folder`` measured by the TreeDGS of a checkout, NAME.json in ``out``: running."""
+    words: list[Any] = [sys.executable, HERE / "run_treedgs.py", folder, out]
+    words += [] if bh_m is None else ["--bh", str(bh_m)]
+    return subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(code)}, stdout=subprocess.DEVNULL)
+
+
+def run_dendromatics(python: Path, cloud: Path, out: Path, options: Iterable = (), most_s: float = 240) -> dict | None:
+    """What dendromatics finds in one ``.npy``; None when it fails or takes longer."""
+    words: list[Any] = [python, HERE / "run_dendromatics.py", cloud, out, *map(str, options)]
+    try:
+        subprocess.run(words, check=True, capture_output=True, timeout=most_s)
+    except subprocess.SubprocessError:
+        return None
+    return json.loads(out.read_text())
+
+
+def nearest(trees: list[dict], place: tuple[float, float]) -> int | None:
+    """Index of the tree next to a place, within ``MATCH_M``."""
+    away = [float(np.hypot(tree["x"] - place[0], tree["y"] - place[1])) for tree in trees]
+    best = int(np.argmin(away)) if away else None
+    return best if best is not None and away[best] <= MATCH_M else None

@@ -1,0 +1,99 @@
+"""What every result file says of itself: command, date, commit, version, machine, Python, packages, seeds."""
+
+from __future__ import annotations
+
+import datetime
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterable
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from treedgs_geo.core.files import write_json
+from treedgs_lab.benchmarking.chart import machine
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "docs" / "results"
+#: Whose versions a record names, where they are installed: what figures may depend on.
+PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "pycolmap", "rasterio", "laspy", "torch", "open3d")
+
+
+def portable(word: str) -> str:
+    """A word of a command without this machine's folders: relative to the repository, or the last name of a path."""
+    path = Path(word)
+    if not path.is_absolute():
+        return word
+    return str(path.relative_to(ROOT)) if path.is_relative_to(ROOT) else path.name
+
+
+def command() -> str:
+    """The command that runs now, as one would type it in the repository's root."""
+    spec = getattr(sys.modules["__main__"], "__spec__", None)
+    program = f"python -m {spec.name}" if spec else f"python {Path(sys.argv[0]).name}"
+    return f"{program} {shlex.join(map(portable, sys.argv[1:]))}".strip()
+
+
+def commit() -> str:
+    """The commit of this checkout; ``-changed`` after it where a file of code differs; empty where there is no git."""
+    git = ["git", "-c", f"safe.directory={ROOT}"]
+    try:
+        here = subprocess.run(
+            [*git, "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
+        )
+        changed = subprocess.run(
+            [*git, "status", "--porcelain", "--", "*.py"], cwd=ROOT, capture_output=True, text=True
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return here.stdout.strip() + ("-changed" if changed.stdout.strip() else "")
+
+
+def packages() -> dict[str, str]:
+    """Versions of :data:`PACKAGES`."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def made_by(seeds: Iterable[int] = ()) -> dict[str, Any]:
+    """Where figures come from. seeds: all that the figures depend on, none for what draws nothing.
+
+    Returns:
+        ``command, date`` (ISO), ``commit``, ``version`` of TreeDGS, ``python``, ``packages``, ``machine`` (processor,
+        cores, memory_gb, load: processes that wanted a core, mean of the last minute), ``seeds``.
+    """
+    here = machine()
+    return {
+        "command": command(),
+        "date": datetime.date.today().isoformat(),
+        "commit": commit(),
+        "version": here.pop("version"),
+        "python": here.pop("python"),
+        "packages": packages(),
+        "machine": {**here, "load": round(psutil.getloadavg()[0], 1)},
+        "seeds": list(seeds),
+    }
+
+
+def write_record(target: Path | None, figures: dict[str, Any], seeds: Iterable[int] = ()) -> None:
+    """Write figures as JSON with :func:`made_by` before them; nothing where ``target`` is None."""
+    if target is not None:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_json(target, {"made_by": made_by(seeds), **figures})
+
+
+def fill_page(page: Path, marker: str, text: str) -> None:
+    """Put ``text`` between ``<!-- marker -->`` and ``<!-- /marker -->`` of a page of the docs."""
+    begin, end = f"<!-- {marker} -->", f"<!-- /{marker} -->"
+    marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.S)
+    whole = page.read_text(encoding="utf-8")
+    page.write_text(marked.sub(lambda _: f"{begin}\n{text}\n{end}", whole), encoding="utf-8")
