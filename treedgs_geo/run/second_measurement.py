@@ -25,7 +25,7 @@ from ..stems.splats.train import FoundStem
 from ..stems.splats.trees import place_of
 
 #: The primitive is one stem with nothing beside it: where a companion is likely, or a measured stem this close (m), it
-#: takes the two for one (``treedgs_lab/benchmarks/photos/second_measurement.py`` counts both kinds).
+#: takes the two for one.
 ALONE_M = 0.6
 #: A primitive whose diameter is off by more than this share of the edges' is of something else if the silhouette, which
 #: stands out, is within half of that of the edges.

@@ -153,6 +153,12 @@ def today(command: str) -> str:
     return command
 
 
+def _command(made: dict[str, Any]) -> str:
+    """As a page shows it; of a settled question, whose script has left, with the last commit that has the script."""
+    left = f" (script: commit {made['script_at']})" if "script_at" in made else ""
+    return f"`{today(made['command'])}`{left}"
+
+
 @cache
 def sources(command: str) -> frozenset[str]:
     """Files that a command imports, by the import graph: all of the library where it runs verbs as processes."""
@@ -259,7 +265,7 @@ def _made(names: str) -> str:
         where = f"; {machine['cores']} cores of {machine['processor']}" if machine else ""
         old = f"; code changed since: {_share(name)}" if _dagger(name) else ""
         lines.append(
-            f"- `docs/results/{name}`: `{today(made['command'])}`; {made['date']}, commit {made['commit']}, "
+            f"- `docs/results/{name}`: {_command(made)}; {made['date']}, commit {made['commit']}, "
             f"version {made['version']}{where}{old}"
         )
     return "\n".join(lines)
@@ -271,8 +277,7 @@ def _sources() -> str:
         if path != PUBLISHED:
             made = record(path.name)
             rows.append(
-                f"| `{path.name}` | `{today(made['command'])}` | {made['date']} | {made['commit']} "
-                f"| {_share(path.name)} |"
+                f"| `{path.name}` | {_command(made)} | {made['date']} | {made['commit']} | {_share(path.name)} |"
             )
     return "\n".join(rows)
 
@@ -312,7 +317,9 @@ def quoted() -> set[str]:
 def too_old() -> list[str]:
     """What a release refuses: quoted figures of whose code too much has changed."""
     return [
-        f"{name}: {100 * age(name):.0f} % of its code changed" for name in sorted(quoted()) if age(name) > MAX_CHANGED
+        f"{name}: {100 * age(name):.0f} % of its code changed"
+        for name in sorted(quoted())
+        if age(name) > MAX_CHANGED and "script_at" not in record(name)
     ]
 
 

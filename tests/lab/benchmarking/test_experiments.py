@@ -33,8 +33,6 @@ RESULTS = sorted((ROOT / "docs" / "results").iterdir())
 
 @pytest.mark.parametrize("path", [path for path in SOURCES if path.name not in APART], ids=lambda path: path.stem)
 def test_every_module_can_be_imported(path):
-    if path.name == "torch_raster.py":
-        pytest.importorskip("torch")
     importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
 
 

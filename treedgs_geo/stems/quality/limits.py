@@ -76,7 +76,7 @@ _TWO_LOOKS = "chosen, not set on data: two looks at one stem that differ leave o
 _SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
 _SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
 _STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that tall (docs/evidence/point-clouds.md)"
-_SECOND = "stems of the stability suite and rendered plots (treedgs_lab/benchmarks/photos/second_measurement.py)"
+_SECOND = "stems of the stability suite and rendered plots"
 
 
 #: As rows give their bounds: a number, the name of a setting, a :class:`Bound`, or none.
