@@ -24,7 +24,7 @@ from ..stems.photos.deduplicate import known_rows
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.images.crops import choose_views
 from ..stems.photos.options import PhotoStemOptions
-from ..stems.photos.route import photos_of
+from ..stems.photos.search_steps import photos_of
 from ..stems.photos.stem_images import DrawnStem, look_at
 from ..stems.photos.tiles import split
 from ..stems.quality.tree import Tree

@@ -14,7 +14,8 @@ from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, with_cover
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import certain_stems, stems_from_photos
+from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.search_steps import certain_stems
 from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot

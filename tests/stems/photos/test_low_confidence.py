@@ -16,7 +16,8 @@ from treedgs_geo.stems.photos.network.inference import network_maps
 from treedgs_geo.stems.photos.network.pieces import About, of_all_photos, piece_odds, piece_of
 from treedgs_geo.stems.photos.network.silhouettes import cut_bark
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import grids_of, photos_of, search_photos
+from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.photos.search_steps import grids_of, photos_of
 from treedgs_geo.stems.photos.tiles import split
 from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings

@@ -17,7 +17,7 @@ from treedgs_geo.stems.photos.fit.edge_adjustment import NO_STEMS
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import photos_of
+from treedgs_geo.stems.photos.search_steps import photos_of
 from treedgs_geo.stems.photos.stem_images import DrawnStem, choose_photos, look_at, straightened
 from treedgs_geo.stems.quality.tree import Tree
 

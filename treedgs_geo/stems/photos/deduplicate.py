@@ -6,10 +6,9 @@ import numpy as np
 
 from ..quality.limits import judge
 from .fit.photo_fit import PhotoFit
+from .propose.edge_seeds import APART_M
 from .quality_control import GAIN_MERGED
 
-#: Seeds are this far apart, m.
-APART_M = 0.4
 #: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
 RIVAL_LLR = 30.0
 #: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.

@@ -6,6 +6,7 @@ is as for any other stem. A place where the photos show nothing of a stem stays 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,10 +50,13 @@ class GivenStems:
         return replace(self, xy=self.xy[inside & area.contains(self.xy, margin_m)])
 
 
-def fits_of_given(fitter: Fitter, given: GivenStems, found: list[PhotoFit], reporter: Reporter) -> list[PhotoFit]:
-    """Fits of the given stems that are not among ``found``, each a stem or refused."""
+def fits_of_given(
+    fitter: Fitter, given: GivenStems, found: list[PhotoFit], reporter: Reporter, others: Sequence[PhotoFit] = ()
+) -> list[PhotoFit]:
+    """Fits of the given stems that are not among ``found``, each a stem or refused. others: stems that stand there and
+    are none of the given ones."""
     partner = partners(given, found)
-    known, fits = known_rows(found), []
+    known, fits = known_rows([*found, *others]), []
     waiting = [place for place, fit in zip(given.xy, partner, strict=True) if fit is None or not found[fit].measured]
     for done, place in enumerate(waiting):
         reporter.progress(done / len(waiting))

@@ -21,6 +21,7 @@ from .images.sharpness import soft_px
 from .images.sun import sun_azimuths
 from .network.inference import NetworkMaps
 from .options import PhotoStemOptions
+from .propose.edge_seeds import EdgeSeeds
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
 
@@ -94,9 +95,9 @@ class Look:
         return Fitter(*known, soft_px=self.soft_px)
 
 
-def look_of(fitter: Fitter, gate: float, places: np.ndarray) -> Look:
-    """What to keep of a search. places: (N, 2) at which its null scores were measured."""
-    prior, network = fitter.prior, fitter.options.stem_network
+def look_of(fitter: Fitter, network: str, gate: float, places: np.ndarray) -> Look:
+    """What to keep of a search. network: what it was asked. places: (N, 2) at which its null scores were measured."""
+    prior = fitter.prior
     return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), gate, places, fitter.soft_px)
 
 
@@ -104,8 +105,7 @@ def first_look(
     stack: PhotoStack,
     grid: GroundGrid,
     tile: Area,
-    seeds: list[Seed],
-    gate: float,
+    edges: EdgeSeeds,
     places: np.ndarray,
     options: PhotoStemOptions,
     reporter: Reporter,
@@ -116,7 +116,7 @@ def first_look(
     fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
     clear = [
         fit
-        for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
+        for fit in (fitter.fit(seed, quick=True) for seed in edges.seeds[:FIRST_LOOK] if seed.score > edges.threshold)
         if fit and fit.llr > 40
     ]
     sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
@@ -125,7 +125,7 @@ def first_look(
     if len(radii) >= 6:
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
     soft = soft_px(stack, reporter)
-    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, gate, places, soft)
+    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, edges.threshold, places, soft)
     return with_chance(look.fitter(stack, grid, tile, options), places)
 
 

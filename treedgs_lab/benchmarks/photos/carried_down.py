@@ -32,8 +32,8 @@ from treedgs_geo.stems.photos.evidence.taper_prior import stand_taper
 from treedgs_geo.stems.photos.fit.edge_adjustment import TaperPrior
 from treedgs_geo.stems.photos.fit.null_model import ABOVE, BREAST
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
-from treedgs_geo.stems.photos.network.inference import network_maps
 from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.search_steps import TileSearch, load_photos, recall
 from treedgs_geo.stems.photos.stem_fit import Fitter
 from treedgs_geo.stems.photos.tiles import split
 from treedgs_lab.benchmarks.photos.stem_network import hard_options
@@ -49,7 +49,7 @@ Carried = list[tuple[PhotoFit, PhotoFit]]
 def searched(plot: Path, options: PhotoStemOptions) -> tuple[route.Searched, Carried, Fitter]:
     """The search of a plot of one piece of ground, what it carried down, and the fitter that it used."""
     views, _, ground, area = plot_inputs(plot)
-    ((tile, _),) = split(area, options.margin_m)
+    ((tile, box),) = split(area, options.margin_m)
     carried: Carried = []
     held_to = upper_stem.held_to
 
@@ -59,14 +59,12 @@ def searched(plot: Path, options: PhotoStemOptions) -> tuple[route.Searched, Car
 
     with mock.patch.object(upper_stem, "held_to", noted):
         found = route.search_photos(views, ground, area, options)
-    grid, stack = route.photos_of(views, ground, tile, options, Reporter())
-    look = found.looks[0]
-    if look is None:
+    if found.looks[0] is None:
         raise SystemExit(f"{plot}: too few photos see the plot")
-    options = replace(options, stem_network=look.network)
-    plumbs = route.grids_of(stack, grid, tile, options)
-    shown = network_maps(stack, plumbs) if look.network == "full" else None
-    return found, carried, look.fitter(stack, grid, tile, options, shown)
+    search = TileSearch(views, ground, area, tile, box, options, Reporter())
+    load_photos(search)
+    recall(search, found.looks[0])
+    return found, carried, search.fitter
 
 
 def through(fit: PhotoFit, fitter: Fitter) -> float:

@@ -1,0 +1,200 @@
+"""The steps of a search of one piece of ground; :mod:`.route` has their order and says when each is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...core.intervals import HALF_WIDTH_SE
+from ...core.progress import Reporter
+from ...reconstruction.area import Area
+from ...reconstruction.cameras import View
+from .deduplicate import known_rows, looked_at_twice, merge, not_swallowed
+from .evidence.ivy import without_covered
+from .fit.photo_fit import PhotoFit
+from .images.crops import GroundGrid, PhotoStack, load_stack
+from .images.vertical_rectification import PlumbGrid, plumb_grid
+from .low_confidence import settled_by_network
+from .network.inference import network_maps
+from .options import PhotoStemOptions
+from .propose.edge_seeds import EdgeSeeds, edge_seeds
+from .propose.network_seeds import network_seeds
+from .propose.space_carving import carved_seeds, hidden_ground, searched
+from .seed_fits import fits_of_edges, fits_of_seeds
+from .stem_fit import Fitter
+from .targeted_fit import GivenStems, fits_of_given
+from .tile_calibration import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
+from .upper_stem import carried_down
+
+#: Share of the seen stems that are certain by their edges, from which the network is not asked for more (``auto``).
+ENOUGH_CERTAIN = 0.75
+#: Stems farther from a given place than this hide nothing there, m.
+_NEAR_M = 40.0
+
+
+@dataclass
+class TileSearch:
+    """A piece of ground while its stems are looked for: what every step reads, and adds to."""
+
+    #: Registered photos; oblique ones are used.
+    views: list[View]
+    #: Local x, y (N,) -> local height of the ground (N,), m, NaN where unknown.
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    #: Where stems are wanted, all pieces.
+    area: Area
+    #: This piece, and its box x0, y0, x1, y1, m.
+    tile: Area
+    box: tuple[float, float, float, float]
+    options: PhotoStemOptions
+    reporter: Reporter
+    #: Stems that are known to stand in the piece.
+    given: GivenStems | None = None
+    #: Fits of stems that an earlier search found.
+    earlier: list[PhotoFit] = field(default_factory=list)
+
+    #: What the network is asked in the end.
+    network: str = ""
+    rng: np.random.Generator = field(init=False)
+    grid: GroundGrid = field(init=False)
+    stack: PhotoStack = field(init=False)
+    #: One a photo.
+    plumbs: list[PlumbGrid] = field(init=False)
+    edges: EdgeSeeds = field(init=False)
+    #: (N, 2) random places at which chance is measured.
+    places: np.ndarray = field(init=False)
+    fitter: Fitter = field(init=False)
+    fits: list[PhotoFit] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.network, self.rng = self.options.stem_network, np.random.default_rng(self.options.seed)
+
+    def calibration(self) -> Look:
+        """What was learnt of the piece, for stems that are asked for later."""
+        return look_of(self.fitter, self.network, self.edges.threshold, self.places)
+
+
+def load_photos(search: TileSearch) -> None:
+    """The ground, and the photos that show it."""
+    search.grid, search.stack = photos_of(search.views, search.ground, search.tile, search.options, search.reporter)
+
+
+def propose_by_edges(search: TileSearch) -> None:
+    """Edges of all photos vote for stems."""
+    search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
+    search.edges = edge_seeds(
+        search.stack, search.grid, search.plumbs, search.area, search.box, search.options, search.rng
+    )
+
+
+def calibrate(search: TileSearch) -> None:
+    """Sun, diameters of the stand, and what chance reaches here."""
+    search.places = random_places(search.tile, search.rng)
+    search.fitter = first_look(
+        search.stack, search.grid, search.tile, search.edges, search.places, search.options, search.reporter
+    )
+
+
+def fit_by_edges(search: TileSearch) -> None:
+    """Stems by their edges; how many are certain says what the network is asked (``auto``)."""
+    search.fits = fits_of_edges(search.fitter, [], search.edges, search.reporter)
+    if search.network == "auto":
+        search.network = _asked(search)
+
+
+def fit_with_network(search: TileSearch) -> None:
+    """Stems where the network sees them, and their widths by its silhouettes."""
+    by_edges, shown = search.fits, network_maps(search.stack, search.plumbs)
+    seen = network_seeds(shown, search.grid, search.area, search.box, search.options, search.rng)
+    free = away_from(seen, random_places(search.tile, search.rng, MORE_PLACES))
+    search.fitter = with_chance(replace(search.fitter, shown=shown), free)
+    search.fits = not_swallowed(fits_of_edges(search.fitter, seen, search.edges, search.reporter), by_edges)
+
+
+def fit_by_carving(search: TileSearch) -> None:
+    """Stems that the votes missed, above all leaning ones (:mod:`.propose.space_carving`)."""
+    fitter, fits = search.fitter, search.fits
+    if fitter.backdrop is None:
+        return
+    known, (x0, y0, rows, columns) = known_rows(fits), searched(search.box)
+    layers = hidden_ground(fitter.stack, fitter.ground, fitter.backdrop, x0, y0, rows, columns)
+    seeds = carved_seeds(
+        layers, (x0, y0), fitter.ground, fitter.outline, search.area, fitter.options, known, fitter.chance
+    )
+    refused = [fit for fit in fits if not fit.measured]
+    fits += looked_at_twice(fits_of_seeds(fitter, seeds, 1.0, search.reporter, known), refused)
+
+
+def fit_given(search: TileSearch) -> None:
+    """Stems that are known to stand there and were not found."""
+    assert search.given is not None
+    near = [fit for fit in search.earlier if np.hypot(*(search.given.xy - fit.axis.p).T).min() < _NEAR_M]
+    search.fits += fits_of_given(search.fitter, search.given, search.fits, search.reporter, near)
+
+
+def settle_low_confidence(search: TileSearch) -> None:
+    """The network is asked about each stem of low confidence."""
+    search.fits = settled_by_network(
+        search.fits, search.fitter, search.plumbs, search.tile, search.reporter, search.earlier
+    )
+
+
+def measure_upper_stems(search: TileSearch) -> None:
+    """What nothing shows at breast height is measured farther up."""
+    search.fits = carried_down(search.fits, search.fitter, search.reporter)
+
+
+def mark_ivy(search: TileSearch) -> None:
+    """Stems under ivy are flagged."""
+    search.fits = without_covered(search.fits, search.stack, search.plumbs)
+
+
+def name_photos(search: TileSearch) -> None:
+    """The fits know the photos that they were looked at in."""
+    names = tuple(view.name for view in search.stack.views)
+    search.fits = [replace(fit, photos=names) for fit in search.fits]
+
+
+def recall(search: TileSearch, learnt: Look) -> None:
+    """In place of votes and calibration: what an earlier search of the piece learnt."""
+    search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
+    search.network = learnt.network
+    shown = network_maps(search.stack, search.plumbs) if learnt.network == "full" else None
+    search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options, shown)
+
+
+def certain_stems(fits: list[PhotoFit], area: Area, min_dbh_cm: float) -> tuple[int, int]:
+    """How many stems in an area are ``ok``, and how many are seen, one entry a stem; those whose whole interval lies
+    below ``min_dbh_cm`` count as certain."""
+    places = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
+    within = merge([fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside])
+    thin = [fit.dbh_cm + HALF_WIDTH_SE * fit.se_cm < min_dbh_cm for fit in within]
+    return sum(fit.flag == "ok" or small for fit, small in zip(within, thin, strict=True)), len(within)
+
+
+def _asked(search: TileSearch) -> str:
+    """What the network is asked on a piece of ground whose edges gave these fits (``auto``)."""
+    certain, seen = certain_stems(search.fits, search.tile, search.options.min_dbh_cm)
+    if certain >= ENOUGH_CERTAIN * seen:
+        return "low-confidence"
+    search.reporter.info(
+        f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well."
+    )
+    return "full"
+
+
+def photos_of(
+    views: list[View], ground: Callable, tile: Area, options: PhotoStemOptions, reporter: Reporter
+) -> tuple[GroundGrid, PhotoStack]:
+    """The ground and the photos of a tile, as its stems are looked for in them."""
+    grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
+    return grid, load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
+
+
+def grids_of(stack: PhotoStack, grid: GroundGrid, tile: Area, options: PhotoStemOptions) -> list[PlumbGrid]:
+    """Of each photo: the grid of its map over the piece of ground."""
+    outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
+    z = grid.at(outline[:, 0], outline[:, 1])
+    points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
+    return [plumb_grid(stack, view, points) for view in range(len(stack))]
