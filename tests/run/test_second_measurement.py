@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pyproj
 import pytest
-from clear_fit import clear_photo_fit
+from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.run.second_measurement import MOST_MEASURED_AGAIN, stems_to_measure_again, with_second_measurements
@@ -99,7 +98,7 @@ def test_a_refused_stem_whose_two_diameters_lie_far_apart_stays_refused():
 
 
 def test_two_methods_that_agree_settle_which_explanation_is_right():
-    unsure = replace(edges(0, 30, "check", "ambiguous"), se_cm=4.0, lo_cm=24.0, hi_cm=31.0)
+    unsure = with_changes(edges(0, 30, "check", "ambiguous"), se_cm=4.0, lo_cm=24.0, hi_cm=31.0)
     alone = trees_of_photo_fits([unsure], FRAME)[0]
     assert (alone.dbh_lo_cm, alone.dbh_hi_cm, alone.dbh_se_cm) == (24.0, 31.0, 4.0)
     tree = after([unsure], {0: bark(0, 30.6)})[0][0]
@@ -117,7 +116,7 @@ def test_a_measured_stem_that_they_see_differently_is_flagged_and_its_interval_h
 
 
 def test_a_primitive_that_edges_and_silhouette_contradict_together_says_nothing():
-    fit = replace(edges(0, 15, "check", "disagree", contrast=1.1), outline_cm=13.2)
+    fit = with_changes(edges(0, 15, "check", "disagree", contrast=1.1), outline_cm=13.2)
     trees, again = after([fit], {0: bark(0, 52)})
     assert trees == trees_of_photo_fits([fit], FRAME) and again.flagged == 0
     # Less far off, it may be right; so it may where no silhouette stands out.
@@ -128,7 +127,7 @@ def test_a_primitive_that_edges_and_silhouette_contradict_together_says_nothing(
     "shown", [{"outline_cm": 30.0}, {"outline_cm": math.nan}, {"outline_cm": 15.0, "contrast": 0.8}]
 )
 def test_a_measured_stem_whose_diameter_the_other_leaves_open_is_refused(shown):
-    fit = replace(edges(0, 15, "ok"), **shown)
+    fit = with_changes(edges(0, 15, "ok"), **shown)
     tree = after([fit], {0: bark(0, 52)})[0][0]
     assert (tree.qc_flag, tree.qc_reason, tree.dbh_cm) == ("reject", "disagree,wide_error", None)
 

@@ -49,11 +49,11 @@ def stems_to_measure_again(fits: list[PhotoFit], inside: np.ndarray, everyone: b
     """Indices of the fits worth a second measurement, clearest first. inside: (N,) bool, in the area that counts."""
     chosen = []
     for number, fit in enumerate(fits):
-        if fit.gain > GAIN_LOW_CONFIDENCE or not _alone(number, fits):
+        if fit.evidence.gain > GAIN_LOW_CONFIDENCE or not _alone(number, fits):
             continue
         if inside[number] and (may_be_settled(fit) or (everyone and fit.flag == "ok")):
             chosen.append(number)
-    chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].llr))
+    chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].evidence.llr))
     return chosen if everyone else chosen[:MOST_MEASURED_AGAIN]
 
 
@@ -95,7 +95,7 @@ def _of_measured(tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tup
         open_ = judge("photos", {"se_cm": se_cm}, fit.dbh_cm)
         stated = stated.settled(se_cm, found=differ)
         return _settled(tree, stated.adding(open_) if open_.refused else stated)
-    if np.isfinite(fit.lo_cm):
+    if np.isfinite(fit.assessment.lo_cm):
         return _settled(tree, stated.settled(_error_cm(fit, primitive.se_cm, half_cm)))
     return tree
 
@@ -139,7 +139,7 @@ def _settled(tree: Tree, stated: Assessment, **changes: Any) -> Tree:
 def _of_something_else(fit: PhotoFit, primitive: PrimitiveFit) -> bool:
     """Is the primitive's diameter far from both the edges' and the silhouette's, which agree?"""
     most_cm = SOMETHING_ELSE * fit.dbh_cm
-    outline_agrees = fit.contrast > 1.0 and abs(fit.outline_cm - fit.dbh_cm) < 0.5 * most_cm
+    outline_agrees = fit.evidence.contrast > 1.0 and abs(fit.evidence.outline_cm - fit.dbh_cm) < 0.5 * most_cm
     return fit.measured and outline_agrees and abs(primitive.dbh_cm - fit.dbh_cm) > most_cm
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import CLEAR
+from clear_fit import CLEAR, with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
@@ -18,7 +18,7 @@ from treedgs_geo.stems.photos.fit.search import Mode
 from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, FitQuality, verdict
+from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, Evidence, quality_control
 from treedgs_geo.stems.photos.route import stems_from_photos
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
@@ -108,16 +108,17 @@ def test_ragged_edges_and_an_odd_taper_count_against():
 
 def test_verdict_on_probability_and_companions():
     clear = CLEAR | {"sure": 0.99, "contrast": 1.5, "outline_cm": 29.0}
-    assert verdict(FitQuality(**clear), PhotoStemOptions()) == ("ok", ())
-    assert verdict(FitQuality(**clear | {"sure": 0.4}), PhotoStemOptions()) == ("reject", ("ambiguous",))
-    assert verdict(FitQuality(**clear | {"sure": 0.7}), PhotoStemOptions()) == ("check", ("ambiguous",))
+    assert quality_control(Evidence(**clear), PhotoStemOptions()) == ("ok", ())
+    assert quality_control(Evidence(**clear | {"sure": 0.4}), PhotoStemOptions()) == ("reject", ("ambiguous",))
+    assert quality_control(Evidence(**clear | {"sure": 0.7}), PhotoStemOptions()) == ("check", ("ambiguous",))
     # A low edge score and a low probability flag a tree once, too few photos once more.
-    assert verdict(FitQuality(**clear | {"sure": 0.7, "llr": 30}), PhotoStemOptions())[0] == "check"
-    assert verdict(FitQuality(**clear | {"sure": 0.7, "n_views": 4}), PhotoStemOptions())[0] == "reject"
+    assert quality_control(Evidence(**clear | {"sure": 0.7, "llr": 30}), PhotoStemOptions())[0] == "check"
+    assert quality_control(Evidence(**clear | {"sure": 0.7, "n_views": 4}), PhotoStemOptions())[0] == "reject"
     for gain in (GAIN_LOW_CONFIDENCE + 1, GAIN_MERGED + 1):
-        assert verdict(FitQuality(**clear | {"gain": gain}), PhotoStemOptions()) == ("check", ("merged",))
+        assert quality_control(Evidence(**clear | {"gain": gain}), PhotoStemOptions()) == ("check", ("merged",))
     assert (
-        verdict(FitQuality(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7}), PhotoStemOptions())[0] == "reject"
+        quality_control(Evidence(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7}), PhotoStemOptions())[0]
+        == "reject"
     )
 
 
@@ -168,13 +169,13 @@ def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_no
 
 
 def test_a_stem_refused_at_the_first_look_is_flagged_at_the_second(fits):
-    accepted = replace(nearest(fits, ALONE), flag="ok", reasons=())
-    refused = replace(accepted, flag="reject", reasons=("few_views",))
+    accepted = with_changes(nearest(fits, ALONE), flag="ok", reasons=())
+    refused = with_changes(accepted, flag="reject", reasons=("few_views",))
     elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
-    upright = replace(refused, axis=replace(refused.axis, s=refused.axis.s + 0.2), dbh_cm=10.0)
+    upright = with_changes(refused, axis=replace(refused.axis, s=refused.axis.s + 0.2), dbh_cm=10.0)
     assert looked_at_twice([accepted], [elsewhere, upright]) == [accepted]
     (again,) = looked_at_twice([accepted], [refused])
     assert (again.flag, again.reasons) == ("check", ("ambiguous",))
-    assert looked_at_twice([accepted], [replace(refused, dbh_cm=accepted.dbh_cm + 2)]) == []
-    flagged = replace(accepted, flag="check", reasons=("occluded",))
+    assert looked_at_twice([accepted], [with_changes(refused, dbh_cm=accepted.dbh_cm + 2)]) == []
+    flagged = with_changes(accepted, flag="check", reasons=("occluded",))
     assert looked_at_twice([flagged], [refused]) == [flagged]

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run.second_measurement import stems_to_measure_again
 from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, with_cover
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
-from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_geo.stems.photos.search_steps import certain_stems
@@ -20,24 +20,8 @@ from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 
-FIT = PhotoFit(
-    axis=StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37),
-    r0=0.15,
-    r1=-0.005,
-    dbh_cm=30.0,
-    se_cm=0.5,
-    flag="ok",
-    reasons=(),
-    seed_score=80.0,
-    llr=120.0,
-    gap=20.0,
-    n_views=12,
-    kish=9.0,
-    arc_deg=300.0,
-    rms_px=0.4,
-    polish_cm=30.0,
-    seen=np.ones(12),
-)
+CLEAR_FIT = clear_photo_fit(0.0, 30.0, llr=120.0, seen=np.ones(12))
+FIT = replace(CLEAR_FIT, axis=replace(CLEAR_FIT.axis, p=np.zeros(2)))
 
 
 @pytest.mark.parametrize(
@@ -48,28 +32,29 @@ def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
     assert judged.flag == flag and (judged.reasons == ("covered",)) == (flag != "ok")
     if flag == "check":
         assert judged.se_cm == pytest.approx(np.hypot(0.5, COVER_CM * share))
-        assert judged.lo_cm < 30 - 1.6 * judged.se_cm and judged.hi_cm > 30 + 1.6 * judged.se_cm
+        assert judged.assessment.lo_cm < 30 - 1.6 * judged.se_cm and judged.assessment.hi_cm > 30 + 1.6 * judged.se_cm
 
 
 def test_a_wider_interval_of_before_is_kept():
-    judged = with_cover(replace(FIT, flag="check", reasons=("ambiguous",), lo_cm=12.0, hi_cm=31.0), 0.25)
-    assert judged.reasons == ("ambiguous", "covered") and judged.lo_cm == 12.0 and judged.hi_cm > 35
+    judged = with_cover(with_changes(FIT, flag="check", reasons=("ambiguous",), lo_cm=12.0, hi_cm=31.0), 0.25)
+    assert judged.reasons == ("ambiguous", "covered")
+    assert judged.assessment.lo_cm == 12.0 and judged.assessment.hi_cm > 35
 
 
 def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():
-    judged = with_cover(replace(FIT, flag="reject", reasons=("disagree",)), 0.25)
+    judged = with_cover(with_changes(FIT, flag="reject", reasons=("disagree",)), 0.25)
     assert judged.flag == "reject" and judged.reasons == ("disagree", "covered") and judged.se_cm == FIT.se_cm
-    assert stems_to_measure_again([replace(judged, contrast=2.0)], np.array([True])) == []
-    assert stems_to_measure_again([replace(judged, reasons=("disagree",), contrast=2.0)], np.array([True])) == [0]
+    assert stems_to_measure_again([with_changes(judged, contrast=2.0)], np.array([True])) == []
+    assert stems_to_measure_again([with_changes(judged, reasons=("disagree",), contrast=2.0)], np.array([True])) == [0]
 
 
 def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area_each_once():
     def at(x: float, **changes) -> PhotoFit:
-        return replace(FIT, axis=replace(FIT.axis, p=np.array([x, 0.0])), **changes)
+        return with_changes(FIT, axis=replace(FIT.axis, p=np.array([x, 0.0])), **changes)
 
     unsure = at(-2.0, flag="check", reasons=("ambiguous",))
     small = at(2.0, flag="reject", reasons=("too_small", "occluded"), dbh_cm=6.0, r0=0.03)
-    hardly = replace(small, axis=replace(FIT.axis, p=np.array([3.0, 0.0])), dbh_cm=7.0)
+    hardly = with_changes(small, axis=replace(FIT.axis, p=np.array([3.0, 0.0])), dbh_cm=7.0)
     refused = at(-4.0, flag="reject", reasons=("disagree",))
     # A refused look at the first stem is not another stem.
     again = at(0.1, flag="reject", reasons=("few_views",), llr=30.0)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from clear_fit import with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.core.progress import Reporter
@@ -95,6 +94,6 @@ def test_partners_are_one_to_one_and_measured_ones_first(searched):
     both = GivenStems(np.array([fit.axis.p, fit.axis.p + [0.1, 0.0]]), 0.4)
     assert partners(both, [fit]) == [0, None]
 
-    refused = replace(fit, flag="reject", reasons=("ambiguous",))
+    refused = with_changes(fit, flag="reject", reasons=("ambiguous",))
     one = GivenStems(np.array([fit.axis.p]), 0.4)
     assert partners(one, [refused, fit]) == [1] and partners(one, [refused]) == [0] and partners(one, []) == [None]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from clear_fit import clear_photo_fit
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.evidence.taper_prior import stand_taper
 from treedgs_geo.stems.photos.evidence.upper_band import averaged, weight_above
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
-from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit_records import fit_of_record, fit_record
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
@@ -60,10 +60,7 @@ def test_where_it_was_measured_is_kept(fits):
 
 
 def clear_stem(slope, flag="ok", carried=False):
-    axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    numbers = dict.fromkeys(("seed_score", "llr", "gap", "n_views", "kish", "arc_deg", "rms_px", "polish_cm"), 10)
-    shape = {"axis": axis, "r0": 0.15, "r1": slope, "dbh_cm": 30.0, "se_cm": 0.5}
-    return PhotoFit(**shape, flag=flag, reasons=(), seen=np.ones(3), carried=carried, **numbers)
+    return clear_photo_fit(0.0, 30.0, r1=slope, flag=flag, carried=carried)
 
 
 def test_without_other_stems_the_usual_taper_carries():

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from clear_fit import clear_photo_fit
+from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.stems.photos.evidence.diameter_uncertainty import UNSURE_SE
@@ -70,7 +70,7 @@ def test_the_pieces_of_a_stem_say_what_the_whole_maps_say(scene):
 def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
     good = next(k for k, fit in enumerate(scene.fits) if fit.flag == "ok")
     fit = scene.fits[good]
-    wrong = replace(
+    wrong = with_changes(
         fit,
         axis=replace(fit.axis, p=fit.axis.p + [0.04, -0.03]),
         r0=1.3 * fit.r0,
@@ -78,7 +78,7 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
         flag="check",
         reasons=("ambiguous",),
     )
-    others = [replace(other, flag="ok") for other in scene.fits]
+    others = [with_changes(other, flag="ok") for other in scene.fits]
     fits = [*others[:good], wrong, *others[good + 1 :]]
     after = settled(scene, fits)
     assert after[good].dbh_cm == pytest.approx(fit.dbh_cm, abs=1.0) and after[good].flag == "ok"
@@ -86,10 +86,10 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
     assert all(a is b for k, (a, b) in enumerate(zip(after, fits, strict=True)) if k != good)
     assert settled(scene, fits, most_asked=0) is fits and settled(scene, others) is others
     # To silhouettes two stems that touch are one.
-    touched = [*others[:good], replace(wrong, reasons=("ambiguous", "merged")), *others[good + 1 :]]
+    touched = [*others[:good], with_changes(wrong, reasons=("ambiguous", "merged")), *others[good + 1 :]]
     assert settled(scene, touched) is touched
     # The same stem twice, of which one may be asked about: the clearer one.
-    two = [*fits, replace(wrong, axis=replace(wrong.axis, p=fit.axis.p + [3.0, 0.0]), llr=wrong.llr - 1)]
+    two = [*fits, with_changes(wrong, axis=replace(wrong.axis, p=fit.axis.p + [3.0, 0.0]), llr=wrong.evidence.llr - 1)]
     assert settled(scene, two, most_asked=1)[-1] is two[-1]
 
 
@@ -105,10 +105,10 @@ def test_an_error_that_is_too_wide_then_is_flagged():
 
 def test_what_no_look_at_the_same_photos_can_settle_is_left_alone():
     unsure = clear_photo_fit(0.0, 30.0, flag="check", reasons=("ambiguous",))
-    assert may_be_settled(unsure) and may_be_settled(replace(unsure, flag="reject"))
+    assert may_be_settled(unsure) and may_be_settled(with_changes(unsure, flag="reject"))
     assert not may_be_settled(clear_photo_fit(0.0, 30.0))
     for reason in sorted(HOPELESS):
-        assert not may_be_settled(replace(unsure, reasons=("ambiguous", reason)))
-    faint = replace(unsure, llr=39.0, contrast=0.6)
-    assert not may_be_settled(faint) and may_be_settled(replace(faint, contrast=0.8))
-    assert not may_be_settled(replace(faint, contrast=np.nan)) and may_be_settled(replace(faint, llr=41.0))
+        assert not may_be_settled(with_changes(unsure, reasons=("ambiguous", reason)))
+    faint = with_changes(unsure, llr=39.0, contrast=0.6)
+    assert not may_be_settled(faint) and may_be_settled(with_changes(faint, contrast=0.8))
+    assert not may_be_settled(with_changes(faint, contrast=np.nan)) and may_be_settled(with_changes(faint, llr=41.0))

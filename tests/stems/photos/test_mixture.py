@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import clear_photo_fit
+from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed, without_open_diameter
@@ -104,14 +104,14 @@ def test_a_rival_from_another_seed_is_in_the_interval():
     kept = merge([rival, beside, better])
     assert len(kept) == 2 and kept[1] == beside
     assert kept[0].dbh_cm == 30.0 and kept[0].flag == "check" and "ambiguous" in kept[0].reasons
-    assert kept[0].hi_cm > 33.0 and kept[0].se_cm == pytest.approx(np.hypot(0.5, 2.0))
+    assert kept[0].assessment.hi_cm > 33.0 and kept[0].se_cm == pytest.approx(np.hypot(0.5, 2.0))
     assert merge([better, fitted(34.0, 80.0)]) == [better] and merge([better, fitted(30.5, 110.0)]) == [better]
 
 
 def test_a_diameter_that_stays_open_is_refused_at_the_end():
-    open_one = replace(fitted(30.0, 120.0, flag="check"), se_cm=5.0, lo_cm=20.0, hi_cm=31.0)
+    open_one = with_changes(fitted(30.0, 120.0, flag="check"), se_cm=5.0, lo_cm=20.0, hi_cm=31.0)
     assert without_open_diameter(open_one).flag == "reject" and "wide_error" in without_open_diameter(open_one).reasons
-    narrow = replace(open_one, se_cm=4.0)
+    narrow = with_changes(open_one, se_cm=4.0)
     assert without_open_diameter(narrow) is narrow
     assert without_open_diameter(fitted(30.0, 120.0)).flag == "ok"
 
@@ -123,7 +123,7 @@ def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
     assert not_swallowed([both], twins) == twins
     # One alone: which of the two explanations is right stays open, and so does the diameter.
     (left,) = not_swallowed([both], twins[:1])
-    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.lo_cm <= 30.5 and left.se_cm > 16
+    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.assessment.lo_cm <= 30.5 and left.se_cm > 16
     assert without_open_diameter(left).flag == "reject"
     # With fewer edges, not certain, as thick, or beside it: the stem stays as it is.
     for others in (

@@ -10,7 +10,7 @@ from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit, _damping, _sol
 from treedgs_geo.stems.photos.fit.edge_points import gathered
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis, Strips
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import DISAGREE_SHARE, FitQuality, verdict, widened_cm
+from treedgs_geo.stems.photos.quality_control import DISAGREE_SHARE, Evidence, quality_control, widened_cm
 
 
 def oval_edges(direction: np.ndarray, oval: np.ndarray) -> tuple[Strips, np.ndarray]:
@@ -59,8 +59,8 @@ def judged(fine: FineFit, se_cm: float) -> tuple[str, tuple[str, ...], float]:
     """Flag, reasons and error of a clear fit with this section."""
     dbh_cm = 200 * fine.r0
     clear = CLEAR | {"dbh_cm": dbh_cm, "polish_cm": dbh_cm, "se_cm": se_cm}
-    quality = FitQuality(**clear, oval=float(np.hypot(*fine.oval)) / fine.r0)
-    flag, reasons = verdict(quality, PhotoStemOptions())
+    quality = Evidence(**clear, oval=float(np.hypot(*fine.oval)) / fine.r0)
+    flag, reasons = quality_control(quality, PhotoStemOptions())
     return flag, reasons, widened_cm(se_cm, quality, reasons)
 
 
@@ -75,10 +75,10 @@ def test_a_section_that_no_stem_has_gets_an_error_that_holds_it():
 
 
 def test_each_reason_adds_its_own_difference_to_the_error():
-    clear = FitQuality(**CLEAR)
+    clear = Evidence(**CLEAR)
     assert widened_cm(0.5, clear, ("few_views", "disagree")) == 0.5  # no silhouette to disagree with
-    outline = FitQuality(**CLEAR, network=True, outline_cm=CLEAR["dbh_cm"] + 2.7)
+    outline = Evidence(**CLEAR, network=True, outline_cm=CLEAR["dbh_cm"] + 2.7)
     assert widened_cm(0.5, outline, ("disagree",)) == pytest.approx(np.hypot(0.5, 0.5 * 2.0))
     assert widened_cm(0.5, outline, ()) == 0.5
-    both = FitQuality(**CLEAR | {"gap": -30.0}, network=True, against_cm=4.0, oval=0.1)
+    both = Evidence(**CLEAR | {"gap": -30.0}, network=True, against_cm=4.0, oval=0.1)
     assert widened_cm(0.5, both, ("not_round",)) == pytest.approx(np.linalg.norm([0.5, 2.0, 0.05 * CLEAR["dbh_cm"]]))

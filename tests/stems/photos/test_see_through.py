@@ -13,7 +13,7 @@ from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.background import make_backdrop
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import FitQuality, verdict
+from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.photos.route import search_photos
 
 PHOTOS = 18
@@ -77,5 +77,5 @@ def test_stems_that_line_up_make_no_stem(scene):
 
 @pytest.mark.parametrize(("through", "flag"), [(0.0, "ok"), (0.2, "ok"), (0.3, "check"), (0.5, "reject")])
 def test_how_many_photos_show_the_ground_decides(through, flag):
-    found, reasons = verdict(FitQuality(**CLEAR, through=through), PhotoStemOptions())
+    found, reasons = quality_control(Evidence(**CLEAR, through=through), PhotoStemOptions())
     assert found == flag and ("see_through" in reasons) == (flag != "ok")

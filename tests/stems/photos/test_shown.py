@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from clear_fit import clear_photo_fit, with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.core.progress import Reporter
@@ -27,11 +28,8 @@ OPTIONS = PhotoStemOptions(margin_m=0.3)
 
 def fitted(radius_m: float, photos: tuple[str, ...], **change) -> PhotoFit:
     axis = StemAxis(np.array([STEM.x, STEM.y]), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    fit = PhotoFit(
-        axis, radius_m, -0.005, 200 * radius_m, 0.4, "ok", (), 100.0, 90.0, 20.0, len(photos), 7.0, 300.0, 0.5,
-        200 * radius_m, np.ones(len(photos)), photos=photos,
-    )  # fmt: skip
-    return replace(fit, **change)
+    fit = clear_photo_fit(0.0, 200 * radius_m, axis=axis, r1=-0.005, se_cm=0.4, n_views=len(photos), arc_deg=300.0)
+    return with_changes(fit, **{"seen": np.ones(len(photos)), "photos": photos} | change)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.background import cut_silhouette, make_backdrop
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import FitQuality, verdict
+from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.quality.limits import bound_of
 
 OPTIONS = PhotoStemOptions(max_dbh_cm=60, stem_network="off")
@@ -76,9 +76,9 @@ def test_halves_fill_their_disc_in_one_direction():
 
 
 def test_what_the_gain_means_for_the_tree():
-    flags = [verdict(FitQuality(**CLEAR, twins=gain), OPTIONS) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
+    flags = [quality_control(Evidence(**CLEAR, twins=gain), OPTIONS) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
     assert [flag for flag, _ in flags] == ["ok", "ok", "ok", "check", "reject"]
     assert flags[-1][1] == ("merged",)
-    shares = [verdict(FitQuality(**CLEAR, twins_share=share), OPTIONS) for share in (0.0, 0.44, 0.46)]
+    shares = [quality_control(Evidence(**CLEAR, twins_share=share), OPTIONS) for share in (0.0, 0.44, 0.46)]
     assert [flag for flag, _ in shares] == ["ok", "ok", "check"] and shares[-1][1] == ("merged",)
-    assert FitQuality(**CLEAR, twins_share=0.46).twins_likely and not FitQuality(**CLEAR, twins_share=0.44).twins_likely
+    assert Evidence(**CLEAR, twins_share=0.46).twins_likely and not Evidence(**CLEAR, twins_share=0.44).twins_likely

@@ -12,7 +12,7 @@ import pytest
 
 from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import FitQuality, verdict
+from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.quality.findings import TOGETHER, Bound, Findings, Limit
 from treedgs_geo.stems.quality.limits import LIMITS, bound_of, judge
 from treedgs_geo.stems.quality.methods import METHODS, points_method
@@ -110,7 +110,7 @@ def test_a_photo_fit_meets_the_table_s_limits():
     options = PhotoStemOptions()
 
     def of(**change):
-        return verdict(FitQuality(**clear | change), options)
+        return quality_control(Evidence(**clear | change), options)
 
     assert of() == ("ok", ())
     assert of(lean_deg=27.1) == ("reject", ("lean",)) and of(lean_deg=26.9)[0] == "ok"

@@ -251,7 +251,7 @@ def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: tuple[float, float,
 
 def _others(evidence: PhotoEvidence) -> dict[str, float]:
     """Diameters by other means, cm."""
-    found = {"silhouette": evidence.fit.outline_cm, "second": evidence.second_cm}
+    found = {"silhouette": evidence.fit.evidence.outline_cm, "second": evidence.second_cm}
     return {name: float(value) for name, value in found.items() if value is not None and np.isfinite(value)}
 
 
@@ -267,8 +267,8 @@ def _rows(evidence: PhotoEvidence) -> list[tuple[str, str]]:
         ("directions they span", f"{tree.arc_deg or 0:.0f}°"),
         ("edges that count, left out", f"{int(counts.sum())}, {int((~counts).sum())}"),
     ]
-    if np.isfinite(fit.rms_px):
-        rows.append(("edges off the outline (rms)", f"{fit.rms_px:.2f} px"))
+    if np.isfinite(fit.evidence.rms_px):
+        rows.append(("edges off the outline (rms)", f"{fit.evidence.rms_px:.2f} px"))
     reading = shown.reading_cm[shown.sees & np.isfinite(shown.reading_cm)]
     if len(reading) > 1:
         low, high = np.percentile(reading, [10, 90])

@@ -25,17 +25,17 @@ def known_rows(fits: list[PhotoFit]) -> np.ndarray:
 
 def plausible(fit: PhotoFit, gate: float) -> bool:
     """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
-    if fit.contrast > 1.0 and fit.llr >= 12:
+    if fit.evidence.contrast > 1.0 and fit.evidence.llr >= 12:
         return fit.seed_score >= gate or fit.measured
     if fit.seed_score >= gate:
-        return fit.llr >= 30
-    return fit.llr >= 60 and fit.measured
+        return fit.evidence.llr >= 30
+    return fit.evidence.llr >= 60 and fit.measured
 
 
 def without_open_diameter(fit: PhotoFit) -> PhotoFit:
     """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
     unsure its diameter, is not to be explained again by another seed."""
-    if not fit.measured or np.isnan(fit.lo_cm):
+    if not fit.measured or np.isnan(fit.assessment.lo_cm):
         return fit
     found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
     return fit.assessed(fit.assessment.adding(found)) if found.refused else fit
@@ -56,7 +56,7 @@ def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoF
             for other in sure
             if fit.measured and np.hypot(*(other.axis.p - fit.axis.p)) < fit.r0 and other.dbh_cm < THINNER * fit.dbh_cm
         ]
-        if not inside or sum(other.llr for other in inside) < fit.llr + SWALLOWED_LEAD:
+        if not inside or sum(other.evidence.llr for other in inside) < fit.evidence.llr + SWALLOWED_LEAD:
             out.append(fit)
         elif len(inside) > 1:
             out += inside
@@ -106,4 +106,4 @@ def with_rival(fit: PhotoFit, other_cm: float) -> PhotoFit:
 
 def single_llr(fit: PhotoFit) -> float:
     """Edge score of the best single stem at the place: two stems explain any place better than one."""
-    return fit.llr - fit.gain if fit.gain > GAIN_MERGED else fit.llr
+    return fit.evidence.llr - fit.evidence.gain if fit.evidence.gain > GAIN_MERGED else fit.evidence.llr

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,10 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.files import read_json, write_json
+from ..quality.assessment import Assessment
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
+from .quality_control import Evidence
 from .tile_calibration import Look
 
 #: Decimals of the probability that a photo sees a stem.
@@ -19,24 +21,10 @@ _SEEN_DECIMALS = 4
 
 
 def fit_record(fit: PhotoFit) -> dict[str, Any]:
-    """A fit as JSON: local frame, names of :class:`.fit.photo_fit.PhotoFit`; NaN is ``None``."""
-    plain: dict[str, Any] = {}
-    for item in fields(fit):
-        value = getattr(fit, item.name)
-        if isinstance(value, float) and not np.isfinite(value):
-            value = None
-        plain[item.name] = value
-    axis = fit.axis
-    plain["axis"] = {
-        "p": axis.p.tolist(),
-        "s": axis.s.tolist(),
-        "c": axis.c.tolist(),
-        "ground_z": float(axis.ground_z),
-        "bh_m": float(axis.bh_m),
-    }
-    plain["seen"] = np.round(fit.seen, _SEEN_DECIMALS).tolist()
-    plain |= {name: list(getattr(fit, name)) for name in ("reasons", "photos", "oval")}
-    return plain
+    """A fit as JSON: local frame, names of :class:`.fit.photo_fit.PhotoFit`; a number that is not finite is ``None``
+    (NaN) or ``"inf"``."""
+    plain = _plain(asdict(fit))
+    return plain | {"seen": np.round(fit.seen, _SEEN_DECIMALS).tolist()}
 
 
 def fit_of_record(record: dict[str, Any]) -> PhotoFit:
@@ -45,15 +33,35 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
     Raises:
         KeyError, TypeError, ValueError: another record.
     """
-    axis = record["axis"]
-    plain: dict[str, Any] = {name: np.nan if value is None else value for name, value in record.items()}
+    axis, evidence, stated = (_numbers(record[name]) for name in ("axis", "evidence", "assessment"))
     p, s, c = (np.array(axis[name], float) for name in ("p", "s", "c"))
-    plain["axis"] = StemAxis(p, s, c, float(axis["ground_z"]), float(axis["bh_m"]))
-    plain["seen"] = np.array(record["seen"], float)
-    plain["reasons"], plain["photos"] = tuple(record["reasons"]), tuple(record["photos"])
-    east, other = record.get("oval", (0.0, 0.0))
-    plain["oval"] = float(east), float(other)
-    return PhotoFit(**plain)
+    east, north = record["oval"]
+    parts = {
+        "axis": StemAxis(p, s, c, float(axis["ground_z"]), float(axis["bh_m"])),
+        "evidence": Evidence(**evidence),
+        "assessment": Assessment(**stated | {"reasons": tuple(stated["reasons"])}),
+        "seen": np.array(record["seen"], float),
+        "photos": tuple(record["photos"]),
+        "oval": (float(east), float(north)),
+    }
+    return PhotoFit(**_numbers(record) | parts)
+
+
+def _plain(value: Any) -> Any:
+    """The same in types of JSON."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, np.ndarray | tuple | list):
+        return [_plain(item) for item in value]
+    if isinstance(value, float | np.floating) and not np.isfinite(value):
+        return None if np.isnan(value) else "inf"
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _numbers(record: dict[str, Any]) -> dict[str, Any]:
+    """The same with numbers that are not finite put back."""
+    special: dict[Any, float] = {None: np.nan, "inf": np.inf}
+    return {name: special.get(item, item) if item is None or item == "inf" else item for name, item in record.items()}
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,9 @@ FREE_PLACES = 8
 
 def may_be_settled(fit: PhotoFit) -> bool:
     """Low confidence that another witness may settle."""
-    stands_out = (np.isfinite(fit.contrast) and fit.contrast > LEAST_CONTRAST) or fit.llr > LEAST_LLR
+    stands_out = (
+        np.isfinite(fit.evidence.contrast) and fit.evidence.contrast > LEAST_CONTRAST
+    ) or fit.evidence.llr > LEAST_LLR
     return fit.flag != "ok" and stands_out and not HOPELESS & set(fit.reasons)
 
 
@@ -57,7 +59,7 @@ def settled_by_network(
     """
     # To silhouettes two stems that touch are one: where that is the question they do not answer it.
     asked = [k for k, fit in enumerate(fits) if may_be_settled(fit) and "merged" not in fit.reasons]
-    asked = sorted(asked, key=lambda k: -fits[k].llr)[: fitter.options.most_asked]
+    asked = sorted(asked, key=lambda k: -fits[k].evidence.llr)[: fitter.options.most_asked]
     if not asked or fitter.backdrop is None:
         return fits
     free = _free_places([*fits, *known], fitter, tile)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from .images.crops import FX, GroundGrid, PhotoStack
 from .network.inference import NetworkMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
-from .quality_control import FitQuality, verdict, widened_cm
+from .quality_control import Evidence, quality_control, widened_cm
 
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
@@ -74,84 +74,126 @@ class Fitted(NamedTuple):
     twins: Twins = NO_TWINS
 
 
-class _Shape(NamedTuple):
-    """The stem at breast height above the ground that its foot is on."""
+class Found(NamedTuple):
+    """A fitted stem about which evidence is sought."""
 
+    shared: Shared
+    #: The explanation that was chosen.
+    chosen: Fitted
+    #: The stem, after the reading from farther up.
+    fine: FineFit
+    #: Axis at breast height above the ground that its foot is on; the foot's height, local m.
     axis: StemAxis
-    r0: float
-    r1: float
     foot_z: float
+    #: Radius at breast height, m.
+    r0: float
+    #: (V,) weight of each photo; (V,) bool, it shows the stem clearly.
+    weight: np.ndarray
+    clear: np.ndarray
 
 
-def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
-    """The stem of an explanation: its diameter and error, and flag and reasons (:mod:`.quality_control`)."""
-    best, outline = found.best, found.outline
+def by_edges(found: Found) -> dict[str, float]:
+    """What the edges' fit and its photos say."""
+    best, weight = found.chosen.best, found.weight
+    return {
+        "polish_cm": 200 * best.mode.r,
+        "r1": found.fine.r1,
+        "lean_deg": float(np.degrees(np.arctan(np.hypot(*found.chosen.fine.axis.s)))),
+        "llr": best.edges,
+        "n_views": int(found.clear.sum()),
+        "kish": _kish(weight) if best.mate is None else np.inf,
+        "rms_px": found.fine.rms_px,
+    }
+
+
+def by_selection(found: Found) -> dict[str, float]:
+    """What the other explanations of the place say."""
+    chosen = found.chosen
+    against_cm = 0.0 if chosen.others is None else chosen.others.choice.against_cm
+    return {"gap": chosen.gap, "sure": chosen.sure, "against_cm": against_cm}
+
+
+def by_companions(found: Found) -> dict[str, float]:
+    """Whether it is two stems."""
+    twins = found.chosen.twins
+    return {"gain": found.chosen.gain, "twins": twins.gain, "twins_share": twins.share}
+
+
+def by_silhouette(found: Found) -> dict[str, float]:
+    """How wide it is as the ground or the network shows it."""
+    best, outline = found.chosen.best, found.chosen.outline
+    if outline is None:
+        return {}
+    width = {} if best.mate is not None else {"outline_cm": 200 * widest(outline, best.vector)}
+    return width | {"contrast": best.contrast / found.shared.chance}
+
+
+def by_opacity(found: Found) -> dict[str, float]:
+    """Whether the ground shows through it."""
+    shared = found.shared
+    if found.chosen.outline is None or shared.backdrop is None:
+        return {}
+    radius = found.r0, found.fine.r1
+    seen = ground_correlation(shared.stack, shared.ground, shared.backdrop, found.axis, radius, shared.bands.fine)
+    return {"through": share_through(seen, int(found.clear.sum()))}
+
+
+def by_section(found: Found) -> dict[str, float]:
+    """How far its section is off a circle."""
+    return {"oval": float(np.hypot(*found.fine.oval)) / max(found.fine.r0, 1e-6)}
+
+
+#: What is found out about every fit: each returns fields of :class:`.quality_control.Evidence`.
+EVIDENCE = (by_edges, by_selection, by_companions, by_silhouette, by_opacity, by_section)
+
+
+def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
+    """The stem of an explanation: its diameter and error, the evidence about it, flag and reasons."""
+    best = chosen.best
     clear = best.z > CLEAR_Z
-    weight = found.fine.view_weight * seen_probability(best.z)
-    soft_cm = shared.soft_px * px_cm(shared, found.fine.axis, clear)
-    kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
-    fine, se = averaged(found.fine, error_cm(shared, best, found.fine, weight), found.above_cm)
+    weight = chosen.fine.view_weight * seen_probability(best.z)
+    soft_cm = shared.soft_px * px_cm(shared, chosen.fine.axis, clear)
+    fine, se = averaged(chosen.fine, error_cm(shared, best, chosen.fine, weight), chosen.above_cm)
     se = float(np.hypot(se, soft_cm))  # of both readings alike
     dq, foot_z = breast_height(fine.axis, fine.r0, shared.ground)
-    shape = _Shape(moved(fine.axis, dq), fine.r0 + fine.r1 * dq, fine.r1, foot_z)
-    quality = FitQuality(
-        dbh_cm=200 * shape.r0,
-        polish_cm=200 * best.mode.r,
-        r1=fine.r1,
-        lean_deg=float(np.degrees(np.arctan(np.hypot(*found.fine.axis.s)))),
-        llr=best.edges,
-        gap=found.gap,
-        n_views=int(clear.sum()),
-        kish=kish if best.mate is None else np.inf,
-        se_cm=se,
-        rms_px=fine.rms_px,
-        sure=found.sure,
-        gain=found.gain,
-        twins=found.twins.gain,
-        twins_share=found.twins.share,
-        contrast=np.nan if outline is None else best.contrast / shared.chance,
-        outline_cm=np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector),
-        through=_through(shared, shape, outline, int(clear.sum())),
-        oval=float(np.hypot(*fine.oval)) / max(fine.r0, 1e-6),
-        network=shared.shown is not None,
-        against_cm=0.0 if found.others is None else found.others.choice.against_cm,
-    )
-    flag, reasons = verdict(quality, shared.options)
-    stated = Assessment(quality.dbh_cm, widened_cm(se, quality, reasons), flag=flag, reasons=reasons)
-    if found.others is not None and flag == "check" and OPEN & set(reasons):
-        stated = _over_explanations(stated, found.others, quality, soft_cm)
+    found = Found(shared, chosen, fine, moved(fine.axis, dq), foot_z, fine.r0 + fine.r1 * dq, weight, clear)
+    numbers: dict[str, Any] = {name: value for step in EVIDENCE for name, value in step(found).items()}
+    evidence = Evidence(dbh_cm=200 * found.r0, se_cm=se, network=shared.shown is not None, **numbers)
     return PhotoFit(
-        axis=shape.axis,
-        r0=shape.r0,
+        axis=found.axis,
+        r0=found.r0,
         r1=fine.r1,
-        **asdict(stated),
+        evidence=evidence,
+        assessment=_assessment(evidence, chosen.others, soft_cm, shared.options),
         seed_score=seed.score,
-        llr=best.edges,
-        gap=found.gap,
-        n_views=quality.n_views,
-        kish=kish,
-        arc_deg=azimuth_spread(_azimuths(shared, found.fine.axis)[clear]),
-        rms_px=fine.rms_px,
-        polish_cm=quality.polish_cm,
+        arc_deg=azimuth_spread(_azimuths(shared, chosen.fine.axis)[clear]),
         seen=seen_probability(best.z),
-        contrast=quality.contrast,
-        sure=found.sure,
-        outline_cm=quality.outline_cm,
         foot_z=foot_z,
-        gain=found.gain,
-        twins=found.twins.gain,
-        twins_share=found.twins.share,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
         soft_cm=soft_cm,
     )
 
 
-def _over_explanations(stated: Assessment, others: Others, quality: FitQuality, soft_cm: float) -> Assessment:
+def _assessment(evidence: Evidence, others: Others | None, soft_cm: float, options: PhotoStemOptions) -> Assessment:
+    """What is stated of a stem with that evidence, with the error and interval over all explanations of the place where
+    these leave it open."""
+    flag, reasons = quality_control(evidence, options)
+    stated = Assessment(evidence.dbh_cm, widened_cm(evidence.se_cm, evidence, reasons), flag=flag, reasons=reasons)
+    if others is not None and flag == "check" and OPEN & set(reasons):
+        stated = _over_explanations(stated, others, evidence, soft_cm)
+    return stated
+
+
+def _kish(weight: np.ndarray) -> float:
+    return float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
+
+
+def _over_explanations(stated: Assessment, others: Others, evidence: Evidence, soft_cm: float) -> Assessment:
     """With the error and the interval over all explanations of the place."""
     times = UNSURE_SE if UNSURE & set(stated.reasons) else 1.0
     mixture = others.mixture(stated.dbh_cm, stated.se_cm, times, soft_cm)
     low_cm, high_cm = mixture.interval_cm(stated.dbh_cm)
-    if quality.twins_likely:
+    if evidence.twins_likely:
         low_cm = min(low_cm, PARTS[0] * stated.dbh_cm)  # the thinner one of two
     return stated.explained(mixture.error_cm(stated.dbh_cm), low_cm, high_cm)
 
@@ -188,13 +230,3 @@ def widest(outline: Silhouette, vector: np.ndarray) -> float:
 def _azimuths(shared: Shared, axis: StemAxis) -> np.ndarray:
     """(V,) direction from each photo to the stem, rad from east."""
     return np.arctan2(axis.p[1] - shared.stack.centre[:, 1], axis.p[0] - shared.stack.centre[:, 0])
-
-
-def _through(shared: Shared, shape: _Shape, outline: Silhouette | None, n_clear: int) -> float:
-    """Share of the photos that show the ground through the stem, 0 where no ground is known."""
-    if outline is None or shared.backdrop is None:
-        return 0.0
-    correlation = ground_correlation(
-        shared.stack, shared.ground, shared.backdrop, shape.axis, (shape.r0, shape.r1), shared.bands.fine
-    )
-    return share_through(correlation, n_clear)

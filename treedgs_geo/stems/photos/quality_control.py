@@ -26,7 +26,7 @@ WEAK_LLR = bound_of("photos", "llr", "check")
 #: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
 #: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
 OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
-#: Share of a difference that the verdict flags, added to the standard error (:func:`widened_cm`).
+#: Share of a difference that quality control flags, added to the standard error (:func:`widened_cm`).
 DISAGREE_SHARE = 0.5
 #: Reasons that together refuse a stem that the network sees.
 TOGETHER_SEEN = 3
@@ -35,33 +35,64 @@ OUTVOTED_GAP = -10.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitQuality:
-    """What a fit is judged by; fields as in :class:`.fit.photo_fit.PhotoFit`. sure, contrast, outline_cm: NaN where no
-    silhouette is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was
-    asked. through: share of photos that show the ground through it (:mod:`.evidence.opacity_test`). oval: by how much
-    its section is off a circle, share of the radius. twins, twins_share: gain and share of
-    :class:`.evidence.double_stem.Twins`. against_cm: as in :class:`.fit.selection.Choice`."""
+class Evidence:
+    """What was found out about a stem: numbers, which decide nothing by themselves; NaN where there is nothing to be
+    had. :data:`.measurement.EVIDENCE` finds them, :func:`quality_control` judges them together."""
 
+    #: Diameter at breast height by the edges, cm, and its standard error before anything speaks against it.
     dbh_cm: float
-    polish_cm: float
-    r1: float
-    lean_deg: float
-    llr: float
-    gap: float
-    n_views: int
-    kish: float
     se_cm: float
+    #: Diameter of the coarse search, cm.
+    polish_cm: float
+    #: Slope of the radius, m/m.
+    r1: float
+    #: Angle of the axis from the vertical, degrees.
+    lean_deg: float
+    #: Log likelihood ratio of the fit against chance.
+    llr: float
+    #: Lead of ``llr`` over the next different explanation.
+    gap: float
+    #: Photos that see it clearly.
+    n_views: int
+    #: Effective number of photos (Kish); infinite for one of a pair, which hardly any photo shows whole.
+    kish: float
+    #: Edge residual, px.
     rms_px: float
+    #: How probable this diameter is among the explanations tried.
     sure: float = np.nan
+    #: Contrast of the silhouette, in units of what chance reaches.
     contrast: float = np.nan
+    #: Diameter of the silhouette alone, cm.
     outline_cm: float = np.nan
+    #: Share of the photos that show the ground through it (:mod:`.evidence.opacity_test`).
     through: float = 0.0
+    #: By how much its section is off a circle, share of the radius.
     oval: float = 0.0
+    #: Gain of "another stem touches it" over one stem, log likelihood.
     gain: float = 0.0
+    #: Two full stems inside this one: gain and share (:class:`.evidence.double_stem.Twins`).
     twins: float = np.nan
     twins_share: float = np.nan
+    #: The network was asked.
     network: bool = False
+    #: How far the edges' own best explanation is away, cm (:class:`.fit.selection.Choice`).
     against_cm: float = 0.0
+
+    @classmethod
+    def nothing(cls, dbh_cm: float) -> Evidence:
+        """About a place where nothing could be fitted; dbh_cm: as thick as it was looked for."""
+        return cls(
+            dbh_cm=dbh_cm,
+            se_cm=np.nan,
+            polish_cm=np.nan,
+            r1=np.nan,
+            lean_deg=np.nan,
+            llr=0.0,
+            gap=0.0,
+            n_views=0,
+            kish=0.0,
+            rms_px=np.nan,
+        )
 
     @property
     def outvoted(self) -> bool:
@@ -88,7 +119,7 @@ class FitQuality:
         """It may be two full stems."""
         return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
 
-    def measured(self) -> dict[str, float]:
+    def quantities(self) -> dict[str, float]:
         """The quantities that apply, for :func:`treedgs_geo.stems.quality.limits.judge`."""
         found = {
             "dbh_cm": self.dbh_cm,
@@ -120,17 +151,17 @@ class FitQuality:
         return found | ({"sure": self.sure} if np.isfinite(self.sure) else {"gap": self.gap})
 
 
-def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...]]:
+def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...]]:
     """Flag and reasons. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette of
     another width."""
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
-    found = judge("photos", quality.measured(), quality.dbh_cm, settings)
+    found = judge("photos", quality.quantities(), quality.dbh_cm, settings)
     count = _independent(found, bool(np.isfinite(quality.sure)))
     return found.flag("photos", count, TOGETHER_SEEN if quality.network and quality.solid else None), found.reasons
 
 
-def widened_cm(se_cm: float, quality: FitQuality, reasons: tuple[str, ...]) -> float:
-    """Standard error of the diameter (cm) with what the reasons of its verdict say it may be off besides: a share
+def widened_cm(se_cm: float, quality: Evidence, reasons: tuple[str, ...]) -> float:
+    """Standard error of the diameter (cm) with what the reasons for a check say it may be off besides: a share
     (:data:`DISAGREE_SHARE`) of what silhouette and edges differ by, of what the section is off a circle, and of what
     the edges' own best explanation is away. Never smaller than ``se_cm``."""
     parts = [se_cm]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +21,10 @@ from .fit.selection import Explanation, choose
 from .fit.silhouette_search import moved_to_edges
 from .images.axis_patches import StemAxis
 from .images.background import Silhouette, cut_silhouette
-from .measurement import Fitted, Shared, judged
+from .measurement import Fitted, Shared, measured
 from .network.silhouettes import cut_bark, with_bark
 from .propose.edge_voting import Seed
-from .quality_control import GAIN_MERGED, GAIN_WEIGHED
+from .quality_control import GAIN_MERGED, GAIN_WEIGHED, Evidence
 
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
@@ -77,7 +77,7 @@ class Fitter(Shared):
             return None
         if quick:
             best = max(tried, key=lambda item: item.edges)
-            return judged(self, seed, Fitted(best, best.fine, best.edges))
+            return measured(self, seed, Fitted(best, best.fine, best.edges))
         found = self._chosen(place, self._compared(tried, known), modes)
         best, hidden, window = found.best, known, WINDOWS_PX[2:]
         if best.mate is not None:
@@ -89,22 +89,19 @@ class Fitter(Shared):
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
-        return judged(self, seed, found._replace(fine=fine, above_cm=above_cm))
+        return measured(self, seed, found._replace(fine=fine, above_cm=above_cm))
 
     def refused(self, seed: Seed, reason: str = "occluded") -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
-        nothing: dict[str, Any] = dict.fromkeys(("rms_px", "polish_cm"), np.nan)
-        counts: dict[str, Any] = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
         return PhotoFit(
             axis=self._start(seed),
             r0=seed.r,
             r1=START_TAPER,
-            **asdict(Assessment.refused(reason, 200 * seed.r)),
+            evidence=Evidence.nothing(200 * seed.r),
+            assessment=Assessment.refused(reason, 200 * seed.r),
             seed_score=seed.score,
-            n_views=0,
+            arc_deg=0.0,
             seen=np.zeros(len(self.stack)),
-            **nothing,
-            **counts,
         )
 
     def _start(self, seed: Seed) -> StemAxis:

@@ -91,12 +91,12 @@ def fit_at(fitter: Fitter, place: np.ndarray, reach_m: float, known: np.ndarray 
     starts = _free(_starts(place, reach_m), known)
     # Where a stem is clear at the place itself, the ground about it need not be looked at.
     nearest = fitter.fit(starts[0], known, quick=True)
-    if nearest is not None and nearest.llr >= CLEAR_LLR and _away(nearest, place) <= min(START_M, reach_m):
+    if nearest is not None and nearest.evidence.llr >= CLEAR_LLR and _away(nearest, place) <= min(START_M, reach_m):
         fit = _best([fitter.fit(_seed(*nearest.axis.p), known)], place, reach_m)
         if fit is not None and fit.measured:
             return fit
     quick = [nearest, *(fitter.fit(seed, known, quick=True) for seed in starts[1:])]
-    looked = sorted(((fit.llr, *fit.axis.p) for fit in quick if fit is not None), reverse=True)
+    looked = sorted(((fit.evidence.llr, *fit.axis.p) for fit in quick if fit is not None), reverse=True)
     followed: list[tuple[float, float]] = []
     for _, x, y in looked:
         if all(np.hypot(x - a, y - b) > FOLLOWED_APART_M for a, b in followed):
@@ -113,7 +113,7 @@ def _best(fits: list[PhotoFit | None], place: np.ndarray, reach_m: float) -> Pho
     near = [fit for fit in near if _says_something(fit)]
     if not near:
         return None
-    best = max(near, key=lambda fit: (fit.measured, fit.llr - FAR_COST * (_away(fit, place) / reach_m) ** 2))
+    best = max(near, key=lambda fit: (fit.measured, fit.evidence.llr - FAR_COST * (_away(fit, place) / reach_m) ** 2))
     return None if best.measured and not plausible(best, np.inf) else best
 
 
@@ -158,8 +158,8 @@ def _away(fit: PhotoFit, place: np.ndarray) -> float:
 
 
 def _says_something(fit: PhotoFit) -> bool:
-    stands_out = fit.contrast > SAYS_CONTRAST and fit.llr >= SAYS_LEAST_LLR
-    return bool(stands_out or fit.llr >= SAYS_LLR)
+    stands_out = fit.evidence.contrast > SAYS_CONTRAST and fit.evidence.llr >= SAYS_LEAST_LLR
+    return bool(stands_out or fit.evidence.llr >= SAYS_LLR)
 
 
 def _nothing(fitter: Fitter, place: np.ndarray, reason: str) -> PhotoFit:

@@ -117,7 +117,7 @@ def first_look(
     clear = [
         fit
         for fit in (fitter.fit(seed, quick=True) for seed in edges.seeds[:FIRST_LOOK] if seed.score > edges.threshold)
-        if fit and fit.llr > 40
+        if fit and fit.evidence.llr > 40
     ]
     sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
     prior = Prior()

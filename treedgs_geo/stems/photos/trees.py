@@ -30,7 +30,7 @@ def trees_of_photo_fits(
                 bh_m=fit.axis.bh_m,
                 lean_deg=fit.lean_deg,
                 arc_deg=fit.arc_deg,
-                n_views=fit.n_views,
+                n_views=fit.evidence.n_views,
                 taper_cm_m=200 * fit.r1 if fit.measured else None,
                 method="photos",
                 run_id=run_id,

@@ -74,7 +74,7 @@ def through(fit: PhotoFit, fitter: Fitter) -> float:
     band = (ABOVE if fit.carried else BREAST).fine
     shape = fit.r0, fit.r1
     found = ground_correlation(fitter.stack, fitter.ground, fitter.backdrop, fit.axis, shape, band)
-    return share_through(found, fit.n_views)
+    return share_through(found, fit.evidence.n_views)
 
 
 def seen_above(

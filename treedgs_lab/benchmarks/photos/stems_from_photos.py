@@ -62,10 +62,10 @@ def row_of(tree: dict, fit) -> dict:
     if fit is None:
         print(f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f}  missed{'':18} {clear:5d}")
         return row
-    error = fit.dbh_cm - dbh
+    error, found = fit.dbh_cm - dbh, fit.evidence
     print(
         f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f} {fit.dbh_cm:5.1f} {error:+6.2f} {fit.se_cm:5.2f} "
-        f"{fit.flag:6} {clear:5d} {fit.n_views:5d} {fit.llr:5.0f} {fit.gap:5.0f} {fit.seed_score:5.0f} "
+        f"{fit.flag:6} {clear:5d} {found.n_views:5d} {found.llr:5.0f} {found.gap:5.0f} {fit.seed_score:5.0f} "
         f"{fit.lean_deg:4.1f} {100 * fit.r1:+.2f}  {','.join(fit.reasons)}"
     )
     return row | {
@@ -73,9 +73,9 @@ def row_of(tree: dict, fit) -> dict:
         "se_cm": round(fit.se_cm, 2),
         "flag": fit.flag,
         "reasons": ",".join(fit.reasons),
-        "gain": round(fit.gain, 1),
-        "twins": round(fit.twins, 1) if np.isfinite(fit.twins) else None,
-        "twins_share": round(fit.twins_share, 2) if np.isfinite(fit.twins_share) else None,
+        "gain": round(found.gain, 1),
+        "twins": round(found.twins, 1) if np.isfinite(found.twins) else None,
+        "twins_share": round(found.twins_share, 2) if np.isfinite(found.twins_share) else None,
     }
 
 
@@ -93,8 +93,8 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
     trees = [row_of(tree, fit) for tree, fit in wanted]
     for fit in false:
         print(
-            f"FALSE at {fit.axis.p.round(2)}: dbh {fit.dbh_cm:.1f} {fit.flag} llr {fit.llr:.0f} gap {fit.gap:.0f} "
-            f"seed {fit.seed_score:.0f} views {fit.n_views} {','.join(fit.reasons)}"
+            f"FALSE at {fit.axis.p.round(2)}: dbh {fit.dbh_cm:.1f} {fit.flag} llr {fit.evidence.llr:.0f} "
+            f"seed {fit.seed_score:.0f} views {fit.evidence.n_views} {','.join(fit.reasons)}"
         )
     measured = [(tree, fit) for tree, fit in wanted if fit is not None and fit.measured]
     clear = [int(tree["n_unoccluded_bh_views"]) >= 3 for tree, _ in measured]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from ...quality.assessment import Assessment
 from ...quality.findings import Flag
 from ..images.axis_patches import StemAxis
+from ..quality_control import Evidence
 from .search_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 
 
@@ -23,48 +24,18 @@ class PhotoFit:
     r0: float
     #: Slope of the radius, m/m.
     r1: float
-    #: Diameter at breast height, cm.
-    dbh_cm: float
-    #: Its standard error, cm, given that the right edges were found.
-    se_cm: float
-    flag: Flag
-    #: Keys of :data:`treedgs_geo.stems.quality.reasons.REASONS`.
-    reasons: tuple[str, ...]
+    #: What was found out about it.
+    evidence: Evidence
+    #: What is stated of it: diameter, error, interval, flag and reasons.
+    assessment: Assessment
     #: Score of the detection.
     seed_score: float
-    #: Log likelihood ratio of the fit against chance.
-    llr: float
-    #: Lead of ``llr`` over the next different explanation.
-    gap: float
-    #: Photos that see it clearly.
-    n_views: int
-    #: Effective number of photos (Kish).
-    kish: float
-    #: Spread of their azimuths, degrees.
+    #: Spread of the azimuths of the photos that see it clearly, degrees.
     arc_deg: float
-    #: Edge residual, px.
-    rms_px: float
-    #: Diameter of the coarse stage, cm.
-    polish_cm: float
     #: (V,) probability that each photo sees it.
     seen: np.ndarray = field(repr=False)
-    #: Contrast of the silhouette, in units of what chance reaches.
-    contrast: float = np.nan
-    #: How probable this diameter is among the explanations tried.
-    sure: float = np.nan
-    #: Diameter of the silhouette alone, cm.
-    outline_cm: float = np.nan
     #: Ground on the uphill side of the foot, local m.
     foot_z: float = np.nan
-    #: Gain of "another stem touches it" over one stem, log likelihood.
-    gain: float = 0.0
-    #: Two full stems inside this one: gain and share (:class:`.evidence.double_stem.Twins`).
-    twins: float = np.nan
-    twins_share: float = np.nan
-    #: 90 % interval, cm, where ``se_cm`` is that of several explanations
-    #: (:mod:`.evidence.diameter_uncertainty`); NaN elsewhere.
-    lo_cm: float = np.nan
-    hi_cm: float = np.nan
     #: Measured above breast height (:mod:`.upper_stem`).
     carried: bool = False
     #: Oval of the section, m (:class:`.edge_adjustment.FineFit`).
@@ -85,18 +56,33 @@ class PhotoFit:
         return np.concatenate([self.axis.row, [self.r0, self.r1]])
 
     @property
-    def measured(self) -> bool:
-        """Has a diameter."""
-        return self.flag != "reject"
+    def dbh_cm(self) -> float:
+        """Diameter that is stated, cm."""
+        return self.assessment.dbh_cm
 
     @property
-    def assessment(self) -> Assessment:
-        """What is stated of it, for more evidence."""
-        return Assessment(self.dbh_cm, self.se_cm, self.lo_cm, self.hi_cm, self.flag, self.reasons)
+    def se_cm(self) -> float:
+        """Its standard error, cm."""
+        return self.assessment.se_cm
+
+    @property
+    def flag(self) -> Flag:
+        """``ok``, ``check`` or ``reject``."""
+        return self.assessment.flag
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Keys of :data:`treedgs_geo.stems.quality.reasons.REASONS`."""
+        return self.assessment.reasons
+
+    @property
+    def measured(self) -> bool:
+        """Has a diameter."""
+        return self.assessment.measured
 
     def assessed(self, stated: Assessment, **changes: Any) -> PhotoFit:
         """The fit of which that is stated. changes: other fields."""
-        return replace(self, **asdict(stated), **changes)
+        return replace(self, assessment=stated, **changes)
 
 
 def seen_probability(z: np.ndarray) -> np.ndarray:
