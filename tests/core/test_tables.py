@@ -27,12 +27,12 @@ from treedgs_geo.core.tables import (
     safe_cell,
     safe_frame,
 )
-from treedgs_geo.inventory.accuracy.sections import write_table
 from treedgs_geo.inventory.measured import read_measured
 from treedgs_geo.inventory.stand.sample import read_sample
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.stems.quality.tree import Tree
+from treedgs_lab.published.sections import write_table
 from treedgs_lab.simulate.files import write_csv
 
 UTM = pyproj.CRS.from_epsg(6344)

@@ -183,7 +183,7 @@ def test_the_page_works_from_the_file_system(tmp_path):
     assert said[:3] == [60, len(flagged), len(thick)]
     assert said[3:5] == [str(measured[0].tree_id), str(measured[-1].tree_id)]
     assert said[5:7] == ["7", f"sheets/{RUN}/7.jpg"]
-    assert said[7:] == [30, "TreeDGS report"]
+    assert said[7:] == [30, "Tree diameters"]
 
 
 def test_the_page_says_what_it_rests_on(tmp_path):

@@ -1,50 +1,26 @@
-"""The campaign's report: ``plots.csv`` (one row a plot) and ``campaign.html``, written row by row."""
+"""The campaign's report: ``plots.csv`` (one row a plot) and ``campaign.html``."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterable, Iterator
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
 from ..core.files import atomic_path
 from ..core.tables import SafeWriter
+from ..report.blocks import Block, Column, Document, Sentences, Table, facts_table
+from ..report.html import write_html
 from .places import REPORT, TABLE, plot_folder
 from .record import Record
 from .state import Campaign, Plan
 
 COLUMNS = (
-    "plot_id",
-    "state",
-    "route",
-    "n_trees",
-    "n_measured",
-    "n_rejected",
-    "reasons",
-    "mean_dbh_cm",
-    "seconds",
-    "cpu_s",
-    "memory_gb",
-    "disk_gb",
-    "photos",
-    "megapixels",
-    "points_m",
-    "predicted_s",
-    "attempts",
-    "host",
-    "n_field",
-    "n_field_measured",
-    "rmse_cm",
-    "me_cm",
-    "coverage_90",
-    "n_false",
-    "remark",
-    "folder",
-)
+    "plot_id", "state", "route", "n_trees", "n_measured", "n_rejected", "reasons", "mean_dbh_cm", "seconds", "cpu_s",
+    "memory_gb", "disk_gb", "photos", "megapixels", "points_m", "predicted_s", "attempts", "host", "n_field",
+    "n_field_measured", "rmse_cm", "me_cm", "coverage_90", "n_false", "remark", "folder",
+)  # fmt: skip
 #: Problems repeated above the table.
-_MOST_REPORTED = 30
+_MAX_REPORTED = 30
 
 
 def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
@@ -106,56 +82,51 @@ def write_report(
 ) -> Path:
     """Write both files. rows: of :func:`rows_of`; facts: label -> value, the first one is the headline."""
     folder = campaign.workspace
-    template = (files(__package__) / "templates" / "campaign.html").read_text(encoding="utf-8")
-    headline = next(iter(facts.values()))
-    notes = "".join(f"<li>{html.escape(text)}</li>" for text in warnings[:_MOST_REPORTED])
-    if len(warnings) > _MOST_REPORTED:
-        notes += f"<li>and {len(warnings) - _MOST_REPORTED} more, in {TABLE}</li>"
-    head = Template(template).substitute(
-        headline=html.escape(str(headline)),
-        warnings=f"<div class='warn'><b>Look at these</b><ul>{notes}</ul></div>" if notes else "",
-    )
-    with atomic_path(folder / TABLE) as table, atomic_path(folder / REPORT) as page:  # noqa: SIM117 - too long for one
-        with open(table, "w", newline="", encoding="utf-8-sig") as cells, open(page, "w", encoding="utf-8") as text:
-            writer = SafeWriter(cells, COLUMNS)
-            writer.header()
-            text.write(head)
-            for row in rows:
-                writer.record(row)
-                text.write(_line(row))
-            text.write("</table><h2>This campaign</h2><table>")
-            for name, value in facts.items():
-                text.write(f"<tr><th>{html.escape(str(name))}</th><td>{html.escape(str(value))}</td></tr>")
-            text.write("</table></body></html>\n")
-    return folder / REPORT
-
-
-def _line(row: dict[str, Any]) -> str:
-    field = "" if row["n_field"] is None else f"{row['n_field_measured']} of {row['n_field']}"
-    share = "" if row["coverage_90"] is None else f"{100 * row['coverage_90']:.0f} %"
-    cells = [
-        row["plot_id"],
-        row["state"],
-        row["n_trees"],
-        row["n_measured"],
-        row["n_rejected"],
-        row["reasons"],
-        row["mean_dbh_cm"],
-        row["seconds"],
-        row["memory_gb"],
-        row["attempts"],
-        field,
-        row["rmse_cm"],
-        row["me_cm"],
-        share,
-        row["remark"] or "; ".join(row["warnings"]),
+    plots = []
+    with atomic_path(folder / TABLE) as table, open(table, "w", newline="", encoding="utf-8-sig") as cells:
+        writer = SafeWriter(cells, COLUMNS)
+        writer.header()
+        for row in rows:
+            writer.record(row)
+            plots.append(_shown(row))
+    notes = warnings[:_MAX_REPORTED]
+    if len(warnings) > _MAX_REPORTED:
+        notes.append(f"and {len(warnings) - _MAX_REPORTED} more, in {TABLE}")
+    blocks: list[Block] = [
+        Sentences(notes, "Look at these"),
+        Table("plots", "Plots", list(_SHOWN), plots),
+        facts_table("campaign", "This campaign", facts),
     ]
-    made = "".join(
-        f"<td{' class=n' if isinstance(cell, (int, float)) else ''}>{html.escape('' if cell is None else str(cell))}"
-        "</td>"
-        for cell in cells
-    )
-    return f"<tr class='{'failed' if row['state'] != 'done' else 'done'}'>{made}</tr>\n"
+    return write_html(folder / REPORT, Document("Campaign", str(next(iter(facts.values()))), blocks, wide=True))
+
+
+_SHOWN = (
+    Column("plot_id", "Plot"),
+    Column("state", "State"),
+    Column("n_trees", "Stems", 0),
+    Column("n_measured", "With DBH", 0),
+    Column("n_rejected", "Refused", 0),
+    Column("reasons", "Why refused"),
+    Column("mean_dbh_cm", "Mean DBH cm", 1),
+    Column("seconds", "Seconds", 0),
+    Column("memory_gb", "Memory GB", 2),
+    Column("attempts", "Attempts", 0),
+    Column("field", "Field trees measured"),
+    Column("rmse_cm", "RMSE cm", 2),
+    Column("me_cm", "Bias cm", 2, signed=True),
+    Column("coverage_90", "In 90 % interval, %", 0, 100),
+    Column("remark", "Remarks"),
+)
+
+
+def _shown(row: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows of a plot."""
+    return {
+        **{column.key: row.get(column.key) for column in _SHOWN},
+        "field": "" if row["n_field"] is None else f"{row['n_field_measured']} of {row['n_field']}",
+        "remark": row["remark"] or "; ".join(row["warnings"]),
+        "mark": "done" if row["state"] == "done" else "failed",
+    }
 
 
 def _round(value: float | None) -> float | None:

@@ -2,61 +2,56 @@
 
 from __future__ import annotations
 
-import base64
-import html
-import io
 import os
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 from urllib.parse import quote
 
 import geopandas as gpd
 import numpy as np
+import pandas as pd
 
 from ..core.calibration import CALIBRATION, NETWORK, TAPE
-from ..core.files import atomic_path
 from ..core.plots import Plot
-from .report_map import FLAGS, stem_map
-from .report_table import empty_columns, flag_boxes, heads, plot_options, tree_rows
+from ..report.blocks import (
+    Block,
+    Column,
+    Document,
+    Fragment,
+    Heading,
+    Paragraph,
+    Picture,
+    Sentences,
+    Table,
+    facts_table,
+    known,
+)
+from ..report.charts import FLAGS, chart_png, new_chart
+from ..report.html import write_html
+from ..stems.quality.reasons import explain
 
-
-def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
-    """PNG of the number of stems by DBH class, stacked by flag; refused stems have no DBH and are counted beside it."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    from matplotlib.ticker import MaxNLocator
-
-    figure, axes = plt.subplots(figsize=(8, 3.2), dpi=110, layout="constrained")
-    known = trees[trees["dbh_cm"].notna()]
-    number = np.floor(known["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
-    classes = range(int(number.min()), int(number.max()) + 1) if len(known) else range(0)
-    base = np.zeros(len(classes))
-    for flag, (colour, words) in FLAGS.items():
-        counts = np.array([int(((number == k) & (known["qc_flag"] == flag)).sum()) for k in classes])
-        if counts.sum():
-            axes.bar(
-                [k * width_cm for k in classes], counts, width_cm * 0.9, base, align="edge", color=colour, label=words
-            )
-            base += counts
-    n_refused = len(trees) - len(known)
-    axes.set_xlabel("DBH, cm")
-    axes.set_ylabel("Stems")
-    axes.set_title(f"{len(known)} stems with a DBH, {n_refused} without", fontsize=11)
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.grid(axis="y", alpha=0.3)
-    axes.set_axisbelow(True)
-    if len(known):
-        axes.legend(frameon=False)
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png")
-    plt.close(figure)
-    return picture.getvalue()
+#: Heading of each column of the table of trees, and how the script sorts it: by number or by text.
+COLUMNS = (
+    ("tree", "number"),
+    ("plot", "text"),
+    ("DBH cm", "number"),
+    ("standard error cm", "number"),
+    ("90 % interval cm", "number"),
+    ("flag", "number"),
+    ("easting m", "number"),
+    ("northing m", "number"),
+    ("photos", "number"),
+    ("points", "number"),
+    ("reason and what to do", "text"),
+)
+#: Drawing units of the map's longer side, and what is left free around the stems.
+_SIDE, _FREE = 760.0, 44.0
+#: A stem without a DBH is drawn as one of this many centimetres; drawing units a centimetre, and the smallest disc.
+_UNKNOWN_CM, _UNITS_CM, _MIN_UNITS = 12.0, 0.2, 2.5
+#: Beyond this many stems numbers are shown for the marked one only.
+_MAX_LABELS = 160
 
 
 def write_report(
@@ -70,47 +65,153 @@ def write_report(
 ) -> Path:
     """Write the page. facts: label -> value rows of the run card; stages: name -> ``seconds``, ``peak_memory_mb``.
     sheets: ``tree_id`` -> evidence sheet, to be linked from where the page lies."""
-    measured = trees[trees["dbh_cm"].notna()]
-    card = "".join(f"<tr><th>{html.escape(str(k))}</th><td>{html.escape(str(v))}</td></tr>" for k, v in facts.items())
-    cost = "".join(
-        f"<tr><th>{html.escape(name)}</th><td>{entry['seconds']:.1f}</td><td>{entry['peak_memory_mb']}</td></tr>"
-        for name, entry in stages.items()
-        if "seconds" in entry
-    )
-    notes = "".join(f"<li>{html.escape(text)}</li>" for text in warnings)
+    summary = "No stem was found; the reason is below."
+    found: list[Block] = []
     if len(trees):
-        n_check, n_refused = int((trees["qc_flag"] == "check").sum()), len(trees) - len(measured)
+        n_measured, n_check = int(trees["dbh_cm"].notna().sum()), int((trees["qc_flag"] == "check").sum())
         summary = (
-            f"{len(measured)} stems have a DBH ({n_check} of them to check); {n_refused} more were found and refused, "
-            "with the reason below. Stems that were not found are in no list: how many there are, only trees counted "
-            "in the field can show (Pair field and measured trees)."
+            f"{n_measured} stems have a DBH ({n_check} of them to check); {len(trees) - n_measured} more were found "
+            "and refused, with the reason below. Stems that were not found are in no list: how many there are, only "
+            "trees counted in the field can show (Pair field and measured trees)."
         )
-        found = _template("report_trees.html").substitute(
-            map=stem_map(trees, plots),
-            flags=flag_boxes(trees),
-            plots=plot_options(trees),
-            heads=heads(),
-            empty=empty_columns(trees),
-            rows=tree_rows(trees, {number: _address(sheet, path) for number, sheet in (sheets or {}).items()}),
-            histogram=base64.b64encode(draw_dbh_histogram(trees)).decode(),
-        )
-    else:
-        summary, found = "No stem was found; the reason is below.", ""
-    page = _template("report.html").substitute(
-        summary=summary,
-        warnings=f"<div class='warn'><b>Warnings</b><ul>{notes}</ul></div>" if notes else "",
-        trees=found,
-        card=card,
-        cost=cost,
-        rests_on=f"{CALIBRATION} {NETWORK if trees['method'].str.startswith('photos').any() else ''} {TAPE}",
-    )
-    with atomic_path(path) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-    return Path(path)
+        addresses = {number: _address(sheet, path) for number, sheet in (sheets or {}).items()}
+        template = (files(__package__) / "templates" / "report_trees.html").read_text(encoding="utf-8")
+        found = [
+            Heading("Trees"),
+            Fragment(template, {**_table_values(trees, addresses), "map": _map_values(trees, plots)}),
+            Heading("Diameters"),
+            Picture("number of stems by diameter class", draw_dbh_histogram(trees)),
+        ]
+    network = NETWORK if trees["method"].str.startswith("photos").any() else ""
+    cost = [{"stage": name, **stage} for name, stage in stages.items() if "seconds" in stage]
+    columns = [
+        Column("stage", "Stage"),
+        Column("seconds", "Seconds", 1),
+        Column("peak_memory_mb", "Peak memory so far, MB", 0),
+    ]
+    blocks: list[Block] = [
+        Paragraph(f"{CALIBRATION} {network} {TAPE}"),
+        Sentences(warnings, "Warnings"),
+        *found,
+        facts_table("run", "This run", facts),
+        Table("cost", "Cost", columns, cost),
+    ]
+    return write_html(path, Document("Tree diameters", summary, blocks, wide=True))
 
 
-def _template(name: str) -> Template:
-    return Template((files(__package__) / "templates" / name).read_text(encoding="utf-8"))
+def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
+    """PNG of the number of stems by DBH class, stacked by flag; refused stems have no DBH and are counted beside it."""
+    figure, axes = new_chart(8, 3.2)
+    measured = trees[trees["dbh_cm"].notna()]
+    number = np.floor(measured["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
+    classes = range(int(number.min()), int(number.max()) + 1) if len(measured) else range(0)
+    base = np.zeros(len(classes))
+    for flag, (colour, words) in FLAGS.items():
+        counts = np.array([int(((number == k) & (measured["qc_flag"] == flag)).sum()) for k in classes])
+        if counts.sum():
+            lower = [k * width_cm for k in classes]
+            axes.bar(lower, counts, width_cm * 0.9, base, align="edge", color=colour, label=words)
+            base += counts
+    axes.set_xlabel("DBH, cm")
+    axes.set_ylabel("Stems")
+    axes.set_title(f"{len(measured)} stems with a DBH, {len(trees) - len(measured)} without")
+    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.grid(visible=False, axis="x")
+    if len(measured):
+        axes.legend()
+    return chart_png(figure, 110)
+
+
+def _map_values(trees: gpd.GeoDataFrame, plots: list[Plot]) -> dict[str, Any]:
+    """Of the map: discs grow with DBH, stems without a DBH are hollow, small ones lie on top, so that none is hidden;
+    plots are dashed, north is up. In drawing units, y down."""
+    corners = [trees[["x", "y"]].to_numpy(float)]
+    corners += [np.array([[p.x - p.radius_m, p.y - p.radius_m], [p.x + p.radius_m, p.y + p.radius_m]]) for p in plots]
+    low, high = np.vstack(corners).min(axis=0), np.vstack(corners).max(axis=0)
+    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1.0)
+    low, size = middle - half, 2 * half
+    scale = (_SIDE - 2 * _FREE) / float(size.max())
+    width, height = (scale * size + 2 * _FREE).tolist()
+
+    def place(x: float, y: float) -> dict[str, float]:
+        return {"x": round(_FREE + scale * (x - low[0]), 1), "y": round(height - _FREE - scale * (y - low[1]), 1)}
+
+    stems = []
+    for tree in trees.sort_values("dbh_cm", ascending=False, kind="stable").itertuples():
+        flag = _flag(tree.qc_flag)
+        dbh = known(tree.dbh_cm)
+        said = f"tree {tree.tree_id}: " + ("" if dbh is None else f"{dbh:.1f} cm, ") + FLAGS[flag][1]
+        radius = round(max(_UNITS_CM * (dbh or _UNKNOWN_CM), _MIN_UNITS), 1)
+        stems.append({**place(tree.x, tree.y), "number": tree.tree_id, "flag": flag, "r": radius, "said": said})
+    circles = []
+    for plot in plots:
+        at, radius = place(plot.x, plot.y), round(plot.radius_m * scale, 1)
+        circles.append({**at, "r": radius, "top": round(max(at["y"] - radius - 5, 12), 1), "name": plot.plot_id})
+    bar_m = next(m for m in (1000, 500, 200, 100, 50, 20, 10, 5, 2, 1) if m * scale <= 0.3 * _SIDE or m == 1)
+    return {
+        "width": round(width),
+        "height": round(height),
+        "plots": circles,
+        "stems": stems,
+        "quiet": len(trees) > _MAX_LABELS,
+        "bar_m": bar_m,
+        "bar_end": round(12 + bar_m * scale, 1),
+        "foot": round(height - 12),
+        "north": round(width - 16),
+    }
+
+
+def _table_values(trees: gpd.GeoDataFrame, sheets: Mapping[int, str]) -> dict[str, Any]:
+    """Of the table of trees and its filters. sheets: address of each tree's sheet, relative to the page, quoted."""
+    return {
+        "flags": FLAGS,
+        "counts": {flag: int((trees["qc_flag"] == flag).sum()) for flag in FLAGS},
+        "plot_names": sorted({str(name) for name in trees["plot_id"] if pd.notna(name) and str(name)}),
+        "columns": COLUMNS,
+        # Classes that hide columns in which nothing stands.
+        "empty": " ".join(
+            name for name, column in (("nophotos", "n_views"), ("nopoints", "n_pts")) if trees[column].isna().all()
+        ),
+        "rows": [_row(tree, sheets.get(tree["tree_id"], "")) for _, tree in trees.sort_values("tree_id").iterrows()],
+    }
+
+
+def _row(tree: pd.Series, sheet: str) -> dict[str, Any]:
+    """A tree's row: its cells are texts with what they are sorted by ('': the text itself)."""
+    dbh, low, high = known(tree["dbh_cm"]), known(tree["dbh_lo_cm"]), known(tree["dbh_hi_cm"])
+    flag = _flag(tree["qc_flag"])
+    plot = str(tree["plot_id"]) if pd.notna(tree["plot_id"]) else ""
+    interval: tuple[str, Any] = ("", "")
+    if dbh is not None and low is not None and high is not None:
+        interval = f"{low:.1f} – {high:.1f}", high - low
+    return {
+        "number": tree["tree_id"],
+        "flag": flag,
+        "plot": plot,
+        "dbh": "" if dbh is None else f"{dbh:.2f}",
+        "sheet": sheet,
+        "cells": [
+            (tree["tree_id"], tree["tree_id"]),
+            (plot, plot),
+            _number(dbh, 1),
+            _number(None if dbh is None else tree["dbh_se_cm"], 1),
+            interval,
+            (FLAGS[flag][1], list(FLAGS).index(flag)),
+            _number(tree["x"], 2),
+            _number(tree["y"], 2),
+            _number(tree["n_views"], 0),
+            _number(tree["n_pts"], 0),
+            (explain(tree["qc_reason"] or ""), ""),
+        ],
+    }
+
+
+def _flag(flag: str) -> str:
+    return flag if flag in FLAGS else "check"
+
+
+def _number(value: Any, decimals: int) -> tuple[str, Any]:
+    return ("", "") if pd.isna(value) else (f"{float(value):.{decimals}f}", float(value))
 
 
 def _address(file: Path, page: Path) -> str:

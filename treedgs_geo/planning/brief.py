@@ -7,10 +7,9 @@ from pathlib import Path
 
 from .. import __version__
 from ..core.costs import time_text
-from ..inventory.stand.document import Document, ReportBlock
-from ..inventory.stand.page import write_page
-from ..inventory.stand.pdf import write_pdf
-from ..inventory.stand.tables import Column, Table
+from ..report.blocks import Cards, Document, Picture, Sentences, Table, facts_table
+from ..report.html import write_html
+from ..report.pdf import write_pdf
 from .choose import MORE, Choice
 from .drones import RESERVE, DroneCamera
 from .safety import Limits
@@ -33,19 +32,19 @@ def write_brief(
         ("Clear views a stem", f"{found.views:.1f}", "expected, mean"),
         ("Processing", time_text(budget.processing_s), "one thread" + (", rough" if budget.outside else "")),
     ]
-    blocks = [ReportBlock("cards", items=cards)]
-    if site.notes:
-        blocks.append(ReportBlock("warnings", items=site.notes))
-    blocks += [
-        ReportBlock("picture", "map of the flight; photos against share measured and error", picture=picture),
-        ReportBlock("table", table=_flight_table(choice, site, camera, limits, clearance_m, heading, take_off)),
-        ReportBlock("list", items=_more(choice)),
-        ReportBlock("list", items=checklist(choice, camera, limits, sun, clearance_m)),
-    ]
     document = Document(
-        title, f"{camera.name}; TreeDGS {__version__}; figures are expectations of a model", blocks, {}, "metric"
+        title,
+        f"{camera.name}; TreeDGS {__version__}; figures are expectations of a model",
+        [
+            Cards(cards),
+            Sentences(site.notes, "Read this first"),
+            Picture("map of the flight; photos against share measured and error", picture),
+            _flight_table(choice, site, camera, limits, clearance_m, heading, take_off),
+            Sentences(_more(choice)),
+            Sentences(checklist(choice, camera, limits, sun, clearance_m)),
+        ],
     )
-    return [write_page(folder / "brief.html", document), write_pdf(folder / "brief.pdf", document)]
+    return [write_html(folder / "brief.html", document), write_pdf(folder / "brief.pdf", document)]
 
 
 def batteries_of(count: int) -> str:
@@ -92,12 +91,7 @@ def _flight_table(
             f"{numbers.leaf_area_index:.1f}",
         ),
     ]
-    return Table(
-        "flight",
-        "The flight",
-        [Column("what", "What"), Column("value", "Value")],
-        [{"what": a, "value": b} for a, b in rows],
-    )
+    return facts_table("flight", "The flight", rows)
 
 
 def checklist(choice: Choice, camera: DroneCamera, limits: Limits, sun: SunDay, clearance_m: float) -> list[str]:

@@ -2,35 +2,25 @@
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import numpy as np
 
+from ..report.charts import BLUE, GREEN, VERMILION, chart_png, new_chart
 from .choose import Choice, JudgedFlight
 from .missions import Target
 from .site import PlanSite
 
 #: Colours and marks of the patterns (Okabe-Ito: apart in every kind of colour blindness).
-STYLE = {"orbits": ("#0072B2", "o"), "crosshatch": ("#D55E00", "s"), "nadir-oblique": ("#009E73", "^")}
+STYLE = {"orbits": (BLUE, "o"), "crosshatch": (VERMILION, "s"), "nadir-oblique": (GREEN, "^")}
 
 
 def draw_brief(choice: Choice, site: PlanSite, take_off: np.ndarray, error_cm: float, share: float) -> bytes:
     """PNG of the map and two charts; the wanted error and share are dotted lines."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure = plt.figure(figsize=(10.4, 4.6), layout="constrained")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.15, 1))
-    _map(figure.add_subplot(grid[:, 0]), choice.plan, site.targets, take_off)
-    upper, lower = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
-    _charts(upper, lower, choice, error_cm, share)
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=150)
-    plt.close(figure)
-    return picture.getvalue()
+    figure, axes = new_chart(10.4, 4.6, mosaic=[["map", "share"], ["map", "error"]], width_ratios=(1.15, 1))
+    _map(axes["map"], choice.plan, site.targets, take_off)
+    _charts(axes["share"], axes["error"], choice, error_cm, share)
+    return chart_png(figure)
 
 
 def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndarray) -> None:
@@ -41,17 +31,17 @@ def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndar
     way = np.column_stack([np.sin(np.radians(flight.yaw_deg)), np.cos(np.radians(flight.yaw_deg))])
     down = flight.pitch_deg < -85
     axis.quiver(
-        *flight.xy[~down].T, *way[~down].T, angles="xy", color="#0072B2", width=0.0035, scale=30, zorder=3, pivot="tail"
+        *flight.xy[~down].T, *way[~down].T, angles="xy", color=BLUE, width=0.0035, scale=30, zorder=3, pivot="tail"
     )
-    axis.plot(*flight.xy[down].T, "s", ms=4, mfc="none", mec="#0072B2", zorder=3)
+    axis.plot(*flight.xy[down].T, "s", ms=4, mfc="none", mec=BLUE, zorder=3)
     for target in targets:
         turn = np.radians(np.arange(0, 361, 5))
         rim = target.centre + target.radius_m * np.column_stack([np.sin(turn), np.cos(turn)])
         axis.fill(*rim.T, color="#17753c", alpha=0.25, lw=0)
         axis.plot(*rim.T, color="#17753c", lw=1.2)
         axis.annotate(target.plot_id, target.centre, ha="center", va="center", fontsize=7.5 if len(targets) < 25 else 5)
-    axis.plot(*take_off[:2], "P", color="#D55E00", ms=11, mec="white", zorder=5)
-    axis.annotate("take-off", take_off[:2], xytext=(7, 5), textcoords="offset points", color="#D55E00", fontsize=8)
+    axis.plot(*take_off[:2], "P", color=VERMILION, ms=11, mec="white", zorder=5)
+    axis.annotate("take-off", take_off[:2], xytext=(7, 5), textcoords="offset points", color=VERMILION, fontsize=8)
     axis.set_aspect("equal")
     axis.margins(0.06)
     axis.annotate(
@@ -61,7 +51,6 @@ def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndar
     axis.set_xlabel("m east of the plots' middle; arrows: oblique photos, squares: straight down", fontsize=8)
     axis.set_ylabel("m north", fontsize=8)
     axis.tick_params(labelsize=7.5)
-    axis.grid(alpha=0.3, lw=0.5)
 
 
 def _charts(upper: Any, lower: Any, choice: Choice, error_cm: float, share: float) -> None:
@@ -77,7 +66,6 @@ def _charts(upper: Any, lower: Any, choice: Choice, error_cm: float, share: floa
         axis.plot([photos], [here], "*", color="black", ms=13, zorder=5, label="this plan")
         axis.plot([photos, photos + 20], [here, there], "-", color="black", lw=1.2, zorder=4, label="20 photos more")
         axis.set_xscale("log")
-        axis.grid(alpha=0.3, lw=0.5)
         axis.tick_params(labelsize=7.5)
         low, high = axis.get_xlim()
         ticks = [n for n in (10, 20, 30, 50, 100, 200, 300, 500, 1000, 2000, 3000) if low <= n <= high]
@@ -89,4 +77,4 @@ def _charts(upper: Any, lower: Any, choice: Choice, error_cm: float, share: floa
     lower.set_ylabel("standard error of DBH, cm", fontsize=8)
     lower.set_xlabel("photos of the flight", fontsize=8)
     lower.set_ylim(0, None)
-    upper.legend(fontsize=6.8, frameon=False, loc="lower right")
+    upper.legend(fontsize=6.8, loc="lower right")

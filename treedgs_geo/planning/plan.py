@@ -15,7 +15,7 @@ from ..core.geopackage import ensure_unlocked
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..inventory.declination import parse_date
-from ..inventory.stand.pdf import report_fonts
+from ..report.pdf import load_fonts
 from .brief import batteries_of, write_brief
 from .choose import MORE, Choice, Stems, choose, stems_of
 from .drones import DroneCamera, camera_of
@@ -48,7 +48,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     """
     folder = Path(settings.output)
     ensure_writable(folder / "plan.json")
-    report_fonts()  # says that the extra "reports" is missing before anything is computed
+    load_fonts()  # says that the extra "reports" is missing before anything is computed
     ensure_unlocked(folder / "plan.gpkg", OWN_LAYERS)
     camera = camera_of(settings.camera, settings.trigger_s, settings.readout_ms)
     limits = Limits(settings.clearance_m, settings.highest_m, settings.speed_m_s, settings.exposure_ms)

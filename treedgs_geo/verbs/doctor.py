@@ -38,6 +38,7 @@ PACKAGES = {
     "cv2": "opencv-python-headless",
     "pycolmap": "pycolmap",
     "pygeomag": "pygeomag",
+    "jinja2": "jinja2",
 }
 #: Brought by extras (:mod:`treedgs_geo.core.extras`).
 OPTIONAL = {
@@ -65,6 +66,7 @@ _BASE = (
     "geopandas",
     "rasterio",
     "matplotlib",
+    "jinja2",
     "psutil",
     "tqdm",
 )

@@ -126,7 +126,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
             "file": settings.against.name,
             **compare(evidence, other, settings.seed),
         }
-    more, paper = "", None
+    more, paper = (), None
     if settings.paper or any(plot.has_experiments for plot in plots):
         from ..core.extras import lab
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import html
 import json
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
 import pandas as pd
+
+from treedgs_geo.report.blocks import Block, Column, Document, Fragment, Heading, Paragraph, Sentences, Table, known
+from treedgs_geo.report.charts import new_chart
 
 # Okabe-Ito, each group with a mark of its own: the chart reads in grey too.
 LOOKS = {
@@ -31,19 +33,14 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
     """Seconds (log) against RMSE (log): a mark a configuration, hollow where it measures too few stems, the Pareto
     fronts (photos and LiDAR apart: other data) as steps, bars for the sampling error of the RMSE and the spread of the
     seconds."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8.6, 5.6), dpi=120)
+    figure, axes = new_chart(8.6, 5.6)
     draw_panel(axes, table, f"{facts['plots_text']}; {_cores(facts)}")
     finish(figure, axes)
     return figure
 
 
 def draw_panel(axes: Any, table: pd.DataFrame, title: str) -> None:
-    """The marks of one chart. table: as :func:`.chart.summarise` gives it."""
+    """The marks of one chart of :func:`finish`. table: as :func:`.chart.summarise` gives it."""
     from matplotlib.ticker import FuncFormatter, NullFormatter
 
     shown = table[table["rmse_cm"].notna()].copy()
@@ -98,9 +95,6 @@ def draw_panel(axes: Any, table: pd.DataFrame, title: str) -> None:
     ]
     axes.set_xticks(times, [_time(t) for t in times])
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.grid(alpha=0.25, linewidth=0.6)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
     axes.set_xlabel("time for one plot, reconstruction included")
     axes.set_ylabel("RMSE of DBH, cm")
     axes.set_title(title, fontsize=10, loc="left")
@@ -111,7 +105,6 @@ def finish(figure: Any, axes: Any) -> None:
     figure.legend(
         *axes.get_legend_handles_labels(),
         fontsize=8,
-        frameon=False,
         loc="lower center",
         bbox_to_anchor=(0.5, 0.02),
         ncols=9,
@@ -214,70 +207,58 @@ def _time(seconds: float) -> str:
 
 
 COLUMNS = (
-    ("title", "configuration"),
-    ("group", "level"),
-    ("seconds", "s"),
-    ("sfm_s", "of it SfM s"),
-    ("peak_memory_mb", "MB"),
-    ("rmse_cm", "RMSE cm"),
-    ("me_cm", "mean cm"),
-    ("worst_cm", "worst cm"),
-    ("success", "success"),
-    ("of_all", "of all stems"),
-    ("ok_off_5cm", "ok but > 5 cm off"),
-    ("coverage", "in 90 %"),
-    ("false", "false"),
-    ("megapixels", "megapixels"),
-    ("gaussians", "Gaussians"),
+    Column("title", "configuration"),
+    Column("group", "level"),
+    Column("seconds", "s", 1),
+    Column("sfm_s", "of it SfM s", 1),
+    Column("peak_memory_mb", "MB", 0),
+    Column("rmse_cm", "RMSE cm", 2),
+    Column("me_cm", "mean cm", 2),
+    Column("worst_cm", "worst cm", 2),
+    Column("success", "success, %", 0, 100),
+    Column("of_all", "of all stems, %", 0, 100),
+    Column("ok_off_5cm", "ok but > 5 cm off", 0),
+    Column("coverage", "in 90 %, %", 0, 100),
+    Column("false", "false", 1),
+    Column("megapixels", "megapixels", 1),
+    Column("gaussians", "Gaussians", 0),
 )
 
 
-def table_rows(table: pd.DataFrame) -> list[list[str]]:
-    """The table as text, quickest first; the front is marked."""
-    rows = []
-    for _, row in table.sort_values("seconds").iterrows():
-        cells = []
-        for name, _ in COLUMNS:
-            value = row.get(name)
-            if isinstance(value, str):
-                cells.append(value + (" *" if name == "title" and row["front"] else ""))
-            elif value is None or not np.isfinite(value):
-                cells.append("–")
-            elif name in ("success", "of_all", "coverage"):
-                cells.append(f"{100 * value:.0f} %")
-            elif name in ("rmse_cm", "me_cm", "worst_cm"):
-                cells.append(f"{value:.2f}")
-            else:
-                cells.append(f"{value:.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0"))
-        rows.append(cells)
-    return rows
-
-
-def markdown(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> str:
-    """The same table for the docs, with what it was measured on."""
+def report_blocks(
+    table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str], each: dict[str, pd.DataFrame]
+) -> list[Block]:
+    """The tables for the docs, with what they were measured on. each: the table of each plot alone."""
     titles = dict(zip(table["key"], table["title"], strict=True))
-    head = "| " + " | ".join(label for _, label in COLUMNS) + " |\n|" + "---|" * len(COLUMNS) + "\n"
-    body = "".join("| " + " | ".join(cells) + " |\n" for cells in table_rows(table))
     advice = "; ".join(f"`{preset}`: {titles[key]}" for preset, key in knees.items())
     notes = "" if not facts["left_out"] else f" Left out for lack of time: {', '.join(facts['left_out'])}."
-    return (
+    said = (
         f"{facts['plots_text']}; {_cores(facts)} of {facts['machine']['processor']}, "
-        f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
-        f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{levels(table)}"
+        f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. "
+        f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}"
     )
+    return [Paragraph(said), configurations(table), *_levels(table), *_by_plot(each)]
 
 
-def levels(table: pd.DataFrame) -> str:
+def configurations(table: pd.DataFrame) -> Table:
+    """A row a configuration, quickest first; the front is marked."""
+    rows = [
+        {**row, "title": row["title"] + (" *" if row["front"] else "")}
+        for row in table.sort_values("seconds").to_dict("records")
+    ]
+    note = (
+        "* on the Pareto front. Success: stems with a DBH of those that three or more photos show clearly. s: median "
+        "over the runs, reconstruction included."
+    )
+    return Table("configurations", "", list(COLUMNS), rows, note)
+
+
+def _levels(table: pd.DataFrame) -> list[Table]:
     """What each configuration from photos gains and costs against ``balanced``, and whether it is more than chance."""
     if "balanced" not in set(table["key"]):
-        return ""
+        return []
     base = table[table["key"] == "balanced"].iloc[0]
-    lines = [
-        "Against `balanced` (a difference counts when the 90 % intervals of the two RMSEs do not meet):",
-        "",
-        "| level | configuration | seconds | RMSE cm | stems | says |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for _, row in table[(table["group"] != "LiDAR") & (table["key"] != "balanced")].sort_values("group").iterrows():
         stems = round((row["success"] - base["success"]) * base["stems"])
         if not np.isfinite(row["rmse_cm"]):
@@ -290,75 +271,59 @@ def levels(table: pd.DataFrame) -> str:
             says = "no difference that this many stems can show"
         if stems:
             says += f", {abs(stems)} {'more' if stems > 0 else 'fewer'} stems measured"
-        change = "–" if not np.isfinite(row["rmse_cm"]) else f"{row['rmse_cm'] - base['rmse_cm']:+.2f}"
-        slower = row["seconds"] - base["seconds"]
-        lines.append(f"| {row['group']} | {row['title']} | {slower:+.0f} | {change} | {stems:+d} | {says} |")
-    return "\n".join(lines) + "\n"
+        gained = {"seconds": row["seconds"] - base["seconds"], "rmse": known(row["rmse_cm"] - base["rmse_cm"])}
+        rows.append({"group": row["group"], "title": row["title"], **gained, "stems": stems, "says": says})
+    columns = [
+        Column("group", "level"),
+        Column("title", "configuration"),
+        Column("seconds", "seconds", 0, signed=True),
+        Column("rmse", "RMSE cm", 2, signed=True),
+        Column("stems", "stems", 0, signed=True),
+        Column("says", "says"),
+    ]
+    title = "Against `balanced` (a difference counts when the 90 % intervals of the two RMSEs do not meet)"
+    return [Table("levels", title, columns, rows)]
 
 
-def page(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> str:
-    """A self-contained page: groups can be hidden, points show their figures."""
-    data = json.loads(table.to_json(orient="records"))
-    most = max((row["success"] for row in data if row["rmse_cm"] is not None), default=0)
-    for row in data:
-        row["enough"] = row["success"] >= 0.9 * most
-    looks = {group: colour for group, (colour, _) in LOOKS.items()}
-    titles = dict(zip(table["key"], table["title"], strict=True))
-    head = "".join(f"<th>{html.escape(label)}</th>" for _, label in COLUMNS)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in table_rows(table)
-    )
-    advice = "".join(f"<li><b>{preset}</b>: {html.escape(titles[key])}</li>" for preset, key in knees.items())
-    script = {name: json.dumps(value).replace("</", "<\\/") for name, value in (("d", data), ("l", looks))}
-    left = (
-        ""
-        if not facts["left_out"]
-        else "<p>Left out for lack of time: " + html.escape(", ".join(facts["left_out"])) + ".</p>"
-    )
-    machine = ", ".join(f"{name} {value}" for name, value in facts["machine"].items())
-    filled = {
-        "PLOTS": html.escape(facts["plots_text"]),
-        "MACHINE": html.escape(machine),
-        "REPEATS": facts["repeats"],
-        "ADVICE": advice,
-        "LEFT": left,
-        "HEAD": head,
-        "BODY": body,
-        "DATA": script["d"],
-        "LOOKS": script["l"],
-    }
-    text = files(__package__).joinpath("chart_page.html").read_text(encoding="utf-8")
-    for name, value in filled.items():
-        text = text.replace(f"@@{name}@@", str(value))
-    return text
-
-
-def by_plot(tables: dict[str, pd.DataFrame]) -> str:
+def _by_plot(tables: dict[str, pd.DataFrame]) -> list[Table]:
     """The same configurations plot by plot, side by side: does a simulated plot say what a rendered one says?"""
     if len(tables) < 2:
-        return ""
-    keys = list(dict.fromkeys(key for table in tables.values() for key in table["key"]))
+        return []
     titles = {key: title for table in tables.values() for key, title in zip(table["key"], table["title"], strict=True)}
-    lines = [
-        "",
-        "RMSE cm (mean error), stems measured of those visible, plot by plot:",
-        "",
-        "| configuration | " + " | ".join(tables) + " |",
-        "|---|" + "---|" * len(tables),
+    rows = []
+    for key, title in titles.items():
+        cells: dict[str, Any] = {"title": title}
+        for name, table in tables.items():
+            for _, row in table[(table["key"] == key) & np.isfinite(table["rmse_cm"])].iterrows():
+                stems = f"{round(row['success'] * row['stems'])} of {row['stems']}"
+                cells[name] = f"{row['rmse_cm']:.2f} ({row['me_cm']:+.2f}), {stems}"
+        rows.append(cells)
+    columns = [Column("title", "configuration"), *(Column(name, name) for name in tables)]
+    return [Table("plots", "RMSE cm (mean error), stems measured of those visible, plot by plot", columns, rows)]
+
+
+def document(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> Document:
+    """A self-contained page: groups can be hidden, points show their figures."""
+    data = json.loads(table.to_json(orient="records"))
+    largest = max((row["success"] for row in data if row["rmse_cm"] is not None), default=0)
+    for row in data:
+        row["enough"] = row["success"] >= 0.9 * largest
+    titles = dict(zip(table["key"], table["title"], strict=True))
+    chart = files(__package__).joinpath("chart_page.html").read_text(encoding="utf-8")
+    left = [f"Left out for lack of time: {', '.join(facts['left_out'])}."] if facts["left_out"] else []
+    machine = ", ".join(f"{name} {value}" for name, value in facts["machine"].items())
+    blocks: list[Block] = [
+        Paragraph(
+            "Filled: measures at least 0.9 of what the most successful one does. Dashed: Pareto fronts of photos and "
+            "of LiDAR."
+        ),
+        Fragment(chart, {"data": data, "looks": {group: colour for group, (colour, _) in LOOKS.items()}}),
+        Heading("Recommended"),
+        Sentences([*(f"{preset}: {titles[key]}" for preset, key in knees.items()), *left]),
+        configurations(table),
     ]
-    for key in keys:
-        cells = []
-        for table in tables.values():
-            found = table[table["key"] == key]
-            if not len(found) or not np.isfinite(found.iloc[0]["rmse_cm"]):
-                cells.append("–")
-                continue
-            row = found.iloc[0]
-            cells.append(
-                f"{row['rmse_cm']:.2f} ({row['me_cm']:+.2f}), {round(row['success'] * row['stems'])} of {row['stems']}"
-            )
-        lines.append(f"| {titles[key]} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+    subtitle = f"{facts['plots_text']}. {machine}. {facts['repeats']} run(s) of each configuration"
+    return Document("Speed against accuracy", subtitle, blocks)
 
 
 def _cores(facts: dict[str, Any]) -> str:

@@ -17,8 +17,10 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.files import atomic_path, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.tables import safe_frame
-from treedgs_geo.inventory.accuracy.charts import close, render
 from treedgs_geo.reconstruction.matching_levels import GUIDED_NEIGHBOURS
+from treedgs_geo.report.blocks import Block, Column, Paragraph, Table
+from treedgs_geo.report.charts import BLUE, VERMILION, new_chart, write_chart
+from treedgs_geo.report.markdown import markdown
 from treedgs_geo.run.heights import MOST_COMPARED
 from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_geo.run.second_measurement import MOST_MEASURED_AGAIN
@@ -76,13 +78,9 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     write_json(output / "cost.json", facts)
     with atomic_path(output / "cost.csv") as path:
         safe_frame(table).to_csv(path, index=False)
-    figure = draw(table, fits)
-    for kind in ("svg", "png"):
-        with atomic_path(output / f"cost.{kind}") as path:
-            path.write_bytes(render(figure, kind))
-    close(figure)
+    write_chart(output, "cost", draw(table, fits))
     with atomic_path(output / "cost.md") as path:
-        path.write_text(markdown(facts), encoding="utf-8")
+        path.write_text(markdown(cost_blocks(facts)), encoding="utf-8")
     return {
         "output": str(output),
         "chart": str(output / "cost.svg"),
@@ -272,22 +270,18 @@ def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float
 
 def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
     """A panel a stage: measured seconds and the fitted law."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
     from matplotlib.ticker import NullFormatter
 
     stages = list(fits)
     rows_needed = -(-len(stages) // 3)
-    figure, grid = plt.subplots(rows_needed, 3, figsize=(10, 2.5 * rows_needed), dpi=110, squeeze=False)
+    figure, grid = new_chart(10, 2.5 * rows_needed, nrows=rows_needed, ncols=3, squeeze=False)
     for axes in grid.flat[len(stages) :]:
         axes.set_visible(False)
     for axes, stage in zip(grid.flat, stages, strict=False):
         rows, fit = table[table["stage"] == stage], fits[stage]
-        axes.scatter(rows["size"], rows["seconds"], color="#0072B2", zorder=3)
+        axes.scatter(rows["size"], rows["seconds"], color=BLUE, zorder=3)
         x = np.geomspace(fit["from"], fit["to"], 30)
-        axes.plot(x, fit["a"] * x ** fit["b"], color="#D55E00")
+        axes.plot(x, fit["a"] * x ** fit["b"], color=VERMILION)
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.xaxis.set_minor_formatter(NullFormatter())
@@ -299,31 +293,37 @@ def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
         axes.set_title(f"{stage}: exponent {fit['b']:.2f}", fontsize=9)
         axes.set_xlabel(GROWTH[stage][0], fontsize=8)
         axes.set_ylabel("s", fontsize=8)
-        axes.grid(alpha=0.25, which="both")
-    figure.tight_layout()
     return figure
 
 
-def markdown(facts: dict[str, Any]) -> str:
+def cost_blocks(facts: dict[str, Any]) -> list[Block]:
     """The laws and the prediction, for the docs."""
-    lines = ["| stage | grows with | seconds | measured from - to | worst misfit |", "|---|---|---|---|---|"]
-    for stage, fit in facts["fits"].items():
-        lines.append(
-            f"| {stage} | {GROWTH[stage][0]} | {fit['a']:.3g} size^{fit['b']:.2f} | {fit['from']:.0f} - "
-            f"{fit['to']:.0f} | x{fit['spread']:.2f} |"
-        )
+    rows = [
+        {
+            "stage": stage,
+            "grows": GROWTH[stage][0],
+            "law": f"{fit['a']:.3g} size^{fit['b']:.2f}",
+            "from": f"{fit['from']:.0f} - {fit['to']:.0f}",
+            "misfit": f"x{fit['spread']:.2f}",
+        }
+        for stage, fit in facts["fits"].items()
+    ]
+    columns = [
+        Column("stage", "stage"),
+        Column("grows", "grows with"),
+        Column("law", "seconds"),
+        Column("from", "measured from - to"),
+        Column("misfit", "worst misfit"),
+    ]
     case = facts["paper_case"]
     stages = ", ".join(f"{name} {seconds / 60:.1f}" for name, seconds in case["stages_s"].items())
     beyond = max(case["times_beyond_measured"].values(), default=1)
     others = ", ".join(f"`{name}`" for name in facts["reconstructed_too"])
     measured = f"`{facts['plot']}`" + (f" (reconstruction on {others}, too)" if others else "")
-    lines += [
-        "",
-        f"Measured on {measured}, {facts['machine']['cores']} cores. The paper's case "
-        f"({case['photos']} photos of {case['megapixels']:.0f} MP, radius {case['radius_m']} m): predicted "
-        f"**{case['total_s'] / 60:.0f} minutes** ({stages}) and {case['peak_memory_mb'] / 1024:.1f} GB, "
-        f"extrapolated up to {beyond:g} times beyond what was measured. The paper took {case['minutes']:.0f} "
-        "minutes on 192 threads and a GPU (another scene: context).",
-        "",
-    ]
-    return "\n".join(lines)
+    said = (
+        f"Measured on {measured}, {facts['machine']['cores']} cores. The paper's case ({case['photos']} photos of "
+        f"{case['megapixels']:.0f} MP, radius {case['radius_m']} m): predicted {case['total_s'] / 60:.0f} minutes "
+        f"({stages}) and {case['peak_memory_mb'] / 1024:.1f} GB, extrapolated up to {beyond:g} times beyond what was "
+        f"measured. The paper took {case['minutes']:.0f} minutes on 192 threads and a GPU (another scene: context)."
+    )
+    return [Table("cost", "", columns, rows), Paragraph(said)]

@@ -13,7 +13,10 @@ from treedgs_geo.core.errors import InputError, TreeDGSError
 from treedgs_geo.core.files import atomic_path, ensure_writable, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.tables import safe_frame
-from treedgs_geo.inventory.accuracy.charts import close, render
+from treedgs_geo.report.blocks import Block
+from treedgs_geo.report.charts import write_chart
+from treedgs_geo.report.html import write_html
+from treedgs_geo.report.markdown import markdown
 
 from . import chart, chart_pictures, stability_blocks, stability_factors, stability_report
 from .factors import FACTORS
@@ -62,14 +65,10 @@ def run_chart(
     }
     knees = chart.knees(table)
     chart.write_records(output, records, table, {**facts, "recommended": knees})
-    figure = chart_pictures.draw_chart(table, facts)
-    for kind in ("svg", "png"):
-        _write(output / f"speed-accuracy.{kind}", render(figure, kind))
-    close(figure)
-    _write(output / "speed-accuracy.html", chart_pictures.page(table, facts, knees).encode())
+    write_chart(output, "speed-accuracy", chart_pictures.draw_chart(table, facts))
+    write_html(output / "speed-accuracy.html", chart_pictures.document(table, facts, knees))
     each = {folder.name: chart.summarise([r for r in records if r["plot"] == folder.name]) for folder in folders}
-    text = chart_pictures.markdown(table, facts, knees) + chart_pictures.by_plot(each)
-    _write(output / "speed-accuracy.md", text.encode())
+    _write(output / "speed-accuracy.md", chart_pictures.report_blocks(table, facts, knees, each))
     for preset, key in knees.items():
         row = table[table["key"] == key].iloc[0]
         reporter.info(f"{preset}: {row['title']}, {row['seconds']:.0f} s, RMSE {row['rmse_cm']:.2f} cm.")
@@ -153,18 +152,24 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         output / "stability.json",
         {**facts, "verdict": claim, "lies": _plain(wrong), "levels": _plain(levels), "blocks": _plain(blocks)},
     )
-    text = stability_report.markdown(table, levels, facts) + stability_factors.factor_markdown(factors)
-    text += stability_blocks.block_markdown(blocks)
-    _write(output / "stability.md", text.encode())
-    pictures = {
-        method: _drawn(output, f"stability-{method.replace(' ', '-')}", stability_report.draw_errors(table, method))
+    said = [
+        *stability_report.report_blocks(table, levels, facts),
+        stability_factors.factor_table(factors),
+        *stability_blocks.block_report(blocks),
+    ]
+    _write(output / "stability.md", said)
+    figures = {
+        method: (method.replace(" ", "-"), stability_report.draw_errors(table, method))
         for method in METHODS
         if (table["method"] == method).any()
     }
     if len(blocks):
-        pictures["reconstruction"] = _drawn(output, "stability-reconstruction", stability_blocks.draw_blocks(blocks))
-    pictures["every method"] = _drawn(output, "stability-curves", stability_report.draw_curves(levels))
-    _write(output / "stability.html", stability_report.page(text, pictures).encode())
+        figures["reconstruction"] = "reconstruction", stability_blocks.draw_blocks(blocks)
+    figures["every method"] = "curves", stability_report.draw_curves(levels)
+    pictures = {
+        words: write_chart(output, f"stability-{name}", figure).data for words, (name, figure) in figures.items()
+    }
+    write_html(output / "stability.html", stability_report.document(said, pictures))
     own = claim.get("photos") or next(iter(claim.values()))
     return {
         "output": str(output),
@@ -177,21 +182,12 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     }
 
 
-def _drawn(output: Path, name: str, figure: Any) -> bytes:
-    """The figure as NAME.svg and NAME.png in ``output``; returns the SVG."""
-    svg = render(figure, "svg")
-    _write(output / f"{name}.svg", svg)
-    _write(output / f"{name}.png", render(figure, "png"))
-    close(figure)
-    return svg
-
-
 def _plain(frame: pd.DataFrame) -> list[dict]:
     import json
 
     return json.loads(frame.to_json(orient="records"))
 
 
-def _write(target: Path, data: bytes) -> None:
+def _write(target: Path, blocks: list[Block]) -> None:
     with atomic_path(target) as temporary:
-        temporary.write_bytes(data)
+        temporary.write_text(markdown(blocks), encoding="utf-8")

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from treedgs_geo.inventory.accuracy.charts import BLUE, VERMILION
+from treedgs_geo.report.blocks import Block, Column, Sentences, Table
+from treedgs_geo.report.charts import BLUE, VERMILION, new_chart
 
 from .blocks import WRONG_SCALE_SD, WRONG_SCALE_SHARE, wrong_scale
 from .factor_type import Factor
@@ -118,77 +119,66 @@ def _worst(values: pd.Series) -> float:
     return float(numbers.loc[numbers.abs().idxmax()]) if len(numbers) else float("nan")
 
 
-def block_markdown(blocks: pd.DataFrame) -> str:
+def block_report(blocks: pd.DataFrame) -> list[Block]:
     """Level by level what the reconstruction made of the flights, every wrong scale, and the refusals in their words;
-    empty without cases."""
+    nothing without cases."""
     if not len(blocks):
-        return ""
+        return []
     once = blocks[~blocks["base"]]
-    lines = [
-        "",
-        f"Through the reconstruction, nothing true: {len(once)} cases, {(once['refused'] != '').sum()} refused, "
-        f"{_count(once['wrong_scale'])} with ok trees in a block whose scale is off by more than {WRONG_SCALE_SD:g} "
-        f"stated standard errors and {100 * WRONG_SCALE_SHARE:g} % ({_count(once['wrong_ok_scale'])} by the median of "
-        "the ok trees). By level, the worst of the seeds:",
-        "",
-        "| factor | level | cases | refused | registered | turned | centres, cm | focal length, % | "
-        "stated scale error, % | scale error, % | median ok tree, % | wrong scale: block | ok trees |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+    titles = {factor.key: factor for factor in FACTORS}
+    rows = [
+        {
+            **row,
+            "factor": titles[row["factor"]].title,
+            "level": titles[row["factor"]].label_with_unit(row["level"]),
+        }
+        for row in by_block_level(blocks).to_dict("records")
     ]
-    known = {factor.key: factor for factor in FACTORS}
-    for row in by_block_level(blocks).to_dict("records"):
-        cells = [
-            known[row["factor"]].label_with_unit(row["level"]),
-            row["cases"],
-            row["cases_refused"],
-            _cell(row["least_registered"] * 100, "{:.0f} %"),
-            _cell(row["turned_photos"], "{:.0f}"),
-            _cell(row["centre_rms_cm"], "{:.1f}"),
-            *(
-                _cell(row[name], "{:.2f}" if name == "scale_sd_pct" else "{:+.2f}")
-                for name in ("focal_error_pct", "scale_sd_pct", "scale_error_pct", "ok_error_pct")
-            ),
-            row["wrong_scale"],
-            row["wrong_ok_scale"],
-        ]
-        lines.append(f"| {row['factor']} | {' | '.join(map(str, cells))} |")
-    lines += _named(blocks, known)
-    return "\n".join(lines) + "\n"
+    columns = [
+        Column("factor", "factor"),
+        Column("level", "level"),
+        Column("cases", "cases", 0),
+        Column("cases_refused", "refused", 0),
+        Column("least_registered", "registered, %", 0, 100),
+        Column("turned_photos", "turned", 0),
+        Column("centre_rms_cm", "centres, cm", 1),
+        Column("focal_error_pct", "focal length, %", 2, signed=True),
+        Column("scale_sd_pct", "stated scale error, %", 2),
+        Column("scale_error_pct", "scale error, %", 2, signed=True),
+        Column("ok_error_pct", "median ok tree, %", 2, signed=True),
+        Column("wrong_scale", "wrong scale: block", 0),
+        Column("wrong_ok_scale", "ok trees", 0),
+    ]
+    note = (
+        f"Nothing true: {len(once)} cases, {(once['refused'] != '').sum()} refused, {_count(once['wrong_scale'])} "
+        f"with ok trees in a block whose scale is off by more than {WRONG_SCALE_SD:g} stated standard errors and "
+        f"{100 * WRONG_SCALE_SHARE:g} % ({_count(once['wrong_ok_scale'])} by the median of the ok trees). By level, "
+        "the worst of the seeds."
+    )
+    return [Table("blocks", "Through the reconstruction", columns, rows, note), Sentences(_named(blocks, titles))]
 
 
 def _named(blocks: pd.DataFrame, known: dict[str, Factor]) -> list[str]:
     """Refusals in their own words, and plots of flights over several, case by case."""
     listed = []
     for row in blocks.to_dict("records"):
-        where = f"`{row['factor']}` {known[row['factor']].label_with_unit(row['level'])}, seed {row['seed']}"
+        factor = known[row["factor"]]
+        where = f"{factor.title}, {factor.label_with_unit(row['level'])}, seed {row['seed']}"
         if row["refused"]:
-            listed.append(f"- {where}: refused: {row['refused']}")
+            listed.append(f"{where}: refused: {row['refused']}")
         if row["by_plot"]:
-            listed.append(f"- {where}: measured in {row['by_plot']}.")
-    return ["", *listed] if listed else []
-
-
-def _cell(value: float | None, form: str) -> str:
-    return "–" if value is None or pd.isna(value) else form.format(value)
+            listed.append(f"{where}: measured in {row['by_plot']}.")
+    return listed
 
 
 def draw_blocks(blocks: pd.DataFrame) -> Any:
     """A panel a factor: error of the scale, case by case, on the band that is stated; below it the camera centres."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     factors = [f for f in FACTORS if (blocks["factor"] == f.key).any()]
     columns = max(min(4, len(factors)), 2)
     rows = -(-len(factors) // columns)
-    figure, grid = plt.subplots(
-        2 * rows,
-        columns,
-        squeeze=False,
-        dpi=110,
-        figsize=(3.1 * columns, 3.0 * rows),
-        gridspec_kw={"height_ratios": [2, 1] * rows},
+    heights = [2, 1] * rows
+    figure, grid = new_chart(
+        3.1 * columns, 3.0 * rows, False, nrows=2 * rows, ncols=columns, squeeze=False, height_ratios=heights
     )
     for number in range(rows * columns):
         above, below = (grid[2 * (number // columns) + k, number % columns] for k in range(2))
@@ -206,7 +196,6 @@ def draw_blocks(blocks: pd.DataFrame) -> Any:
         "Below: camera centres, RMS",
         fontsize=9,
     )
-    figure.tight_layout(rect=(0, 0, 1, 0.95))
     return figure
 
 
@@ -236,8 +225,6 @@ def _block_panel(above: Any, below: Any, part: pd.DataFrame, factor: Factor) -> 
     for axes in (above, below):
         axes.set_xlim(-0.5, len(factor.levels) - 0.5)
         axes.tick_params(labelsize=7)
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
     above.set_xticks(range(len(factor.levels)), [])
     below.set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
     below.set_xlabel(factor.unit, fontsize=7, labelpad=1)

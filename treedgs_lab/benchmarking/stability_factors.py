@@ -6,6 +6,7 @@ import pandas as pd
 from scipy.stats import binom, binomtest
 
 from treedgs_geo.core.intervals import LEVEL
+from treedgs_geo.report.blocks import Column, Table
 
 from .factors import FACTORS
 from .stability_report import COVERAGE, REPORTED, distinct
@@ -17,11 +18,12 @@ CHANCE = 0.05
 def by_factor(table: pd.DataFrame) -> pd.DataFrame:
     """One row a method and factor over its troubled levels.
 
-    table: :func:`.stability_report.tree_rows`. Columns: ``factor``, ``method``; ``ok`` and ``ok_inside``, accepted
-    trees that give an interval and those whose interval holds the truth; ``stems``, how many different stems these
-    are; ``wrong``, accepted ones that are wrong, false trees too; ``worst_cm`` of the accepted; ``measured`` and
-    ``inside``, the same with the flagged ones; ``holds``: "holds", "missed", or "by chance" where the share of accepted
-    trees is outside the 85 to 95 % asked, but no farther than chance takes so few.
+    table: :func:`.stability_report.tree_rows`. Columns: ``factor``, ``title`` (in words), ``method``; ``ok`` and
+    ``ok_inside``, accepted trees that give an interval and those whose interval holds the truth; ``stems``, how
+    many different stems these are; ``wrong``, accepted ones that are wrong, false trees too; ``worst_cm`` of the
+    accepted; ``measured`` and ``inside``, the same with the flagged ones; ``holds``: "holds", "missed", or "by
+    chance" where the share of accepted trees is outside the 85 to 95 % asked, but no farther than chance takes so
+    few.
     """
     rows = []
     for factor in FACTORS:
@@ -33,6 +35,7 @@ def by_factor(table: pd.DataFrame) -> pd.DataFrame:
             rows.append(
                 {
                     "factor": factor.key,
+                    "title": factor.title,
                     "method": method,
                     "stems": distinct(ok),
                     "ok": len(ok),
@@ -69,23 +72,37 @@ def by_chance(of: int) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def factor_markdown(factors: pd.DataFrame) -> str:
+def factor_table(factors: pd.DataFrame) -> Table:
     """The same as a table of the page."""
-    lines = [
-        "",
-        "Intervals factor by factor, over the levels that trouble (`by chance`: outside 85 to 95 %, but no farther",
-        "than chance takes so few; right intervals give the number under `chance` nine times in ten):",
-        "",
-        "| factor | method | stems | wrong | ok inside 90 % interval | chance | share | claim (85-95 %) | "
-        "all measured, inside |",
-        "|---|---|---|---|---|---|---|---|---|",
+    rows = [
+        {
+            **row,
+            "factor": row["title"],
+            "chance": " to ".join(map(str, by_chance(row["ok"]))) if row["ok"] else None,
+            "share": row["ok_inside"] / row["ok"] if row["ok"] else None,
+            "holds": row["holds"] or None,
+            "all": row["inside"] / row["measured"],
+        }
+        for row in factors[factors["measured"] > 0].to_dict("records")
     ]
-    for _, row in factors[factors["measured"] > 0].iterrows():
-        share = f"{100 * row['ok_inside'] / row['ok']:.0f} %" if row["ok"] else "–"
-        chance = " to ".join(map(str, by_chance(row["ok"]))) if row["ok"] else "–"
-        lines.append(
-            f"| {row['factor']} | {row['method']} | {row['stems']} | {row['wrong']} | "
-            f"{row['ok_inside']} of {row['ok']} | {chance} | {share} | "
-            f"{row['holds'] or '–'} | {100 * row['inside'] / row['measured']:.0f} % of {row['measured']} |"
-        )
-    return "\n".join(lines) + "\n"
+    columns = [
+        Column("factor", "factor"),
+        Column("method", "method"),
+        Column("stems", "stems", 0),
+        Column("wrong", "wrong", 0),
+        Column("ok_inside", "ok inside 90 % interval", 0),
+        Column("ok", "of ok", 0),
+        Column("chance", "chance"),
+        Column("share", "share, %", 0, 100),
+        Column("holds", "claim (85-95 %)"),
+        Column("all", "all measured: inside, %", 0, 100),
+        Column("measured", "of", 0),
+    ]
+    return Table(
+        "factors",
+        "Intervals factor by factor",
+        columns,
+        rows,
+        "Over the levels that trouble. By chance: outside 85 to 95 %, but no farther than chance takes so few; right "
+        "intervals give the number under chance nine times in ten.",
+    )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import html
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from treedgs_geo.inventory.accuracy.charts import BLUE, VERMILION
+from treedgs_geo.report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table, known
+from treedgs_geo.report.charts import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new_chart
 
 from .factor_type import Factor
 from .factors import FACTORS
@@ -21,8 +21,6 @@ MOST_LIES, COVERAGE = 0.02, (0.85, 0.95)
 ENOUGH = 50
 #: Our own methods: their levels and lies are listed one by one.
 REPORTED = ("photos", "splats", "whole chain", "lidar")
-GREEN, PURPLE, SKY = "#009E73", "#CC79A7", "#56B4E9"
-ORANGE = "#E69F00"
 LOOKS = {
     "photos": (BLUE, "o", "-"),
     "splats": (ORANGE, "X", "-"),
@@ -161,21 +159,11 @@ def lies(table: pd.DataFrame) -> pd.DataFrame:
 
 def draw_errors(table: pd.DataFrame, method: str) -> Any:
     """A panel a factor: signed errors against severity; under it the share refused and the interval's coverage."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     own = table[table["method"] == method]
     factors = [f for f in FACTORS if (own["factor"] == f.key).any()]
     columns = max(min(4, len(factors)), 2)
-    figure, grid = plt.subplots(
-        -(-len(factors) // columns),
-        columns,
-        squeeze=False,
-        dpi=110,
-        figsize=(3.1 * columns, 2.25 * -(-len(factors) // columns)),
-    )
+    rows = -(-len(factors) // columns)
+    figure, grid = new_chart(3.1 * columns, 2.25 * rows, False, nrows=rows, ncols=columns, squeeze=False)
     for axes in grid.flat[len(factors) :]:
         axes.set_visible(False)
     for axes, factor in zip(grid.flat, factors, strict=False):
@@ -185,7 +173,6 @@ def draw_errors(table: pd.DataFrame, method: str) -> Any:
         "crosses: beyond 8 cm.\nBelow each level: share refused; ok trees inside their 90 % interval",
         fontsize=9,
     )
-    figure.tight_layout(rect=(0, 0, 1, 0.985))
     return figure
 
 
@@ -202,15 +189,9 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
             x = place + np.linspace(-0.22, 0.22, len(error)) if len(error) > 1 else np.full(len(error), place)
             near = np.abs(error) <= 8
             edge = BLUE if flag == "ok" else VERMILION
+            mark = "o" if flag == "ok" else "^"
             axes.scatter(
-                x[near],
-                error[near],
-                s=14,
-                marker="o" if flag == "ok" else "^",
-                facecolors=face,
-                edgecolors=edge,
-                linewidths=0.9,
-                zorder=3,
+                x[near], error[near], s=14, marker=mark, facecolors=face, edgecolors=edge, linewidths=0.9, zorder=3
             )
             axes.scatter(x[~near], np.sign(error[~near]) * 7.6, s=26, marker="x", color=edge, zorder=4)
         found = figures(rows)
@@ -223,28 +204,17 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
     axes.tick_params(labelsize=7)
     axes.set_xlim(-0.5, len(factor.levels) - 0.5)
     axes.set_title(factor.title if factor.unit in factor.title else f"{factor.title}, {factor.unit}", fontsize=8, pad=3)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
 
 
 def draw_curves(levels: pd.DataFrame) -> Any:
     """Every method against severity: RMSE of what it measured, the share it refused, and how many of the accepted lie
     inside their 90 % interval (methods that give one)."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     factors = [f for f in FACTORS if (levels["factor"] == f.key).any()]
     columns = max(min(5, len(factors)), 2)
     rows = -(-len(factors) // columns)
-    figure, grid = plt.subplots(
-        3 * rows,
-        columns,
-        squeeze=False,
-        dpi=110,
-        figsize=(2.6 * columns, 3.3 * rows),
-        gridspec_kw={"height_ratios": [2, 1, 1] * rows},
+    heights = [2, 1, 1] * rows
+    figure, grid = new_chart(
+        2.6 * columns, 3.3 * rows, False, nrows=3 * rows, ncols=columns, squeeze=False, height_ratios=heights
     )
     for number in range(rows * columns):
         parts = [grid[3 * (number // columns) + k, number % columns] for k in range(3)]
@@ -262,8 +232,7 @@ def draw_curves(levels: pd.DataFrame) -> Any:
             if label not in labels:
                 handles.append(handle)
                 labels.append(label)
-    figure.legend(handles, labels, ncols=5, fontsize=8, loc="upper center", frameon=False)
-    figure.tight_layout(rect=(0, 0, 1, 0.97))
+    figure.legend(handles, labels, ncols=5, fontsize=8, loc="outside upper center")
     return figure
 
 
@@ -293,85 +262,101 @@ def _curves(parts: list[Any], levels: pd.DataFrame, factor: Factor) -> None:
     below.set_xlabel(factor.unit, fontsize=7, labelpad=1)
 
 
-def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -> str:
-    """The claim, what misses it, and photos and LiDAR level by level, for the docs."""
+def report_blocks(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -> list[Block]:
+    """The claim, what misses it, and our own methods level by level."""
     seeds = ", ".join(str(seed) for seed in facts["seeds"])
-    done = "all" if facts["cases"] == facts["wanted"] else f"**only {facts['cases']} of**"
-    lines = [
-        f"Seeds {seeds}; {done} {facts['wanted']} cases; TreeDGS {facts['machine']['version']}.",
-        "",
-        f"| method | stems | measured | ok | of so many stems | "
-        f"ok, off by > {LIE_CM:g} cm or {LIE_SE:g} stated errors | "
-        "share | claim (at most 2 %) | "
-        "ok inside 90 % interval | claim (85-95 %) |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+    done = "all" if facts["cases"] == facts["wanted"] else f"only {facts['cases']} of"
+    wrong = lies(table)
+    wrong = wrong[wrong["method"].isin(REPORTED)]
+    return [
+        Paragraph(f"Seeds {seeds}; {done} {facts['wanted']} cases; TreeDGS {facts['machine']['version']}."),
+        _verdict_table(table),
+        Paragraph(f"Accepted and wrong ({', '.join(REPORTED)}): {len(wrong)}."),
+        *([_lies_table(wrong.head(40))] if len(wrong) else ()),
+        _levels_table(levels[levels["method"].isin(REPORTED)]),
     ]
+
+
+def _verdict_table(table: pd.DataFrame) -> Table:
+    rows = []
     for method, found in verdict(table).items():
-        share = "–" if found["lie_share"] is None else f"{100 * found['lie_share']:.1f} %"
-        cover = "–" if found["coverage"] is None else f"{100 * found['coverage']:.0f} % of {found['bounded']}"
         claimed = "holds" if found["holds"] else "missed" if found["ok"] else "accepts none"
         covers = "holds" if found["coverage_holds"] else "missed" if found["bounded"] else "–"
         if 0 < found["ok"] < ENOUGH and not found["lies"]:
             claimed = "too few to say"
         if 0 < found["bounded"] < ENOUGH:
             covers = "too few to say"
-        lines.append(
-            f"| {method} | {found['stems']} | {found['measured']} | {found['ok']} | {found['ok_stems']} | "
-            f"{found['lies']} | "
-            f"{share} | {claimed} | {cover} | {covers} |"
-        )
-    wrong = lies(table)
-    wrong = wrong[wrong["method"].isin(REPORTED)]
-    lines += ["", f"Accepted and wrong ({', '.join(f'`{name}`' for name in REPORTED)}): {len(wrong)}.", ""]
-    if len(wrong):
-        lines += [
-            "| method | factor | level | seed | stem | true cm | read cm | clear views |",
-            "|---|---|---|---|---|---|---|---|",
-        ]
-        for _, row in wrong.head(40).iterrows():
-            true = "nothing stands there" if pd.isna(row["true_cm"]) else f"{row['true_cm']:.1f}"
-            clear = "–" if pd.isna(row["clear"]) else f"{row['clear']:.0f}"
-            lines.append(
-                f"| {row['method']} | {row['factor']} | {row['level']:g} | {row['seed']} | {row['tree_id']} "
-                f"({row['kind']}) | {true} | {row['read_cm']:.1f} | {clear} |"
-            )
-    lines += [
-        "",
-        "| factor | level | method | stems | refused | ok | RMSE of ok, cm | worst ok, cm | wrong | in 90 % |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        rows.append({**found, "method": method, "claimed": claimed, "covers": covers})
+    columns = [
+        Column("method", "method"),
+        Column("stems", "stems", 0),
+        Column("measured", "measured", 0),
+        Column("ok", "ok", 0),
+        Column("ok_stems", "of so many stems", 0),
+        Column("lies", f"ok, off by > {LIE_CM:g} cm or {LIE_SE:g} stated errors", 0),
+        Column("lie_share", "share, %", 1, 100),
+        Column("claimed", "claim (at most 2 %)"),
+        Column("coverage", "ok inside 90 % interval, %", 0, 100),
+        Column("bounded", "of", 0),
+        Column("covers", "claim (85-95 %)"),
     ]
-    known = {one.key: one for one in FACTORS}
-    for _, row in levels[levels["method"].isin(REPORTED)].iterrows():
-        cells = ["–" if pd.isna(row[name]) else f"{row[name]:.2f}" for name in ("rmse_ok_cm", "worst_ok_cm")]
-        place = known[row["factor"]].label_with_unit(row["level"])
-        gone = "–" if pd.isna(row["refused"]) else f"{100 * row['refused']:.0f} %"
-        cover = "–" if pd.isna(row["coverage"]) else f"{100 * row['coverage']:.0f} %"
-        lines.append(
-            f"| {row['factor']} | {place} | {row['method']} | {row['stems']} | "
-            f"{gone} | {row['ok']} | {cells[0]} | {cells[1]} | {row['lies']} | {cover} |"
-        )
-    return "\n".join(lines) + "\n"
+    return Table("verdict", "", columns, rows)
 
 
-def page(text: str, pictures: dict[str, bytes]) -> str:
-    """A self-contained page of the markdown tables and the pictures (SVG)."""
-    parts = []
-    for block in text.split("\n\n"):
-        rows = [line for line in block.strip().splitlines() if line.startswith("|")]
-        if not rows:
-            parts.append(f"<p>{html.escape(block)}</p>")
-            continue
-        cells = [[html.escape(cell.strip()) for cell in row.strip("|").split("|")] for row in rows if "|---" not in row]
-        body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in cells[1:])
-        parts.append("<table><tr>" + "".join(f"<th>{cell}</th>" for cell in cells[0]) + f"</tr>{body}</table>")
-    drawn = "".join(
-        f"<h2>{html.escape(name)}</h2>{svg[svg.index(b'<svg') :].decode()}" for name, svg in pictures.items()
-    )
-    about = "".join(
-        f"<li><b>{html.escape(f.title)}</b> ({html.escape(f.unit)}): {html.escape(f.about)}</li>" for f in FACTORS
-    )
-    return f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>TreeDGS: stability</title><style>
-body{{font:14px system-ui,sans-serif;margin:20px auto;max-width:1300px}}table{{border-collapse:collapse;font-size:12px}}
-td,th{{padding:2px 7px;border-bottom:1px solid #ddd}}svg{{max-width:100%;height:auto}}</style>
-<h1>Stability where methods fail</h1>{"".join(parts)}{drawn}<h2>Factors</h2><ul>{about}</ul></html>
-"""
+def _lies_table(wrong: pd.DataFrame) -> Table:
+    titles = {factor.key: factor for factor in FACTORS}
+    rows = [
+        {
+            **row,
+            "factor": titles[row["factor"]].title,
+            "level": titles[row["factor"]].label_with_unit(row["level"]),
+            "stem": f"{row['tree_id']} ({row['kind']})",
+            "true_cm": known(row["true_cm"]) or "nothing stands there",
+            "clear": known(row["clear"]),
+        }
+        for row in wrong.to_dict("records")
+    ]
+    columns = [
+        Column("method", "method"),
+        Column("factor", "factor"),
+        Column("level", "level"),
+        Column("seed", "seed"),
+        Column("stem", "stem"),
+        Column("true_cm", "true cm", 1),
+        Column("read_cm", "read cm", 1),
+        Column("clear", "clear views", 0),
+    ]
+    return Table("wrong", "", columns, rows)
+
+
+def _levels_table(levels: pd.DataFrame) -> Table:
+    titles = {factor.key: factor for factor in FACTORS}
+    rows = [
+        {
+            **row,
+            "factor": titles[row["factor"]].title,
+            "level": titles[row["factor"]].label_with_unit(row["level"]),
+        }
+        for row in levels.to_dict("records")
+    ]
+    columns = [
+        Column("factor", "factor"),
+        Column("level", "level"),
+        Column("method", "method"),
+        Column("stems", "stems", 0),
+        Column("refused", "refused, %", 0, 100),
+        Column("ok", "ok", 0),
+        Column("rmse_ok_cm", "RMSE of ok, cm", 2),
+        Column("worst_ok_cm", "worst ok, cm", 2),
+        Column("lies", "wrong", 0),
+        Column("coverage", "in 90 %, %", 0, 100),
+    ]
+    return Table("levels", "", columns, rows)
+
+
+def document(blocks: list[Block], pictures: dict[str, bytes]) -> Document:
+    """The page. pictures: SVG by name."""
+    drawn = [block for name, svg in pictures.items() for block in (Heading(name), Picture(name, svg))]
+    about = Sentences([f"{factor.title} ({factor.unit}): {factor.about}" for factor in FACTORS])
+    subtitle = "Does a method refuse or widen its interval as a case gets hopeless?"
+    return Document("Stability where methods fail", subtitle, [*blocks, *drawn, Heading("Factors"), about], wide=True)

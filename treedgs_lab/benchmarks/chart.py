@@ -10,6 +10,7 @@ from __future__ import annotations
 import pandas as pd
 
 from treedgs_geo.core.files import read_json, write_json
+from treedgs_geo.report.charts import chart_svg, new_chart
 from treedgs_lab.benchmarking.chart_pictures import draw_panel, finish
 from treedgs_lab.benchmarks.figures import PUBLISHED, content
 from treedgs_lab.benchmarks.records import RESULTS
@@ -55,13 +56,7 @@ def published_method() -> list[dict]:
 
 def main() -> None:
     """Draw and write it."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    matplotlib.rcParams["svg.hashsalt"] = "treedgs"
-    import matplotlib.pyplot as plt
-
-    figure, panels = plt.subplots(1, 2, figsize=(13, 6), dpi=120)
+    figure, panels = new_chart(13, 6, ncols=2)
     for axes, name, title, more in (
         (panels[0], "benchmark.csv", "open plots, plot_a and plot_e; 1 core", published_method()),
         (panels[1], "benchmark_dense.csv", "dense plot, plot_h; 1 core", []),
@@ -71,7 +66,7 @@ def main() -> None:
         table["front"] = table["front"].astype(str) == "True"
         draw_panel(axes, table, title)
     finish(figure, panels[0])
-    figure.savefig(RESULTS / "speed-accuracy.svg", metadata={"Date": None})
+    (RESULTS / "speed-accuracy.svg").write_bytes(chart_svg(figure))
     known = read_json(PUBLISHED)
     known["speed-accuracy.svg"] = {**known["benchmark.csv"], "command": "python -m treedgs_lab.benchmarks.chart"}
     write_json(PUBLISHED, dict(sorted(known.items())))

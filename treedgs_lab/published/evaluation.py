@@ -8,6 +8,7 @@ from typing import Any
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.tables import PairsEvidence
+from treedgs_geo.report.blocks import Block
 from treedgs_geo.verbs.evaluate import EvaluateSettings
 
 from .experiments import ExperimentOptions, run_experiments
@@ -21,8 +22,8 @@ def add_experiments(
     evidence: PairsEvidence,
     metrics: dict[str, Any],
     reporter: Reporter,
-) -> tuple[str, Path | None]:
-    """Run the experiments and add their figures to ``metrics``: ``(sections of the page, the paper's page)``."""
+) -> tuple[list[Block], Path | None]:
+    """Run the experiments and add their figures to ``metrics``: ``(blocks of the page, the paper's page)``."""
     options = ExperimentOptions(settings.holdout_pct / 100, settings.seed)
     with reporter.stage("experiments", 0.4, 0.85):
         found = run_experiments(plots, options, settings.output, reporter)

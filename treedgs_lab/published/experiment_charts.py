@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from treedgs_geo.inventory.accuracy.charts import BLUE, GREY, VERMILION, new_axes
+from treedgs_geo.report.charts import BLUE, GREY, VERMILION, new_chart
 
 #: One look a method: Okabe-Ito colours, and lines that differ in grey.
 LOOKS = {
@@ -22,7 +22,7 @@ LOOKS = {
 
 def draw_densities(errors: dict[str, np.ndarray]) -> Any:
     """Kernel density of the signed errors of each method (Silverman's width); a tick a stem where there are few."""
-    figure, axes = new_axes(6.6, 4.2)
+    figure, axes = new_chart(6.6, 4.2)
     every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
     reach = float(np.clip(np.percentile(np.abs(every), 97) * 1.4, 2, 40)) if len(every) else 2.0
     x = np.linspace(-reach, reach, 400)
@@ -41,9 +41,9 @@ def draw_densities(errors: dict[str, np.ndarray]) -> Any:
     axes.axvline(0, color="0.4", ls="--", lw=1)
     axes.set_xlabel("estimate − reference, cm")
     axes.set_ylabel("density")
-    axes.set_title("Signed errors", fontsize=11)
+    axes.set_title("Signed errors")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8, frameon=False)
+        axes.legend(fontsize=8)
     return figure
 
 
@@ -61,7 +61,7 @@ def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray, step_cm: float = 5.0,
 
 def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
     """Signed error against DBH: dots a stem, lines through the bins' medians, dashed across empty bins."""
-    figure, axes = new_axes(6.6, 4.4)
+    figure, axes = new_chart(6.6, 4.4)
     every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
     reach = float(np.clip(np.percentile(np.abs(every), 95) * 1.5, 2, 40)) if len(every) else 2.0
     for name, error in errors.items():
@@ -79,15 +79,15 @@ def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
     axes.set_ylim(-reach * 1.05, reach * 1.05)
     axes.set_xlabel("reference DBH, cm")
     axes.set_ylabel("estimate − reference, cm")
-    axes.set_title("Error over DBH: medians of 5 cm bins", fontsize=11)
+    axes.set_title("Error over DBH: medians of 5 cm bins")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8, frameon=False)
+        axes.legend(fontsize=8)
     return figure
 
 
 def draw_power(sweep: list[dict]) -> Any:
     """RMSE (line) and MAE (dashed) on the held-out stems over the exponent p."""
-    figure, axes = new_axes(6.0, 3.8)
+    figure, axes = new_chart(6.0, 3.8)
     table = pd.DataFrame(sweep)
     for source, colour, mark in (("lidar", VERMILION, "^"), ("splats", BLUE, "o")):
         rows = table[(table["source"] == source) & table["rmse_cm"].notna()]
@@ -96,20 +96,15 @@ def draw_power(sweep: list[dict]) -> Any:
             axes.plot(rows["p"], rows["mae_cm"], color=colour, marker=mark, ls="--", alpha=0.6, label=f"{source}, MAE")
     axes.set_xlabel("exponent p")
     axes.set_ylabel("cm")
-    axes.set_title(f"Choice of p on {int(table['held_out'].max())} held-out stems", fontsize=11)
+    axes.set_title(f"Choice of p on {int(table['held_out'].max())} held-out stems")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8, frameon=False)
+        axes.legend(fontsize=8)
     return figure
 
 
 def draw_visibility(table: pd.DataFrame) -> Any:
     """Absolute error against free views, their mean width, and the product; least-squares line and Pearson's r."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, grid = plt.subplots(1, 3, figsize=(10.2, 3.4), dpi=120, sharey=True)
+    figure, grid = new_chart(10.2, 3.4, ncols=3, sharey=True)
     known = table[table["error_cm"].notna() & (table["free_views"] > 0)]
     for axes, (name, label) in zip(
         grid,
@@ -122,7 +117,6 @@ def draw_visibility(table: pd.DataFrame) -> Any:
     ):
         x, y = known[name].to_numpy(float), known["error_cm"].abs().to_numpy(float)
         axes.scatter(x, y, s=16, color=BLUE, alpha=0.8)
-        axes.grid(alpha=0.25, linewidth=0.6)
         if len(x) > 2 and x.std() > 0 and y.std() > 0:
             slope, start = np.polyfit(x, y, 1)
             ends = np.array([x.min(), x.max()])
@@ -133,10 +127,7 @@ def draw_visibility(table: pd.DataFrame) -> Any:
                 lw=1.6,
                 label=f"r = {np.corrcoef(x, y)[0, 1]:+.2f}, n = {len(x)}",
             )
-            axes.legend(fontsize=8, frameon=False)
+            axes.legend(fontsize=8)
         axes.set_xlabel(label)
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
     grid[0].set_ylabel("|error|, cm")
-    figure.tight_layout()
     return figure

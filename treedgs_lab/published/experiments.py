@@ -12,16 +12,10 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles, pooled_reference
 from treedgs_geo.inventory.accuracy.reference import Reference
-from treedgs_geo.inventory.accuracy.sections import (
-    drawn,
-    html_table,
-    methods_latex,
-    plain_latex,
-    write_table,
-    write_text,
-)
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.report.blocks import Block, Heading, Paragraph
+from treedgs_geo.report.charts import write_chart
 from treedgs_geo.stems.cloud.estimate.published import PublishedOptions
 from treedgs_geo.stems.geometry.circles import SolidCircle
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
@@ -32,6 +26,7 @@ from . import experiment_charts
 from .labelled import LabelledPoints
 from .methods import WEIGHTS, StemPoints, ablate, choose_power, compare_methods, measure, stem_points
 from .photo_experiments import photo_experiments
+from .sections import methods_latex, plain_latex, table_of, write_table, write_text
 from .segmentation import score_segmentation, true_labels
 
 
@@ -46,11 +41,12 @@ class ExperimentOptions:
 
 @dataclass(frozen=True)
 class Experiments:
-    """found: for ``metrics.json``. section: of the page. references: stems of known DBH, plot by plot. sources: source
-    -> segmented points of all of them. labelled: points about the stems with the stem that each was given."""
+    """found: for ``metrics.json``. section: blocks of the page. references: stems of known DBH, plot by plot.
+    sources: source -> segmented points of all of them. labelled: points about the stems with the stem that each was
+    given."""
 
     found: dict[str, Any]
-    section: str
+    section: list[Block]
     references: list[Reference]
     sources: dict[str, StemPoints]
     labelled: list[LabelledPoints]
@@ -66,7 +62,7 @@ def run_experiments(
         InputError: a cloud without the attribute that its weights need, or no workspace where one is named.
     """
     found: dict[str, Any] = {}
-    parts: list[str] = []
+    parts: list[Block] = []
     references = [plot.reference() for plot in plots]
     sources: dict[str, StemPoints] = {}
     labelled: list[LabelledPoints] = []
@@ -79,7 +75,7 @@ def run_experiments(
     if seen:
         with reporter.stage("visibility and runtime", 0.6, 1.0):
             found |= photo_experiments(seen, folder, parts, reporter)
-    return Experiments(found, "".join(parts), references, sources, labelled)
+    return Experiments(found, parts, references, sources, labelled)
 
 
 @dataclass(frozen=True)
@@ -136,7 +132,7 @@ def _joined(parts: dict[str, list[StemPoints]]) -> dict[str, StemPoints]:
 
 
 def _methods(
-    gathered: _Gathered, reference: Reference, options: ExperimentOptions, folder: Path, parts: list[str]
+    gathered: _Gathered, reference: Reference, options: ExperimentOptions, folder: Path, parts: list[Block]
 ) -> dict[str, Any]:
     sources = gathered.sources
     found = compare_methods(sources, reference, options.share, options.seed, options.bh_m)
@@ -148,32 +144,33 @@ def _methods(
     ablation = ablate(sources[main], reference, held, found["powers"][main], options.bh_m, options.seed)
     write_table(folder / "ablation.csv", ablation)
     write_text(folder / "ablation.tex", plain_latex(ablation, ("setting", "value", "n", "mae_cm", "rmse_cm", "me_cm")))
-    charts = [
-        drawn(folder, "densities", experiment_charts.draw_densities(errors)),
-        drawn(folder, "trend", experiment_charts.draw_trend(reference.dbh_cm, errors)),
-        drawn(folder, "power", experiment_charts.draw_power(found["sweep"])),
-    ]
     split = found["split"]
-    parts.append(
-        "<h2>Methods</h2><p>p chosen on "
-        f"{len(split['held_out'])} held-out stems (seed {split['seed']}): "
-        + ", ".join(f"{source} {p:g}" for source, p in found["powers"].items())
-        + f"; figures on the other {split['test']}. The paper's figures are of other plots: context, not a "
-        "comparison.</p>" + html_table(found["rows"]) + "".join(charts)
-    )
-    parts.append(f"<h2>Ablation ({main}, weighted circle)</h2>" + html_table(ablation))
+    powers = ", ".join(f"{source} {p:g}" for source, p in found["powers"].items())
+    parts += [
+        Heading("Methods"),
+        Paragraph(
+            f"p chosen on {len(split['held_out'])} held-out stems (seed {split['seed']}): {powers}; figures on the "
+            f"other {split['test']}. The paper's figures are of other plots: context, not a comparison."
+        ),
+        table_of(found["rows"]),
+        write_chart(folder, "densities", experiment_charts.draw_densities(errors)),
+        write_chart(folder, "trend", experiment_charts.draw_trend(reference.dbh_cm, errors)),
+        write_chart(folder, "power", experiment_charts.draw_power(found["sweep"])),
+        Heading(f"Ablation ({main}, weighted circle)"),
+        table_of(ablation),
+    ]
     result = {"methods": {key: found[key] for key in ("split", "powers", "sweep", "rows")}, "ablation": ablation}
     if gathered.scores:
         runs = _oracle(sources, gathered.oracle, reference, held, options)
         write_table(folder / "segmentation.csv", gathered.scores)
         write_table(folder / "oracle.csv", runs)
         result |= {"segmentation": gathered.scores, "oracle": runs}
-        parts.append(
-            "<h2>Segmentation</h2>"
-            + html_table(gathered.scores)
-            + "<h2>With true labels instead</h2>"
-            + html_table(runs)
-        )
+        parts += [
+            Heading("Segmentation"),
+            table_of(gathered.scores),
+            Heading("With true labels instead"),
+            table_of(runs),
+        ]
     return result
 
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import base64
-import html
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from treedgs_geo.inventory.accuracy.charts import BLUE, VERMILION
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.report.blocks import Block, Heading, Picture
+from treedgs_geo.report.charts import BLUE, VERMILION
 from treedgs_geo.stems.cloud.estimate.published import PublishedOptions, measure_published
 from treedgs_geo.stems.geometry.circles import SolidCircle
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
@@ -121,7 +120,6 @@ def draw_fits(
         )
         axes.tick_params(labelsize=7)
     figure.supxlabel(f"{source}: slice at breast height, m; solid: circle fitted there, dashed: reference", fontsize=8)
-    figure.tight_layout(h_pad=2.5)
     return figure
 
 
@@ -131,8 +129,8 @@ def _ring(radius_m: float, colour: str, line: str) -> Any:
     return Circle((0, 0), radius_m, fill=False, color=colour, ls=line, lw=1.5)
 
 
-def sheets(plot: PlotFiles, reference: Reference) -> list[str]:
-    """Evidence sheets as HTML: the two best diameters of a plot, the two worst, and up to two stems without one."""
+def sheets(plot: PlotFiles, reference: Reference) -> list[Block]:
+    """Evidence sheets: the two best diameters of a plot, the two worst, and up to two stems without one."""
     if plot.workspace_in is None:
         return []
     trees = read_trees(plot.workspace_in / "trees.gpkg")
@@ -145,13 +143,13 @@ def sheets(plot: PlotFiles, reference: Reference) -> list[str]:
     measured = sorted((row for row in rows if np.isfinite(row[0])), key=lambda row: abs(row[0]))
     refused = [row for row in rows if not np.isfinite(row[0])][:2]
     worst = measured[2:][-2:]
-    return [
-        f"<h3>{html.escape(plot.name)}, tree {tree_id}: {words.format(error)}</h3><img alt='evidence sheet' "
-        f"src='data:image/jpeg;base64,{base64.b64encode(file.read_bytes()).decode()}'>"
-        for words, part in (
-            ("success, {:+.2f} cm", measured[:2]),
-            ("largest error, {:+.2f} cm", worst),
-            ("no diameter", refused),
-        )
-        for error, tree_id, file in part
-    ]
+    shown: list[Block] = []
+    for words, part in (
+        ("success, {:+.2f} cm", measured[:2]),
+        ("largest error, {:+.2f} cm", worst),
+        ("no diameter", refused),
+    ):
+        for error, tree_id, file in part:
+            shown.append(Heading(f"{plot.name}, tree {tree_id}: {words.format(error)}", 3))
+            shown.append(Picture("evidence sheet", file.read_bytes()))
+    return shown

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from treedgs_geo.inventory.accuracy.charts import BLUE, VERMILION
+from treedgs_geo.report.charts import BLUE, VERMILION
 
 from .paper_pictures import panels
 
@@ -57,7 +57,6 @@ def draw_labels(clouds: list[LabelledPoints]) -> Any | None:
         else:
             _from_above(true, cloud.xyz, cloud.true, "true labels")
         _from_beside(beside, cloud)
-    figure.tight_layout()
     return figure
 
 
@@ -90,7 +89,7 @@ def _from_beside(axes: Any, cloud: LabelledPoints) -> None:
             cloud.xyz[which, 0], cloud.xyz[which, 2], s=2, color=colour, linewidths=0, rasterized=True,
             label=f"{name} ({100 * which.mean():.0f} %)",
         )  # fmt: skip
-    axes.legend(fontsize=6.5, frameon=False, markerscale=4, loc="upper left", bbox_to_anchor=(0, 1.02), ncols=2)
+    axes.legend(fontsize=6.5, markerscale=4, loc="upper left", bbox_to_anchor=(0, 1.02), ncols=2)
     axes.set_ylim(0, 1.3 * max(float(cloud.xyz[:, 2].max()), 1.0))
     axes.set_title(f"from the south; {len(cloud.xyz)} of {cloud.of} points", fontsize=8)
     axes.tick_params(labelsize=7)

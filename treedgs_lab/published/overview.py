@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from treedgs_geo.core import workspace as names
-from treedgs_geo.inventory.accuracy.charts import VERMILION
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.report.charts import VERMILION
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.raster import Rasteriser
 from treedgs_geo.stems.splats.whole_photos import WholePhotos
@@ -50,7 +50,6 @@ def draw_overview(plot: PlotFiles) -> Any | None:
     grid[2].set_xlabel("east, m", fontsize=8)
     grid[2].set_ylabel("height above the ground, m", fontsize=8)
     grid[2].tick_params(labelsize=7)
-    figure.tight_layout()
     return figure
 
 
@@ -86,7 +85,6 @@ def draw_pipeline(plot: PlotFiles, reference: Reference) -> Any | None:
         axes.tick_params(labelsize=7)
         axes.set_xlabel("east, m", fontsize=8)
     grid[0].set_ylabel(f"height above the ground at {reference.tree[best]}, m", fontsize=8)
-    figure.tight_layout()
     return figure
 
 

@@ -5,7 +5,6 @@ What these inputs cannot give stands in its place with the reason.
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,35 +15,39 @@ import pandas as pd
 
 from treedgs_geo.core.files import read_json
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles, pooled_reference
-from treedgs_geo.inventory.accuracy.sections import drawn, html_table, inline, methods_latex, plain_latex, write_text
+from treedgs_geo.report.blocks import Block, Document, Heading, Paragraph, Picture, Sentences
+from treedgs_geo.report.charts import write_chart
+from treedgs_geo.report.html import write_html
 from treedgs_geo.stems.splats.options import PUBLISHED_STEPS
 
 from . import gallery, overview, point_sets
 from . import paper_pictures as pictures
 from .labelled import LabelledPoints, draw_labels
 from .paper_inputs import PaperInputs
+from .sections import methods_latex, plain_latex, table_of, write_text
 
 
 @dataclass(frozen=True)
 class Item:
-    """One table or figure. place: in the paper. make: HTML of it, or ``None``; why: where there is none."""
+    """One table or figure. place: in the paper. make: blocks of it, or ``None``; why: where there is none."""
 
     place: str
     title: str
-    make: Callable[[PaperInputs], str | None]
+    make: Callable[[PaperInputs], list[Block] | None]
     why: str
 
 
 def write_paper(inputs: PaperInputs) -> Path:
     """Write ``paper.html`` and ``paper_tables.tex`` into the folder; returns the page."""
-    parts = []
+    blocks: list[Block] = [
+        Paragraph("Other trees and photos than the paper's: the same questions, not the same answers.")
+    ]
     for item in ITEMS:
-        body = item.make(inputs)
-        done = body if body is not None else f"<p class='none'>Not applicable: {html.escape(item.why)}.</p>"
-        parts.append(f"<section><h2>{html.escape(item.place)}. {html.escape(item.title)}</h2>{done}</section>")
+        blocks.append(Heading(f"{item.place}. {item.title}"))
+        blocks += item.make(inputs) or [Paragraph(f"Not applicable: {item.why}.")]
     names = ", ".join(sorted(set(inputs.evidence.trees["plot_id"].astype(str))))
-    path = inputs.folder / "paper.html"
-    write_text(path, _PAGE.format(plots=html.escape(names), reference=inputs.evidence.reference, body="".join(parts)))
+    words = f"In the paper's order, with the plots {names} ({inputs.evidence.reference})."
+    path = write_html(inputs.folder / "paper.html", Document("Tables and figures of the paper", words, blocks))
     write_text(inputs.folder / "paper_tables.tex", tables_latex(inputs))
     return path
 
@@ -91,26 +94,26 @@ def tables_latex(inputs: PaperInputs) -> str:
     return "\n".join(parts)
 
 
-def _overview(inputs: PaperInputs) -> str | None:
+def _overview(inputs: PaperInputs) -> list[Block] | None:
     shown = inputs.first_drawn(inputs.gaussians, overview.draw_overview, "paper_overview")
-    return None if shown is None else "".join(map(_how_far, inputs.gaussians)) + shown
+    return None if shown is None else [*filter(None, map(_how_far, inputs.gaussians)), *shown]
 
 
-def _how_far(plot: PlotFiles) -> str:
-    """How far the published fit of a plot came, in a sentence; nothing of other Gaussians."""
+def _how_far(plot: PlotFiles) -> Paragraph | None:
+    """How far the published fit of a plot came; nothing of other Gaussians."""
     assert plot.workspace_in is not None
     stages = read_json(plot.workspace_in / "run.json").get("stages", {})
     fit = stages.get("measure", {}).get("result", {}).get("published_fit")
     if fit is None:
-        return ""
-    return (
-        f"<p>{html.escape(plot.name)}: {fit['steps']:,} of the {PUBLISHED_STEPS:,} published steps on {fit['photos']} "
+        return None
+    return Paragraph(
+        f"{plot.name}: {fit['steps']:,} of the {PUBLISHED_STEPS:,} published steps on {fit['photos']} "
         f"photos of {100 * fit['factor']:.0f} % of their size, {fit['gaussians_first']:,} Gaussians grown to "
-        f"{fit['gaussians']:,}.</p>"
+        f"{fit['gaussians']:,}."
     )
 
 
-def _pipeline(inputs: PaperInputs) -> str | None:
+def _pipeline(inputs: PaperInputs) -> list[Block] | None:
     return inputs.first_drawn(
         inputs.gaussians,
         lambda plot: overview.draw_pipeline(plot, inputs.reference_of(plot)),
@@ -118,38 +121,38 @@ def _pipeline(inputs: PaperInputs) -> str | None:
     )
 
 
-def _beside_samples(other: str, name: str) -> Callable[[PaperInputs], str | None]:
+def _beside_samples(other: str, name: str) -> Callable[[PaperInputs], list[Block] | None]:
     """The picture of another way from Gaussians to points beside the samples, and the table of all three."""
 
-    def make(inputs: PaperInputs) -> str | None:
+    def make(inputs: PaperInputs) -> list[Block] | None:
         found = point_sets.draw_pair(inputs.sets, other)
         if found is None:
             return None
         stems = "; ".join(f"{sets.plot} {', '.join(sets.stems)}" for sets in inputs.sets)
-        words = (
-            f"<p>Points within {pictures.NEAR_M:g} m of up to {point_sets.COMPARED} stems a plot, evenly over the "
-            f"diameters ({html.escape(stems)}), {pictures.STEM_M[0]:g} to {pictures.STEM_M[1]:g} m above the ground, "
-            "before any segmentation; covered height: 10 cm steps that hold a point.</p>"
+        words = Paragraph(
+            f"Points within {pictures.NEAR_M:g} m of up to {point_sets.COMPARED} stems a plot, evenly over the "
+            f"diameters ({stems}), {pictures.STEM_M[0]:g} to {pictures.STEM_M[1]:g} m above the ground, "
+            "before any segmentation; covered height: 10 cm steps that hold a point."
         )
-        return words + html_table(point_sets.table(inputs.sets)) + drawn(inputs.folder, name, found)
+        return [words, table_of(point_sets.table(inputs.sets)), write_chart(inputs.folder, name, found)]
 
     return make
 
 
-def _summary(inputs: PaperInputs) -> str:
-    return html_table(plot_summary(inputs.evidence.trees))
+def _summary(inputs: PaperInputs) -> list[Block]:
+    return [table_of(plot_summary(inputs.evidence.trees))]
 
 
-def _layout(inputs: PaperInputs) -> str:
-    return drawn(inputs.folder, "paper_plots", pictures.draw_layout(inputs.references))
+def _layout(inputs: PaperInputs) -> list[Block]:
+    return [write_chart(inputs.folder, "paper_plots", pictures.draw_layout(inputs.references))]
 
 
-def _flight(inputs: PaperInputs) -> str | None:
+def _flight(inputs: PaperInputs) -> list[Block] | None:
     plots = inputs.workspaces
-    return drawn(inputs.folder, "paper_flight", pictures.draw_flight(plots)) if plots else None
+    return [write_chart(inputs.folder, "paper_flight", pictures.draw_flight(plots))] if plots else None
 
 
-def _pixels(inputs: PaperInputs) -> str | None:
+def _pixels(inputs: PaperInputs) -> list[Block] | None:
     return inputs.first_drawn(
         inputs.workspaces,
         lambda plot: pictures.draw_pixels(plot, inputs.reference_of(plot)),
@@ -157,24 +160,24 @@ def _pixels(inputs: PaperInputs) -> str | None:
     )
 
 
-def _matching(inputs: PaperInputs) -> str | None:
+def _matching(inputs: PaperInputs) -> list[Block] | None:
     pairs = [pictures.matched(plot, ref) for plot, ref in zip(inputs.plots, inputs.references, strict=True)]
     away = np.concatenate([np.linalg.norm(measured - field, axis=1) for field, measured in pairs])
     if not len(away):
         return None
-    text = f"<p>Paired: {len(away)}; mean planimetric offset {away.mean():.3f} m, largest {away.max():.3f} m.</p>"
+    text = f"Paired: {len(away)}; mean planimetric offset {away.mean():.3f} m, largest {away.max():.3f} m."
     figure = pictures.draw_matching(inputs.plots, inputs.references, pairs)
-    return text + drawn(inputs.folder, "paper_matching", figure)
+    return [Paragraph(text), write_chart(inputs.folder, "paper_matching", figure)]
 
 
-def _sources(inputs: PaperInputs) -> str | None:
+def _sources(inputs: PaperInputs) -> list[Block] | None:
     if not inputs.gathered:
         return None
     found = pictures.draw_reliability(inputs.gathered, pooled_reference(inputs.references))
-    return None if found is None else drawn(inputs.folder, "paper_reliability", found)
+    return None if found is None else [write_chart(inputs.folder, "paper_reliability", found)]
 
 
-def _density(inputs: PaperInputs) -> str | None:
+def _density(inputs: PaperInputs) -> list[Block] | None:
     sets: dict[str, list[np.ndarray]] = {}
     if inputs.workspaces:
         near = [pictures.sparse_near(plot, inputs.reference_of(plot)) for plot in inputs.plots]
@@ -194,64 +197,57 @@ def _density(inputs: PaperInputs) -> str | None:
         for name in sets
     ]
     figure = pictures.draw_density(sets, pooled_reference(inputs.references))
-    return html_table(rows) + drawn(inputs.folder, "paper_density", figure)
+    return [table_of(rows), write_chart(inputs.folder, "paper_density", figure)]
 
 
-def _chart(name: str) -> Callable[[PaperInputs], str | None]:
+def _chart(name: str) -> Callable[[PaperInputs], list[Block] | None]:
     """A chart that the evaluation has drawn."""
 
-    def make(inputs: PaperInputs) -> str | None:
+    def make(inputs: PaperInputs) -> list[Block] | None:
         path = inputs.folder / f"{name}.svg"
         asked = {"visibility": "visibility"}.get(name, "methods")
-        return inline(path.read_text(encoding="utf-8")) if asked in inputs.metrics and path.exists() else None
+        return [Picture(name, path.read_bytes())] if asked in inputs.metrics and path.exists() else None
 
     return make
 
 
-def _visibility(inputs: PaperInputs) -> str | None:
+def _visibility(inputs: PaperInputs) -> list[Block] | None:
     chart = _chart("visibility")(inputs)
-    return None if chart is None else html_table(inputs.metrics["visibility"]["correlations"]) + chart
+    return None if chart is None else [table_of(inputs.metrics["visibility"]["correlations"]), *chart]
 
 
-def _methods(inputs: PaperInputs) -> str | None:
+def _methods(inputs: PaperInputs) -> list[Block] | None:
     found = inputs.metrics.get("methods")
     if found is None:
         return None
     split = found["split"]
-    said = f"<p>{split['test']} stems tested, {len(split['held_out'])} held out for p.</p>"
+    said = Paragraph(f"{split['test']} stems tested, {len(split['held_out'])} held out for p.")
     rows = [{k: v for k, v in row.items() if k != "subset"} for row in found["rows"] if row["subset"] == "own"]
-    return said + html_table(rows)
+    return [said, table_of(rows)]
 
 
-def _bands(inputs: PaperInputs) -> str | None:
+def _bands(inputs: PaperInputs) -> list[Block] | None:
     return inputs.first_drawn(
         inputs.workspaces, lambda plot: pictures.draw_bands(plot, inputs.reference_of(plot)), "paper_bands"
     )
 
 
-def _ablation(inputs: PaperInputs) -> str | None:
-    return html_table(inputs.metrics["ablation"]) if "ablation" in inputs.metrics else None
+def _ablation(inputs: PaperInputs) -> list[Block] | None:
+    return [table_of(inputs.metrics["ablation"])] if "ablation" in inputs.metrics else None
 
 
-def _labels(inputs: PaperInputs) -> str | None:
+def _labels(inputs: PaperInputs) -> list[Block] | None:
     rows = inputs.metrics.get("segmentation")
     if not rows:
         picture = _label_picture(inputs)
-        whose = _whose(inputs)
-        return (
-            f"<p>No true labels, so nothing is scored. Whose labels are shown:</p>{whose}{picture}" if picture else None
-        )
-    words = _whose(inputs)
-    return f"<p>Whose labels are scored:</p>{words}" + html_table(rows) + _label_picture(inputs)
+        said = Paragraph("No true labels, so nothing is scored. Whose labels are shown:")
+        return [said, _whose(inputs), *picture] if picture else None
+    return [Paragraph("Whose labels are scored:"), _whose(inputs), table_of(rows), *_label_picture(inputs)]
 
 
-def _whose(inputs: PaperInputs) -> str:
+def _whose(inputs: PaperInputs) -> Sentences:
     """Whose labels each source's are, by plot."""
-    words = [
-        f"<li>{html.escape(cloud.plot)}, {html.escape(cloud.source)}: {_labeller(cloud, inputs.plots)}.</li>"
-        for cloud in inputs.labelled
-    ]
-    return f"<ul>{''.join(words)}</ul>"
+    return Sentences([f"{own.plot}, {own.source}: {_labeller(own, inputs.plots)}." for own in inputs.labelled])
 
 
 def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
@@ -261,7 +257,7 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
     asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json").get("parameters", {})
     fit = asked.get("fit", "auto")
     if fit == "paper" or (fit == "auto" and asked.get("preset") == "paper"):
-        found = f"found in the surface points by --segmenter {html.escape(str(asked.get('segmenter', 'own')))}"
+        found = f"found in the surface points by --segmenter {asked.get('segmenter', 'own')}"
     else:
         found = (
             "tree_id of the file (of a run without --preset paper: stems found in the photos, nothing segmented anew)"
@@ -271,40 +267,40 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
     )
 
 
-def _label_picture(inputs: PaperInputs) -> str:
+def _label_picture(inputs: PaperInputs) -> list[Block]:
     found = draw_labels(inputs.labelled)
-    return "" if found is None else drawn(inputs.folder, "paper_segmentation", found)
+    return [] if found is None else [write_chart(inputs.folder, "paper_segmentation", found)]
 
 
-def _oracle(inputs: PaperInputs) -> str | None:
-    return html_table(inputs.metrics["oracle"]) if inputs.metrics.get("oracle") else None
+def _oracle(inputs: PaperInputs) -> list[Block] | None:
+    return [table_of(inputs.metrics["oracle"])] if inputs.metrics.get("oracle") else None
 
 
-def _runtime(inputs: PaperInputs) -> str | None:
-    return html_table(inputs.metrics["runtime"]) if inputs.metrics.get("runtime") else None
+def _runtime(inputs: PaperInputs) -> list[Block] | None:
+    return [table_of(inputs.metrics["runtime"])] if inputs.metrics.get("runtime") else None
 
 
-def _gallery(inputs: PaperInputs) -> str | None:
+def _gallery(inputs: PaperInputs) -> list[Block] | None:
     found = [gallery.sheets(plot, ref) for plot, ref in zip(inputs.plots, inputs.references, strict=True)]
     shown = [sheet for own in found for sheet in own]
-    return "".join([*_slices(inputs), *shown]) or None
+    return [*_slices(inputs), *shown] or None
 
 
-def _slices(inputs: PaperInputs) -> list[str]:
+def _slices(inputs: PaperInputs) -> list[Block]:
     """Slices of stems that were and were not measured, one picture a source."""
     methods, reference = inputs.metrics.get("methods"), pooled_reference(inputs.references)
     if methods is None:
         return []
     path = inputs.folder / "visibility.csv"
     seen = pd.read_csv(path) if "visibility" in inputs.metrics and path.exists() else None
-    parts = []
+    parts: list[Block] = []
     for source, stems in inputs.gathered.items():
         fits = gallery.fitted_stems(stems, reference, methods["powers"][source], methods["split"]["seed"])
         picture = gallery.draw_fits(source, gallery.chosen(fits, reference), reference, seen)
         if picture is not None:
             words = f"{sum(np.isfinite(fit.dbh_cm) for fit in fits)} of {len(fits)} stems have a diameter"
-            parts.append(f"<h3>Weighted circles, {source}: {words}</h3>")
-            parts.append(drawn(inputs.folder, f"paper_gallery_{source}", picture))
+            parts.append(Heading(f"Weighted circles, {source}: {words}", 3))
+            parts.append(write_chart(inputs.folder, f"paper_gallery_{source}", picture))
     return parts
 
 
@@ -363,15 +359,3 @@ ITEMS = (
         "neither a cloud nor a workspace with evidence sheets is given",
     ),
 )
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>Tables and figures of the paper</title><style>
-body {{ font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1100px; padding: 0 1em; color: #222 }}
-table {{ border-collapse: collapse; margin: .6em 0 1.6em; font-size: 13px }}
-td, th {{ padding: .2em .6em; border-bottom: 1px solid #ddd; text-align: right; font-variant-numeric: tabular-nums }}
-th:first-child, td:first-child {{ text-align: left }}
-section {{ border-top: 1px solid #ccc; overflow-x: auto }} h2 {{ font-size: 17px }}
-svg, img {{ max-width: 100%; height: auto }} .none {{ color: #666 }}
-</style></head><body><h1>Tables and figures of the paper</h1>
-<p>In the paper's order, with the plots {plots} ({reference}). Other trees and photos than the paper's: the same
-questions, not the same answers.</p>{body}</body></html>
-"""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,8 +10,9 @@ from typing import Any
 
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
-from treedgs_geo.inventory.accuracy.sections import drawn
 from treedgs_geo.inventory.accuracy.tables import PairsEvidence
+from treedgs_geo.report.blocks import Block, Paragraph
+from treedgs_geo.report.charts import write_chart
 
 from . import point_sets
 from .labelled import LabelledPoints
@@ -53,9 +53,11 @@ class PaperInputs:
         """The stems of known DBH of a plot."""
         return self.references[self.plots.index(plot)]
 
-    def first_drawn(self, plots: list[PlotFiles], draw: Callable[[PlotFiles], Any | None], name: str) -> str | None:
+    def first_drawn(
+        self, plots: list[PlotFiles], draw: Callable[[PlotFiles], Any | None], name: str
+    ) -> list[Block] | None:
         """The figure of the first plot that gives one, with the plot's name above it; ``None`` where none does."""
         for plot in plots:
             if (figure := draw(plot)) is not None:
-                return f"<p>Shown: {html.escape(plot.name)}.</p>" + drawn(self.folder, name, figure)
+                return [Paragraph(f"Shown: {plot.name}."), write_chart(self.folder, name, figure)]
         return None

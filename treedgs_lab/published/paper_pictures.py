@@ -10,7 +10,6 @@ from scipy.spatial import cKDTree
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.files import read_json
-from treedgs_geo.inventory.accuracy.charts import BLUE, GREY, VERMILION
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
@@ -20,6 +19,7 @@ from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.reconstruction.images import load_image
 from treedgs_geo.reconstruction.model import load_points, load_views
+from treedgs_geo.report.charts import BLUE, GREY, VERMILION, new_chart
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 from treedgs_geo.terrain.dtm import read_dtm
 
@@ -34,14 +34,9 @@ STEM_M, NEAR_M = (0.3, 5.0), 0.5
 
 def panels(count: int, columns: int, wide: float, high: float) -> tuple[Any, list[Any]]:
     """A figure with ``count`` axes in rows of ``columns``, each of so many inches."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     columns = min(columns, count)
     rows = -(-count // columns)
-    figure, grid = plt.subplots(rows, columns, figsize=(wide * columns, high * rows), dpi=110, squeeze=False)
+    figure, grid = new_chart(wide * columns, high * rows, grid=False, nrows=rows, ncols=columns, squeeze=False)
     for axes in list(grid.flat)[count:]:
         axes.set_visible(False)
     return figure, list(grid.flat)[:count]
@@ -80,7 +75,6 @@ def draw_layout(references: list[Reference]) -> Any:
         axes.set_title(f"{name}: {int(here.sum())} stems", fontsize=9)
         axes.tick_params(labelsize=7)
     figure.supxlabel("metres east, of the stems' mean; diameters ten times", fontsize=8)
-    figure.tight_layout()
     return figure
 
 
@@ -102,12 +96,11 @@ def draw_flight(plots: list[PlotFiles]) -> Any:
             above.plot(at[own, 0], at[own, 1], ".", color=colour, label=f"flight {name}: {int(own.sum())} photos")
             beside.plot(at[own, 0], at[own, 2], ".", color=colour)
         above.set_aspect("equal")
-        above.legend(fontsize=7, frameon=False)
+        above.legend(fontsize=7)
         for axes, words, upwards in ((above, "from above", "north, m"), (beside, "from the south", "height, m")):
             axes.set_title(f"{plot.name}, {words}", fontsize=9)
             axes.set_xlabel("east, m (local)")
             axes.set_ylabel(f"{upwards} (local)")
-    figure.tight_layout()
     return figure
 
 
@@ -130,7 +123,6 @@ def draw_pixels(plot: PlotFiles, reference: Reference) -> Any | None:
         assert pixels is not None
         _crop(axes, of_name[row.image], pixels)
         axes.set_title(f"{row.image.rpartition('/')[2]}\n{width:.1f} px across", fontsize=8)
-    figure.tight_layout()
     return figure
 
 
@@ -181,9 +173,8 @@ def draw_matching(
         axes.set_aspect("equal")
         axes.set_title(f"{plot.name}: {len(measured)} of {len(reference)} paired", fontsize=9)
         axes.tick_params(labelsize=7)
-    grid[0].legend(fontsize=7, frameon=False)
+    grid[0].legend(fontsize=7)
     figure.supxlabel("metres east, of the stems' mean", fontsize=8)
-    figure.tight_layout()
     return figure
 
 
@@ -206,7 +197,6 @@ def draw_reliability(gathered: dict[str, StemPoints], reference: Reference) -> A
         axes.tick_params(labelsize=7)
         axes.set_xlabel("east, cm", fontsize=8)
         figure.colorbar(dots, ax=axes).ax.tick_params(labelsize=7)
-    figure.tight_layout()
     return figure
 
 
@@ -252,7 +242,6 @@ def draw_density(sets: dict[str, list[np.ndarray]], reference: Reference) -> Any
         axes.tick_params(labelsize=7)
         axes.set_xlabel("east, m", fontsize=8)
     grid[0].set_ylabel(f"height above the ground at {_name(reference, k)}, m", fontsize=8)
-    figure.tight_layout()
     return figure
 
 
@@ -278,5 +267,4 @@ def draw_bands(plot: PlotFiles, reference: Reference) -> Any | None:
         assert pixels is not None
         _crop(axes, of_name[row.image], pixels)
         axes.set_title(f"{'free' if row.free else 'hidden'} ({100 * row.share:.0f} %)", fontsize=8)
-    figure.tight_layout()
     return figure

@@ -14,11 +14,13 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
-from treedgs_geo.inventory.accuracy.sections import drawn, html_table, plain_latex, write_table, write_text
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.reconstruction.model import load_views
+from treedgs_geo.report.blocks import Block, Heading, Paragraph
+from treedgs_geo.report.charts import write_chart
 
 from . import experiment_charts
+from .sections import plain_latex, table_of, write_table, write_text
 from .visibility import Stem, agreement, classify, per_stem
 
 #: What the error is set against: column of the table -> words.
@@ -30,9 +32,9 @@ AGAINST = {
 
 
 def photo_experiments(
-    plots: list[tuple[PlotFiles, Reference]], folder: Path, parts: list[str], reporter: Reporter
+    plots: list[tuple[PlotFiles, Reference]], folder: Path, parts: list[Block], reporter: Reporter
 ) -> dict[str, Any]:
-    """Visibility and runtime of every plot with a workspace: tables and charts into ``folder``, sections into
+    """Visibility and runtime of every plot with a workspace: tables and charts into ``folder``, blocks into
     ``parts``; returns what belongs in ``metrics.json``."""
     tables, runtime, checks = [], [], []
     for number, (plot, reference) in enumerate(plots):
@@ -58,15 +60,17 @@ def photo_experiments(
     }
     if checks:
         seen["against_truth"] = checks
-    parts.append(
-        "<h2>Visibility of breast height</h2><p>Bands called free from the photos' own colours; Pearson's r with the "
-        "absolute error, p of no relation.</p>"
-        + html_table(related)
-        + ("<p>Against the simulator, views called free and stems' counts:</p>" + html_table(checks) if checks else "")
-        + drawn(folder, "visibility", experiment_charts.draw_visibility(table))
-        + "<h2>Runtime by stage</h2>"
-        + html_table(runtime)
-    )
+    parts += [
+        Heading("Visibility of breast height"),
+        Paragraph(
+            "Bands called free from the photos' own colours; Pearson's r with the absolute error, p of no relation."
+        ),
+        table_of(related),
+        *([table_of(checks, "Against the simulator, views called free and stems' counts")] if checks else ()),
+        write_chart(folder, "visibility", experiment_charts.draw_visibility(table)),
+        Heading("Runtime by stage"),
+        table_of(runtime),
+    ]
     return {"runtime": runtime, "visibility": seen}
 
 

@@ -166,5 +166,4 @@ def draw_pair(plots: list[PointSets], other: str) -> Any | None:
         axes.tick_params(labelsize=7)
         axes.set_xlabel("east, m", fontsize=8)
     grid[0].set_ylabel("height above the ground, m", fontsize=8)
-    figure.tight_layout()
     return figure

@@ -10,6 +10,8 @@ import pytest
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.report.html import write_html
+from treedgs_geo.report.markdown import markdown
 from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_lab.benchmarking import chart, chart_pictures, cost
 from treedgs_lab.benchmarking.cost import PAPER, fit_power, predict, split_reducing
@@ -114,7 +116,7 @@ def test_a_configuration_that_measures_nothing_is_reported_and_not_recommended()
     assert not table.set_index("key").loc["fast", "front"]
     assert set(chart.knees(table).values()) == {"balanced"}
     chart_pictures.draw_chart(table, FACTS)
-    assert "–" in chart_pictures.markdown(table, FACTS, {})
+    assert "–" in markdown(chart_pictures.report_blocks(table, FACTS, {}, {}))
 
 
 def test_pictures_and_page(table, tmp_path):
@@ -123,8 +125,9 @@ def test_pictures_and_page(table, tmp_path):
     assert any("12 photos 10/10" in label for label in labels)
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
     assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[k + 1 :])
-    page = chart_pictures.page(table, FACTS, chart.knees(table))
-    assert "@@" not in page and "src=" not in page and "<link" not in page
+    document = chart_pictures.document(table, FACTS, chart.knees(table))
+    page = write_html(tmp_path / "chart.html", document).read_text(encoding="utf-8")
+    assert "{{" not in page and "src=" not in page and "<link" not in page
     data = json.loads(page.split('id="d">')[1].split("</script>")[0])
     assert {row["key"] for row in data} == set(table["key"])
     chart.write_records(tmp_path, [run_record("fast", 1.0, [0.1])], table, FACTS)
@@ -132,14 +135,12 @@ def test_pictures_and_page(table, tmp_path):
 
 
 def test_plots_stand_side_by_side(table):
-    text = chart_pictures.by_plot({"sim": table, "real": table[table["key"] != "fast"]})
+    each = {"sim": table, "real": table[table["key"] != "fast"]}
+    text = markdown(chart_pictures.report_blocks(table, FACTS, {}, each))
     assert "| balanced | 0.50 (+0.00), 10 of 10 | 0.50 (+0.00), 10 of 10 |" in text
-    assert [line for line in text.splitlines() if line.startswith("| fast")] == [
-        "| fast | 0.90 (+0.00), 10 of 10 | – |"
-    ]
-    assert chart_pictures.by_plot({"sim": table}) == ""
-    said = chart_pictures.levels(table)
-    assert "| photos used | 12 photos | +30 | +1.50 | +0 | worse |" in said and "8 fewer stems measured" in said
+    assert "| fast | 0.90 (+0.00), 10 of 10 | – |" in text.splitlines()
+    assert "plot by plot" not in markdown(chart_pictures.report_blocks(table, FACTS, {}, {"sim": table}))
+    assert "| photos used | 12 photos | +30 | +1.50 | +0 | worse |" in text and "8 fewer stems measured" in text
 
 
 def test_presets_of_the_chain_are_on_the_chart():

@@ -104,14 +104,14 @@ def test_files_are_written_and_name_the_lie(tmp_path):
     records = [record("lean", 0.0, GOOD), record("lean", 25.0, BAD), record("lean", 25.0, GOOD, "lidar")]
     result = write_stability(tmp_path, records, 5)
     text = (tmp_path / "stability.md").read_text()
-    assert result["n_lies"] == 3 and "| photos | lean | 25 | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
-    assert "nothing stands there" in text and "only 3 of** 5 cases" in text
+    assert result["n_lies"] == 3 and "| photos | lean | 25 deg | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
+    assert "nothing stands there" in text and "only 3 of 5 cases" in text
     page = (tmp_path / "stability.html").read_text()
     assert "<svg" in page and 'src="http' not in page and "<link" not in page
     assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
     for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
         assert (tmp_path / name).stat().st_size > 100
-    assert "| lean | photos | 2 | 3 | 0 of 2 | 1 to 2 | 0 % | missed | 0 % of 3 |" in text
+    assert "| lean | photos | 2 | 3 | 0 | 2 | 1 to 2 | 0 | missed | 0 | 3 |" in text
     with pytest.raises(TreeDGSError, match="No case"):
         write_stability(tmp_path, [], 5)
 

@@ -13,6 +13,7 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.core.settings import build
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.report.markdown import markdown
 from treedgs_lab.benchmarking import blocks, whole_chain
 from treedgs_lab.benchmarking.blocks import camera_errors, on_true_ground, scale_error, wrong_scale
 from treedgs_lab.benchmarking.factor_type import CHAIN
@@ -21,7 +22,7 @@ from treedgs_lab.benchmarking.perturb import scaled_views
 from treedgs_lab.benchmarking.plot import TruePlot
 from treedgs_lab.benchmarking.run import write_stability
 from treedgs_lab.benchmarking.stability import Case
-from treedgs_lab.benchmarking.stability_blocks import block_markdown, block_rows, by_block_level
+from treedgs_lab.benchmarking.stability_blocks import block_report, block_rows, by_block_level
 from treedgs_lab.benchmarking.whole_chain import ChainCrash, chain_inputs, run_photo_chain
 from treedgs_lab.simulate.settings import SimulateSettings, resolve
 
@@ -230,11 +231,12 @@ def test_wrong_scales_and_refusals_are_counted_by_level():
     assert gone["cases_refused"] == 1 and gone["wrong_scale"] == 0 and np.isnan(gone["centre_rms_cm"])
     assert levels.loc[("readout", 0.0), "focal_error_pct"] == -0.05
     assert levels.loc[("grid", 70.0), "least_registered"] == 0.75
-    text = block_markdown(rows)
+    text = markdown(block_report(rows))
     assert "6 cases, 1 refused, 1 with ok trees in a block" in text and "(1 by the median" in text
-    assert "| grid | 70 m | 1 | 0 | 75 % | 1 | 3.0 | -0.05 | 0.10 | +0.05 | +0.50 | 0 | 0 |" in text
-    assert "- `readout` 30 ms, seed 1: refused: 3 of 28 photos could be registered." in text
-    assert "- `grid` 70 m, seed 1: measured in p_1: 1 of 1, p_2: 0 of 1." in text
+    name = "height of a grid flight over four plots"
+    assert f"| {name} | 70 m | 1 | 0 | 75 | 1 | 3.0 | -0.05 | 0.10 | +0.05 | +0.50 | 0 | 0 |" in text
+    assert "drone at 4 m/s, 30 ms, seed 1: refused: 3 of 28 photos could be registered." in text
+    assert f"- {name}, 70 m, seed 1: measured in p_1: 1 of 1, p_2: 0 of 1." in text
 
 
 def test_the_figures_of_blocks_are_in_the_tables_and_the_page(tmp_path):

@@ -12,12 +12,12 @@ import pyproj
 import pytest
 from rasterio.transform import from_origin
 
-from treedgs_geo.inventory.accuracy.sections import methods_latex
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.terrain.dtm import Dtm
 from treedgs_lab.published import methods
 from treedgs_lab.published.experiment_charts import robust_trend
+from treedgs_lab.published.sections import methods_latex
 from treedgs_lab.published.segmentation import score_segmentation, true_labels
 from treedgs_lab.published.visibility import Stem, agreement, classify, per_stem
 from treedgs_lab.simulate.flight import rotation_from_angles

@@ -12,7 +12,6 @@ import pytest
 from painted_stem import FRAME, GROUND, RADIUS, STEM, scene
 from rasterio.transform import from_origin
 
-from treedgs_geo.inventory.accuracy.charts import close
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.cloud import PointCloud
@@ -82,7 +81,6 @@ def test_three_ways_to_points_lie_on_the_stem_that_was_painted(plot):
     for other in (point_sets.MEANS, point_sets.DEPTH):
         figure = point_sets.draw_pair([sets], other)
         assert figure is not None and len(figure.axes) == 2
-        close(figure)
     empty = replace(sets, points={name: [np.empty((0, 3))] for name in sets.points})
     assert (
         point_sets.draw_pair([empty], point_sets.MEANS) is None and point_sets.draw_pair([], point_sets.MEANS) is None
@@ -91,7 +89,6 @@ def test_three_ways_to_points_lie_on_the_stem_that_was_painted(plot):
     # Of several plots the picture shows the stem with most samples, the table all.
     figure = point_sets.draw_pair([replace(empty, plot="q"), sets], point_sets.MEANS)
     assert figure is not None and "about p T1" in figure.axes[0].get_title()
-    close(figure)
     assert [row["plot"] for row in point_sets.table([sets, replace(empty, plot="q")])] == ["p"] * 3 + ["q"] * 3
 
 
@@ -123,8 +120,6 @@ def test_overview_and_pipeline_are_drawn_from_the_run(plot):
     assert strip is not None and "segmented as stem" in strip.axes[2].get_title()
     far = replace(REFERENCE, xy=REFERENCE.xy + 12.0)
     assert overview.draw_pipeline(plot, far) is None
-    for figure in (shown, strip):
-        close(figure)
 
 
 def test_a_cloud_of_stem_points_alone_has_no_recall():
@@ -143,7 +138,6 @@ def test_labels_are_drawn_with_and_without_truth(plot):
     figure = draw_labels([cloud, replace(cloud, true=None)])
     assert [axes.get_visible() for axes in figure.axes] == [True] * 4 + [False, True]
     assert "stem, wrongly (0 %)" in [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
-    close(figure)
     assert draw_labels([]) is None
     assert "--segmenter own" in paper_document._labeller(cloud, [plot])
     assert "recall and what needs it are not known" in paper_document._labeller(replace(cloud, whole=False), [plot])
@@ -175,5 +169,4 @@ def test_the_gallery_shows_failures_large_and_small_errors():
     figure = gallery.draw_fits("splats", gallery.chosen(fits, reference), reference, seen)
     titles = [axes.get_title() for axes in figure.axes if axes.get_visible()]
     assert "no estimate, reference 30.0 cm; 0 points" in titles[0] and "free in 3 photos" in titles[1]
-    close(figure)
     assert gallery.draw_fits("splats", [], reference, None) is None

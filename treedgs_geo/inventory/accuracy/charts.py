@@ -1,34 +1,18 @@
-"""Charts of accuracy: readable in print and by colour-blind readers (marks differ in shape as well as in colour)."""
+"""Charts of accuracy: signed errors, measured against reference, plot by plot."""
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-# Okabe-Ito: blue and vermilion stay apart in every kind of colour blindness and in grey.
-BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#555555"
-
-
-def new_axes(width: float = 6.2, height: float = 4.6) -> tuple[Any, Any]:
-    """A figure (width and height in inches) and its axes, in the style of all charts."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(width, height), dpi=120)
-    axes.grid(alpha=0.25, linewidth=0.6)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    return figure, axes
+from ...report.charts import BLUE, VERMILION, new_chart
 
 
 def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
     """Histogram of the signed errors (measured - reference, cm) with its mean."""
-    figure, axes = new_axes()
+    figure, axes = new_chart()
     error = trees["error_cm"].dropna().to_numpy(float)
     if len(error):
         # Round steps with an edge at zero: the sign stays readable.
@@ -48,19 +32,19 @@ def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
         )
         axes.set_ylim(0, axes.get_ylim()[1] * 1.2)
         axes.yaxis.get_major_locator().set_params(integer=True)
-        axes.legend(framealpha=1, edgecolor="none", loc="upper left")
+        axes.legend(loc="upper left")
     else:
         axes.text(0.5, 0.5, "no tree was measured", transform=axes.transAxes, ha="center")
     axes.axvline(0, color="black", lw=1)
     axes.set_xlabel("measured − reference DBH, cm")
     axes.set_ylabel("trees")
-    axes.set_title(f"Signed error of {len(error)} of {len(trees)} trees", fontsize=11)
+    axes.set_title(f"Signed error of {len(error)} of {len(trees)} trees")
     return figure
 
 
 def draw_scatter(trees: pd.DataFrame, reference: str) -> Any:
     """Measured against reference DBH with the 90 % intervals and the line of equality."""
-    figure, axes = new_axes(5.4, 5.2)
+    figure, axes = new_chart(5.4, 5.2)
     done = trees[trees["error_cm"].notna()]
     looks = {"ok": (done["qc_flag"] == "ok", BLUE, "o"), "to check": (done["qc_flag"] != "ok", VERMILION, "^")}
     for name, (rows, colour, mark) in looks.items():
@@ -69,35 +53,27 @@ def draw_scatter(trees: pd.DataFrame, reference: str) -> Any:
             continue
         span = np.abs(part[["dbh_lo_cm", "dbh_hi_cm"]].to_numpy(float).T - part["dbh_cm"].to_numpy(float))
         axes.errorbar(
-            part["reference_cm"],
-            part["dbh_cm"],
-            yerr=span if np.isfinite(span).any() else None,
-            fmt=mark,
-            color=colour,
-            ecolor=colour,
-            elinewidth=0.8,
-            ms=5,
-            alpha=0.85,
-            label=f"{name} ({len(part)})",
-        )
+            part["reference_cm"], part["dbh_cm"], yerr=span if np.isfinite(span).any() else None, fmt=mark, ms=5,
+            color=colour, elinewidth=0.8, alpha=0.85, label=f"{name} ({len(part)})",
+        )  # fmt: skip
     if len(done):
         both = done[["reference_cm", "dbh_cm"]].to_numpy(float)
         low, high = max(both.min() - 3, 0), both.max() + 3
         axes.plot([low, high], [low, high], color="black", lw=1, zorder=0)
         axes.set_xlim(low, high)
         axes.set_ylim(low, high)
-        axes.legend(frameon=False, loc="upper left")
+        axes.legend(loc="upper left")
     axes.set_aspect("equal")
     axes.set_xlabel(f"{reference}, cm")
     axes.set_ylabel("measured DBH, cm")
-    axes.set_title("Bars: stated 90 % interval", fontsize=11)
+    axes.set_title("Bars: stated 90 % interval")
     return figure
 
 
 def draw_plots(metrics: dict[str, Any]) -> Any:
     """Mean error and RMSE of each plot."""
     plots = [(name, row) for name, row in metrics["per_plot"].items() if row["n"]]
-    figure, axes = new_axes(6.2, max(1.6 + 0.32 * len(plots), 2.2))
+    figure, axes = new_chart(6.2, max(1.6 + 0.32 * len(plots), 2.2))
     for k, (_, row) in enumerate(reversed(plots)):
         axes.plot(
             [0, row["rmse_cm"]], [k, k], color=BLUE, lw=3, solid_capstyle="butt", label="RMSE" if k == 0 else None
@@ -107,25 +83,7 @@ def draw_plots(metrics: dict[str, Any]) -> Any:
     axes.axvline(0, color="black", lw=1)
     axes.set_ylim(-0.7, max(len(plots) - 0.3, 0.5))
     axes.set_xlabel("cm")
-    axes.set_title("By plot (trees measured / reference trees)", fontsize=11)
+    axes.set_title("By plot (trees measured / reference trees)")
     if plots:
-        axes.legend(frameon=False)
+        axes.legend()
     return figure
-
-
-def render(figure: Any, kind: str) -> bytes:
-    """The figure as ``svg`` or ``png``; SVG text stays text and the file is the same for the same figure."""
-    import matplotlib
-
-    stream = io.BytesIO()
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "treedgs"}):
-        more = {"metadata": {"Date": None}} if kind == "svg" else {}
-        figure.savefig(stream, format=kind, bbox_inches="tight", **more)
-    return stream.getvalue()
-
-
-def close(figure: Any) -> None:
-    """Free the figure's memory."""
-    import matplotlib.pyplot as plt
-
-    plt.close(figure)

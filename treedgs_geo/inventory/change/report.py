@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import geopandas as gpd
@@ -10,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from ... import __version__
-from ..stand.document import Document, ReportBlock
-from ..stand.tables import Column, Table
+from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
+from ...report.charts import BLUE, GREEN, LIGHT_GREY, PURPLE, SKY, VERMILION, chart_png, new_chart
 from .growth import Change
 from .joining import FATES
 
@@ -26,12 +25,12 @@ _LABELS = {
     "trees_change": ("Trees: net change", "per ha", 1),
 }
 _COLOURS = {
-    "survivor": "#0072B2",
-    "ingrowth": "#009E73",
-    "mortality": "#D55E00",
-    "missed before": "#56B4E9",
-    "no growth": "#999999",
-    "unsure": "#CC79A7",
+    "survivor": BLUE,
+    "ingrowth": GREEN,
+    "mortality": VERMILION,
+    "missed before": SKY,
+    "no growth": LIGHT_GREY,
+    "unsure": PURPLE,
     "small": "#cccccc",
     "dead": "#666666",
 }
@@ -53,33 +52,29 @@ def make_change_document(
             c = changes[name]
             spread = f"{c.low:+.2f} to {c.high:+.2f}" if np.isfinite(c.low) else ""
             cards.append((label, f"{c.mean:+.2f} {unit}", spread))
-    known = table[table["fate"] == "survivor"]
-    if not cards and len(known):
-        cards = [("Growth of DBH, survivors", f"{known['grow_cm_a'].mean():+.2f} cm a year", f"{len(known)} trees")]
+    grown = table[table["fate"] == "survivor"]
+    if not cards and len(grown):
+        cards = [("Growth of DBH, survivors", f"{grown['grow_cm_a'].mean():+.2f} cm a year", f"{len(grown)} trees")]
     cards += [
         (fate.capitalize(), str(counts[fate]), "trees")
         for fate in ("survivor", "ingrowth", "mortality")
         if fate in counts
     ]
-    blocks = [ReportBlock("cards", items=cards)]
-    if warnings:
-        blocks.append(ReportBlock("warnings", items=warnings))
-    if changes:
-        blocks.append(ReportBlock("table", table=_changes_table(changes, settings)))
-    blocks += [
-        ReportBlock("table", table=_fates_table(counts)),
-        ReportBlock("picture", "growth over DBH, and a map of what became of each tree", picture=_draw(table)),
-        ReportBlock("heading", "How the figures were made"),
-        ReportBlock("list", items=[*notes, *_facts(settings)]),
-        ReportBlock("heading", "Trees"),
-        ReportBlock("table", table=_trees_table(table)),
+    blocks: list[Block] = [
+        Cards(cards),
+        Sentences(warnings, "Read this first"),
+        *([_changes_table(changes, settings)] if changes else []),
+        _fates_table(counts),
+        Picture("growth over DBH, and a map of what became of each tree", _draw(table)),
+        Heading("How the figures were made"),
+        Sentences([*notes, *_facts(settings)]),
+        Heading("Trees"),
+        _trees_table(table),
     ]
     return Document(
         f"Two dates: {settings.before.stem} and {settings.after.stem}",
         f"{settings.years:g} years; intervals are {settings.confidence_pct:g} %; TreeDGS {__version__}",
         blocks,
-        {},
-        "metric",
     )
 
 
@@ -108,10 +103,10 @@ def _changes_table(changes: dict[str, Change], settings: Any) -> Table:
             {
                 "what": f"{label}, {unit}",
                 **{
-                    key: _known(getattr(found, key))
+                    key: known(getattr(found, key))
                     for key in ("mean", "se_plots", "se_trees", "se_shared", "se", "low", "high")
                 },
-                "year": None if name == "growth_cm_a" else _known(found.mean / settings.years),
+                "year": None if name == "growth_cm_a" else known(found.mean / settings.years),
             }
         )
     return Table(
@@ -155,7 +150,7 @@ def _trees_table(table: gpd.GeoDataFrame) -> Table:
             "after": "" if pd.isna(row.after_id) else str(row.after_id),
             "fate": row.fate,
             **{
-                key: _known(getattr(row, source))
+                key: known(getattr(row, source))
                 for key, source in (
                     ("d1", "dbh1_cm"),
                     ("d2", "dbh2_cm"),
@@ -170,7 +165,7 @@ def _trees_table(table: gpd.GeoDataFrame) -> Table:
     ]
     return Table(
         "change_trees",
-        "Trees",
+        "",
         [
             Column("plot", "Plot"),
             Column("before", "Number, first"),
@@ -186,30 +181,14 @@ def _trees_table(table: gpd.GeoDataFrame) -> Table:
     )
 
 
-def _known(value: Any) -> float | None:
-    return None if pd.isna(value) else float(value)
-
-
 def _draw(table: gpd.GeoDataFrame) -> bytes:
     """PNG: growth over the first DBH with intervals; the map of fates."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(ncols=2, figsize=(9.2, 4.2), layout="constrained")
+    figure, axes = new_chart(9.2, 4.2, ncols=2)
     grown = table[table["fate"] == "survivor"]
     axes[0].axhline(0, color="0.6", lw=1)
     half = np.nan_to_num((grown["grow_hi"] - grown["grow_lo"]).to_numpy(float) / 2)
     axes[0].errorbar(
-        grown["dbh1_cm"],
-        grown["growth_cm"],
-        yerr=half,
-        fmt="o",
-        ms=3.5,
-        elinewidth=0.8,
-        color=_COLOURS["survivor"],
-        alpha=0.8,
+        grown["dbh1_cm"], grown["growth_cm"], yerr=half, fmt="o", ms=3.5, elinewidth=0.8, color=BLUE, alpha=0.8
     )
     axes[0].set(xlabel="DBH at the first date, cm", ylabel="Growth, cm")
     origin = table[["x", "y"]].mean().round(0).to_numpy(float) if len(table) else np.zeros(2)
@@ -231,14 +210,6 @@ def _draw(table: gpd.GeoDataFrame) -> bytes:
         )
     axes[1].set_aspect("equal", adjustable="datalim")
     axes[1].set(xlabel=f"Easting − {origin[0]:.0f} m", ylabel=f"Northing − {origin[1]:.0f} m")
-    for axis in axes:
-        axis.grid(alpha=0.3)
-        axis.spines[["top", "right"]].set_visible(False)
     if len(table):
-        figure.legend(
-            *axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False, fontsize=8
-        )
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=160)
-    plt.close(figure)
-    return picture.getvalue()
+        figure.legend(*axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    return chart_png(figure)

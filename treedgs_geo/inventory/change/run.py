@@ -20,11 +20,11 @@ from ...core.geopackage import ensure_unlocked
 from ...core.map_scale import check_place
 from ...core.progress import Reporter
 from ...core.tables import safe_frame
+from ...report.html import write_html
+from ...report.pdf import load_fonts, write_pdf
 from ..pairing import PairingOptions
 from ..searched import searched_area
 from ..stand.estimate import Design
-from ..stand.page import write_page
-from ..stand.pdf import report_fonts, write_pdf
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
 from ..stand.treelist import TreeList, from_layer, settle_status
@@ -49,7 +49,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """
     folder = Path(settings.output)
     ensure_writable(folder / "change.json")
-    report_fonts()  # says that the extra "reports" is missing before anything is written
+    load_fonts()  # says that the extra "reports" is missing before anything is written
     ensure_unlocked(folder / "change.gpkg", OWN_LAYERS)
     with reporter.stage("read", 0.0, 0.2):
         years, said = years_between(settings.before, settings.after, settings.years)
@@ -91,7 +91,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         with atomic_path(folder / "change.csv") as temporary:
             safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
         document = make_change_document(table, changes, counts, warnings, notes, settings)
-        write_page(folder / "change.html", document)
+        write_html(folder / "change.html", document)
         write_pdf(folder / "change.pdf", document)
         figures = {name: {key: _plain(value) for key, value in vars(found).items()} for name, found in changes.items()}
         write_json(

@@ -2,47 +2,23 @@
 
 from __future__ import annotations
 
-import io
-import warnings
 from typing import Any
 
 import numpy as np
 
+from ...report.blocks import Table
+from ...report.charts import COLOURS, LIGHT_GREY, VERMILION, chart_png, new_chart
 from .survey import Stand
-from .tables import Table, cross_table
+from .tables import cross_table
 from .units import UNITS
 
-#: Okabe and Ito's colours: distinguished by colour-blind readers and in grey print.
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
-_OTHER, _DEAD = "#999999", "#666666"
 #: More plots than this are shown on the overview only.
 _MAPS = 12
 
 
-def _figure(width: float, height: float, **more: Any) -> tuple[Any, Any]:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(figsize=(width, height), layout="constrained", **more)
-
-
-def _png(figure: Any) -> bytes:
-    import matplotlib.pyplot as plt
-
-    picture = io.BytesIO()
-    with warnings.catch_warnings():
-        # A letter that the font lacks is drawn as a box; that is all there is to say.
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        figure.savefig(picture, format="png", dpi=160)
-    plt.close(figure)
-    return picture.getvalue()
-
-
 def draw_classes(long: Table, units: str) -> bytes:
     """PNG: trees and basal area by DBH class, stacked by species."""
-    figure, axes = _figure(9.2, 3.4, ncols=2)
+    figure, axes = new_chart(9.2, 3.4, ncols=2)
     for axis, name in zip(axes, ("trees", "ba"), strict=True):
         table = cross_table(long, units, name)
         rows = table.rows[:-1]
@@ -51,21 +27,19 @@ def draw_classes(long: Table, units: str) -> bytes:
         columns = [column for column in table.columns if column.key not in ("class", "all")]
         for k, column in enumerate(columns):
             heights = np.array([row.get(column.key, 0.0) for row in rows], float)
-            colour = _OTHER if column.key == "other" else COLOURS[k % len(COLOURS)]
+            colour = LIGHT_GREY if column.key == "other" else COLOURS[k % len(COLOURS)]
             axis.bar(labels, heights, 0.88, bottom=base, color=colour, label=column.heading)
             base += heights
         axis.set_xlabel(table.columns[0].heading)
         axis.set_ylabel(UNITS[units][name].heading)
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.grid(axis="y", alpha=0.3)
-        axis.set_axisbelow(True)
+        axis.grid(visible=False, axis="x")
         if len(labels) > 12:
             axis.set_xticks(range(0, len(labels), len(labels) // 10 + 1))
         if max(map(len, labels)) * len(labels) > 32:
             axis.tick_params(axis="x", labelrotation=45)
         if name == "trees":
-            axis.legend(frameon=False, fontsize=9)
-    return _png(figure)
+            axis.legend(fontsize=9)
+    return chart_png(figure)
 
 
 def draw_overview(stand: Stand) -> bytes | None:
@@ -73,7 +47,7 @@ def draw_overview(stand: Stand) -> bytes | None:
     placed = [plot for plot in stand.plots if plot.outline is not None]
     if not placed or (len(placed) == 1 and stand.boundary is None):
         return None
-    figure, axis = _figure(6.4, 4.6)
+    figure, axis = new_chart(6.4, 4.6)
     origin = np.array([[plot.x, plot.y] for plot in placed]).mean(axis=0).round()
     if stand.boundary is not None:
         _outline(axis, stand.boundary, origin, color="0.35", lw=1.6)
@@ -107,8 +81,7 @@ def draw_overview(stand: Stand) -> bytes | None:
     axis.margins(0.08)
     axis.set_xlabel(f"Easting − {origin[0]:.0f} m")
     axis.set_ylabel(f"Northing − {origin[1]:.0f} m")
-    axis.grid(alpha=0.25)
-    return _png(figure)
+    return chart_png(figure)
 
 
 def draw_plots(stand: Stand) -> bytes | None:
@@ -120,7 +93,7 @@ def draw_plots(stand: Stand) -> bytes | None:
     across = min(len(placed), 2 if len(placed) in (2, 4) else 3)
     down = -(-len(placed) // across)
     size = 5.8 if len(placed) == 1 else 9.2 / across
-    figure, axes = _figure(size * across, size * down + 0.5, nrows=down, ncols=across, squeeze=False)
+    figure, axes = new_chart(size * across, size * down + 0.5, nrows=down, ncols=across, squeeze=False)
     for axis in axes.ravel()[len(placed) :]:
         axis.set_visible(False)
     handles: dict[str, Any] = {}
@@ -128,8 +101,8 @@ def draw_plots(stand: Stand) -> bytes | None:
         origin = np.array([plot.x, plot.y])
         _outline(axis, plot.outline, origin, color="0.35", lw=1.2)
         if stand.boundary is not None and plot.inside < 1:
-            _outline(axis, stand.boundary, origin, color="#D55E00", lw=1.2, ls="--")
-            handles.setdefault("stand's boundary", axis.plot([], [], color="#D55E00", ls="--")[0])
+            _outline(axis, stand.boundary, origin, color=VERMILION, lw=1.2, ls="--")
+            handles.setdefault("stand's boundary", axis.plot([], [], color=VERMILION, ls="--")[0])
         handles.update(_trees(axis, stand, k, origin, 1.0 if len(placed) == 1 else 2.2 / across, len(placed) <= 4))
         axis.plot(0, 0, "+", color="0.5", ms=7)
         assert plot.outline is not None
@@ -139,11 +112,10 @@ def draw_plots(stand: Stand) -> bytes | None:
         axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")
         axis.set_title(f"{plot.plot_id}: {stand.plot_rows['n_trees'].iloc[k]} trees", fontsize=10)
         axis.tick_params(labelsize=8)
-        axis.grid(alpha=0.25)
     axes[-1, 0].set_xlabel("m east of the centre", fontsize=9)
     axes[-1, 0].set_ylabel("m north of the centre", fontsize=9)
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=9)
-    return _png(figure)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=9)
+    return chart_png(figure)
 
 
 def _positions(stand: Stand, plot: int) -> np.ndarray:
@@ -164,7 +136,7 @@ def _trees(
     counted = stand.rows[(stand.rows["plot"] == plot) & (stand.rows["kind"] == "measured")]["tree"].to_numpy(int)
     for k, name in enumerate(order):
         mine = counted[species[counted] == name]
-        colour = COLOURS[k] if k < len(COLOURS) else _OTHER
+        colour = COLOURS[k] if k < len(COLOURS) else LIGHT_GREY
         drawn = axis.scatter(
             *place[mine].T, s=scale * (stand.values.dbh[mine] / 2.2) ** 2, color=colour, alpha=0.85, lw=0, zorder=3
         )
@@ -176,8 +148,8 @@ def _trees(
             gap = (2 + np.sqrt(scale) * stand.values.dbh[k] / 4.4, 3)
             axis.annotate(f"{stand.values.dbh[k]:.0f}", place[k], xytext=gap, textcoords="offset points", fontsize=7.5)
     for frame, label, mark, colour in (
-        (stand.missing, "seen, without a DBH", "o", "#D55E00"),
-        (stand.dead, "dead", "x", _DEAD),
+        (stand.missing, "seen, without a DBH", "o", VERMILION),
+        (stand.dead, "dead", "x", "#666666"),
     ):
         mine = frame.loc[frame["plot"] == plot, "tree"].to_numpy(int)
         if len(mine):

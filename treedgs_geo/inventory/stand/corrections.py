@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...report.blocks import Column, Table
 from .survey import Stand
-from .tables import Column, Table, known_number
+from .tables import known_number
 from .units import UNITS
 
 

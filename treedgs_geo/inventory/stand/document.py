@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
+from ...report.blocks import Block, Cards, Document, Heading, Picture, Sentences, facts_table
 from . import charts
 from .corrections import correction_table
 from .survey import Stand
 from .tables import (
-    Column,
-    Table,
     cross_table,
     equations_table,
     plots_table,
@@ -22,52 +20,6 @@ from .tables import (
     trees_table,
 )
 from .units import UNITS
-
-
-@dataclass(frozen=True)
-class ReportBlock:
-    """kind: ``cards``, ``heading``, ``warnings``, ``list``, ``table``, ``picture`` or ``folded`` (a long table).
-
-    text: heading, sentence or a picture's alternative text. items: sentences, or (label, value, interval) of cards.
-    columns: keys to show (all where empty).
-    """
-
-    kind: str
-    text: str = ""
-    items: list[Any] = field(default_factory=list)
-    table: Table | None = None
-    picture: bytes = b""
-    columns: tuple[str, ...] = ()
-
-    def rows(self, most: int) -> tuple[list[dict[str, Any]], str]:
-        """The table's rows to show, and a sentence about those left out."""
-        assert self.table is not None
-        rows = self.table.rows
-        if self.kind != "folded" or len(rows) <= most:
-            return rows, ""
-        return rows[:most], f"{len(rows) - most} more in stand_{self.table.name}.csv and stand_table.xlsx."
-
-    @property
-    def shown(self) -> list[Column]:
-        """The table's columns to show: those asked for that hold anything."""
-        assert self.table is not None
-        return [
-            column
-            for column in self.table.columns
-            if (not self.columns or column.key in self.columns)
-            and (column.decimals is None or any(_holds(row.get(column.key)) for row in self.table.rows))
-        ]
-
-
-@dataclass
-class Document:
-    """title, subtitle, blocks; tables: every table by name, for the spreadsheet and the CSV files."""
-
-    title: str
-    subtitle: str
-    blocks: list[ReportBlock]
-    tables: dict[str, Table]
-    units: str
 
 
 def make_document(stand: Stand, units: str, class_width: float | None, facts: dict[str, str]) -> Document:
@@ -84,46 +36,37 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
             trees_table(stand, units),
         )
     }
-    about = Table(
-        "about",
-        "Inputs and settings",
-        [Column("what", "What"), Column("value", "Value")],
-        [{"what": key, "value": value} for key, value in facts.items()],
-    )
-    blocks = [ReportBlock("cards", items=_cards(stand, units))]
-    if stand.warnings:
-        blocks.append(ReportBlock("warnings", items=stand.warnings))
-    blocks += [
-        ReportBlock("table", table=tables["summary"]),
-        ReportBlock("heading", "Diameter distribution"),
-        ReportBlock(
-            "picture", "trees and basal area by DBH class and species", picture=charts.draw_classes(long, units)
-        ),
+    about = facts_table("about", "Inputs and settings", facts)
+    blocks: list[Block] = [
+        Cards(_cards(stand, units)),
+        Sentences(stand.warnings, "Read this first"),
+        tables["summary"],
+        Heading("Diameter distribution"),
+        Picture("trees and basal area by DBH class and species", charts.draw_classes(long, units)),
+        stock_table(long),
     ]
-    blocks.append(ReportBlock("table", table=stock_table(long)))
     if len({row["species"] for row in long.rows} - {"all"}) > 1:
         shown = [name for name in ("trees", "ba", "volume") if np.isfinite(stand.estimates[name].mean)]
-        blocks += [ReportBlock("table", table=cross_table(long, units, name)) for name in shown]
-    blocks.append(ReportBlock("heading", "Plots"))
+        blocks += [cross_table(long, units, name) for name in shown]
+    blocks.append(Heading("Plots"))
     for picture, text in (
         (charts.draw_overview(stand), "map of the plots, coloured by basal area"),
         (charts.draw_plots(stand), "trees of the plots; discs grow with DBH, numbers are DBH in cm"),
     ):
         if picture is not None:
-            blocks.append(ReportBlock("picture", text, picture=picture))
+            blocks.append(Picture(text, picture))
     q = UNITS[units]
-    plot_columns: tuple[str, ...] = ("plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion")
-    plot_columns += tuple(q[name].key for name in ("trees", "ba", "qmd", "dominant", "volume", "biomass"))
+    plot_columns = ["plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion"]
+    plot_columns += [q[name].key for name in ("trees", "ba", "qmd", "dominant", "volume", "biomass")]
     blocks += [
-        ReportBlock("table", table=tables["plots"], columns=plot_columns),
-        ReportBlock("heading", "How the figures were made"),
-        ReportBlock("table", table=tables["corrections"]),
-        ReportBlock("list", items=[*stand.notes, *stand.values.curves, *_dead(stand, units)]),
+        tables["plots"].only(*plot_columns),
+        Heading("How the figures were made"),
+        tables["corrections"],
+        Sentences([*stand.notes, *stand.values.curves, *_dead(stand, units)]),
     ]
     if tables["equations"].rows:
-        columns = ("id", "n", "beyond", "range", "source")
-        blocks.append(ReportBlock("table", table=tables["equations"], columns=columns))
-    blocks += [ReportBlock("table", table=about), ReportBlock("folded", table=tables["trees"])]
+        blocks.append(tables["equations"].only("id", "n", "beyond", "range", "source"))
+    blocks += [about, replace(tables["trees"], folded=True, more="stand_trees.csv and stand_table.xlsx")]
     kind = "census" if stand.design.census else f"{stand.design.n} plot{'s' if stand.design.n != 1 else ''}"
     area = f"{stand.design.areas.sum() * q['area'].factor:.3g} {q['area'].unit}"
     source = "field tally" if stand.from_field else "measured trees"
@@ -132,7 +75,7 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
         f"{kind}, {area} in all, from {source}",
         blocks,
         {**tables, "about": about},
-        units,
+        letter=units == "us",
     )
 
 
@@ -164,7 +107,3 @@ def _dead(stand: Stand, units: str) -> list[str]:
             f"{q['trees'].unit}, {stand.dead_per_ha['ba'] * q['ba'].factor:.2f} {q['ba'].unit} (uncorrected)."
         )
     return sentences
-
-
-def _holds(value: Any) -> bool:
-    return value is not None and not (isinstance(value, float) and not np.isfinite(value))

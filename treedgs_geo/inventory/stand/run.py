@@ -19,19 +19,20 @@ from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
+from ...report.blocks import Document
+from ...report.html import write_html
+from ...report.pdf import write_pdf
 from ..double_sampling.joining import join
 from ..double_sampling.other_trees import tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
 from ..field_trees import place
 from .corrections import missing_sentences
 from .crew import measured_trees
-from .document import Document, make_document
+from .document import make_document
 from .equations import read_equations
 from .expansion import expand
 from .fvs import long_names, write_fvs
 from .layers import write_geopackage, write_shapefiles
-from .page import write_page
-from .pdf import write_pdf
 from .sample import SamplePlot, census, read_boundary, read_sample
 from .searched_part import as_searched
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
@@ -288,7 +289,7 @@ def _facts(settings: Any, stand: Stand) -> dict[str, str]:
 def _write(folder: Path, stand: Stand, document: Document, settings: Any, reporter: Reporter) -> None:
     """Every file; ``summary.json`` comes last, so that its presence means the rest is there."""
     (folder / "summary.json").unlink(missing_ok=True)
-    write_page(folder / "report.html", document)
+    write_html(folder / "report.html", document)
     reporter.progress(0.3)
     write_pdf(folder / "report.pdf", document)
     reporter.progress(0.6)

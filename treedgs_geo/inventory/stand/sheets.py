@@ -10,8 +10,7 @@ import numpy as np
 
 from ...core.files import atomic_path
 from ...core.tables import SafeWriter
-from .document import Document
-from .tables import Table
+from ...report.blocks import Document, Table
 
 #: Tables that get a file of their own.
 CSV_TABLES = ("summary", "stand_table", "plots", "corrections", "equations", "trees")

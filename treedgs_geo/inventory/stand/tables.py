@@ -2,50 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from ...report.blocks import Column, Table
 from .species import species_of
 from .survey import Stand
 from .units import FOOT, METRIC, POUND, UNITS, make_classes
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column. decimals: None for text."""
-
-    key: str
-    heading: str
-    decimals: int | None = None
-
-
-@dataclass
-class Table:
-    """name: of file and sheet. rows: dicts by column key, None: not known. n_totals: rows of sums at the end.
-
-    classes: labels of all DBH classes from the thinnest to the thickest, empty ones too.
-    """
-
-    name: str
-    title: str
-    columns: list[Column]
-    rows: list[dict[str, Any]]
-    note: str = ""
-    n_totals: int = 0
-    classes: tuple[str, ...] = ()
-
-    def text(self, row: dict[str, Any], column: Column, empty: str = "–") -> str:
-        """A cell as shown on the page."""
-        value = row.get(column.key)
-        if value is None or (isinstance(value, float) and not np.isfinite(value)):
-            return empty
-        if column.decimals is None:
-            return str(value)
-        # Adding 0.0 turns a rounded -0.0 into 0.0.
-        return f"{round(value, column.decimals) + 0.0:,.{column.decimals}f}".replace(",", "\u202f")
 
 
 def summary_table(stand: Stand, units: str) -> Table:

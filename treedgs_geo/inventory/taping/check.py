@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from pathlib import Path
@@ -19,19 +18,18 @@ from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
 from ...core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ...core.progress import Reporter
 from ...core.tables import safe_frame
+from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
+from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
+from ...report.html import write_html
+from ...report.pdf import load_fonts, write_pdf
 from ..double_sampling.joining import join
 from ..double_sampling.other_trees import tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
-from ..stand.document import Document, ReportBlock
-from ..stand.page import write_page
-from ..stand.pdf import report_fonts, write_pdf
-from ..stand.tables import Column, Table
 from .frame import Frame, read_frame
 from .statistics import Checked, check_tapes
 
 LAYER = "tape_check"
 OWN_LAYERS = {LAYER: frozenset({"tree_id", "taped_cm", "error_cm"})}
-_COLOURS = {"ok": "#009E73", "check": "#E69F00", "reject": "#D55E00"}
 _SHOWN = (
     "tree_id", "plot_id", "qc_flag", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "taped_cm", "error_cm", "inside", "state",
     "outlier", "note", "x", "y",
@@ -46,7 +44,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """
     folder = Path(settings.output)
     ensure_writable(folder / "tape_check.json")
-    report_fonts()  # says that the extra "reports" is missing before anything is written
+    load_fonts()  # says that the extra "reports" is missing before anything is written
     ensure_unlocked(folder / "tape_check.gpkg", OWN_LAYERS)
     with reporter.stage("read", 0.0, 0.4):
         taped = read_taped(settings.taped)
@@ -90,7 +88,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
 def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
     (folder / "tape_check.json").unlink(missing_ok=True)
     document = _document(checked, settings)
-    write_page(folder / "tape_check.html", document)
+    write_html(folder / "tape_check.html", document)
     write_pdf(folder / "tape_check.pdf", document)
     table = checked.trees[list(_SHOWN)].copy()
     table["inside"] = table["inside"].map({True: "yes", False: "no"}).astype(object)
@@ -147,25 +145,18 @@ def _document(checked: Checked, settings: Any) -> Document:
                 f"{100 * f['inside_lo']:.0f} to {100 * f['inside_hi']:.0f} %",
             )
         )
-    blocks = [ReportBlock("cards", items=cards)]
-    if checked.warnings:
-        blocks.append(ReportBlock("warnings", items=checked.warnings))
-    blocks += [
-        ReportBlock("picture", "measured against taped diameters", picture=_draw(checked)),
-        ReportBlock("list", items=checked.notes),
+    blocks: list[Block] = [
+        Cards(cards),
+        Sentences(checked.warnings, "Read this first"),
+        Picture("measured against taped diameters", _draw(checked)),
+        Sentences(checked.notes),
     ]
     if checked.totals:
-        blocks += [
-            ReportBlock("heading", "Totals of the trees that were drawn from"),
-            ReportBlock("table", table=_totals_table(checked, level)),
-        ]
-    blocks += [ReportBlock("heading", "Trees"), ReportBlock("table", table=_trees_table(checked))]
+        blocks += [Heading("Totals of the trees that were drawn from"), _totals_table(checked, level)]
     return Document(
         f"Tape check: {settings.trees.stem}",
         f"{f['n_taped']} taped trees; intervals are {level}; TreeDGS {__version__}",
-        blocks,
-        {},
-        "metric",
+        [*blocks, Heading("Trees"), _trees_table(checked)],
     )
 
 
@@ -214,11 +205,11 @@ def _trees_table(checked: Checked) -> Table:
                 "tree": str(tree.tree_id),
                 "plot": tree.plot_id if pd.notna(tree.plot_id) else "",
                 "flag": tree.qc_flag,
-                "dbh": _known(tree.dbh_cm),
-                "low": _known(tree.dbh_lo_cm),
-                "high": _known(tree.dbh_hi_cm),
-                "taped": _known(tree.taped_cm),
-                "error": _known(tree.error_cm),
+                "dbh": known(tree.dbh_cm),
+                "low": known(tree.dbh_lo_cm),
+                "high": known(tree.dbh_hi_cm),
+                "taped": known(tree.taped_cm),
+                "error": known(tree.error_cm),
                 "inside": {True: "yes", False: "no"}.get(tree.inside, ""),
                 "state": tree.state,
                 "note": "; ".join(
@@ -249,28 +240,19 @@ def _trees_table(checked: Checked) -> Table:
     )
 
 
-def _known(value: Any) -> float | None:
-    return None if pd.isna(value) else float(value)
-
-
 def _draw(checked: Checked) -> bytes:
     """PNG: measured against taped, and the errors over the taped diameter with each tree's interval."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     table = checked.trees[checked.trees["error_cm"].notna()]
-    figure, axes = plt.subplots(ncols=2, figsize=(9.2, 3.9), layout="constrained")
+    figure, axes = new_chart(9.2, 3.9, ncols=2)
     limits = [
         float(table[["dbh_cm", "taped_cm"]].min(axis=None)) - 2,
         float(table[["dbh_cm", "taped_cm"]].max(axis=None)) + 2,
     ]
     axes[0].plot(limits, limits, color="0.6", lw=1)
     axes[1].axhline(0, color="0.6", lw=1)
-    axes[1].axhspan(checked.figures["bias_lo_cm"], checked.figures["bias_hi_cm"], color="#56B4E9", alpha=0.25, lw=0)
-    axes[1].axhline(checked.figures["bias_cm"], color="#0072B2", lw=1.2, label="bias and its interval")
-    for flag, colour in _COLOURS.items():
+    axes[1].axhspan(checked.figures["bias_lo_cm"], checked.figures["bias_hi_cm"], color=SKY, alpha=0.25, lw=0)
+    axes[1].axhline(checked.figures["bias_cm"], color=BLUE, lw=1.2, label="bias and its interval")
+    for flag, (colour, _) in FLAGS.items():
         mine = table[table["qc_flag"] == flag]
         if not len(mine):
             continue
@@ -286,10 +268,5 @@ def _draw(checked: Checked) -> bytes:
     axes[0].set(xlabel="Taped DBH, cm", ylabel="Measured DBH, cm", xlim=limits, ylim=limits, aspect="equal")
     axes[1].set(xlabel="Taped DBH, cm", ylabel="Measured − taped, cm")
     for axis in axes:
-        axis.legend(frameon=False, fontsize=9)
-        axis.grid(alpha=0.3)
-        axis.spines[["top", "right"]].set_visible(False)
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=160)
-    plt.close(figure)
-    return picture.getvalue()
+        axis.legend(fontsize=9)
+    return chart_png(figure)

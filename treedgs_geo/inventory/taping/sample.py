@@ -12,14 +12,15 @@ from ...core.errors import InputError
 from ...core.files import ensure_writable
 from ...core.geopackage import ensure_unlocked
 from ...core.progress import Reporter
+from ...report.html import write_html
+from ...report.pdf import load_fonts, write_pdf
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import read_cells
 from ..field_trees import FieldProtocol
-from ..stand.pdf import report_fonts
 from ..stand.values import count_of
-from .form import draw_sheet, rules, write_html, write_pdf
+from .form import make_form
 from .frame import Frame, read_frame
 from .outputs import COLUMNS, CREW, OWN_LAYERS, tape_table, write_csv, write_gpx, write_layer
 from .sheets import sheets, walk
@@ -33,7 +34,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """
     folder = Path(settings.output)
     ensure_writable(folder / "tapes.csv")
-    report_fonts()  # says that the extra "reports" is missing before anything is written
+    load_fonts()  # says that the extra "reports" is missing before anything is written
     ensure_unlocked(folder / "tapes.gpkg", OWN_LAYERS)
     _keep_tapes(folder)
     with reporter.stage("read", 0.0, 0.3):
@@ -98,15 +99,14 @@ def _write(folder: Path, frame: Frame, trees: Any, table: Any, settings: Any) ->
     write_layer(folder / "tapes.gpkg", table, frame.crs)
     title = f"Trees to tape: {settings.trees.stem}"
     write_gpx(folder / "tapes.gpx", table, title)
-    pages = [(sheet, draw_sheet(frame, sheet)) for sheet in sheets(frame, trees)]
     heights = frame.trees["bh_m"].dropna()
     breast = float(heights.median()) if len(heights) else BREAST_HEIGHT_M
-    said = rules(breast, settings.north, bool(trees["plot_id"].notna().all()))
     how = {"stratified": "stratified by flag and DBH", "pps": "probability proportional to basal area"}[settings.design]
     subtitle = (
         f"{len(trees)} of {len(frame.trees)} trees, {how}, seed {settings.seed}; {frame.crs.name}. "
         "Write what you read into tapes.csv or tapes.gpkg, then run tape-check."
     )
-    write_html(folder / "tape_form.html", title, subtitle, said, pages)
-    write_pdf(folder / "tape_form.pdf", title, subtitle, said, pages)
+    form = make_form(title, subtitle, frame, sheets(frame, trees), breast, settings.north)
+    write_html(folder / "tape_form.html", form)
+    write_pdf(folder / "tape_form.pdf", form)
     assert np.isfinite(table["prob"]).all()

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from treedgs_geo.inventory.accuracy.charts import BLUE, GREY, VERMILION, close, new_axes, render
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.report.charts import BLUE, GREY, VERMILION, chart_svg, new_chart
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_lab.benchmarks.photos.stems_from_photos import pair_up
@@ -123,7 +123,7 @@ def shares_of(stems: list[dict]) -> list[dict[str, Any]]:
 
 def draw(stems: list[dict], law: dict[str, Any]) -> bytes:
     """The chart as SVG: standard error over free photos, a colour and mark a flight, the law as lines."""
-    figure, axes = new_axes(7.0, 4.8)
+    figure, axes = new_chart(7.0, 4.8)
     for number, plot in enumerate(sorted({stem["plot"] for stem in stems})):
         own = [stem for stem in stems if stem["plot"] == plot and "se_cm" in stem and stem["free_photos"]]
         colour, mark = STYLE[number % len(STYLE)]
@@ -140,10 +140,8 @@ def draw(stems: list[dict], law: dict[str, Any]) -> bytes:
     for axis, ticks in ((axes.xaxis, (1, 2, 4, 8, 16, 32, 64)), (axes.yaxis, (0.2, 0.5, 1, 2, 5))):
         axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.set_ticks([], minor=True)
-    axes.legend(frameon=False)
-    drawn = render(figure, "svg")
-    close(figure)
-    return drawn
+    axes.legend()
+    return chart_svg(figure)
 
 
 def main() -> None:

@@ -1,0 +1,82 @@
+"""One style of charts: readable in print and by colour-blind readers (marks differ in shape as well as in colour)."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+from ..core.files import atomic_path
+from .blocks import Picture
+
+#: Okabe and Ito's colours: distinguished by colour-blind readers and in grey print.
+BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION = "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00"
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
+GREY, LIGHT_GREY = "#555555", "#999999"
+#: What a tree's flag looks like, and what it says.
+FLAGS = {
+    "ok": (GREEN, "measured"),
+    "check": (ORANGE, "measured, to be checked"),
+    "reject": (VERMILION, "seen, no DBH"),
+}
+#: Dots an inch of pictures on pages.
+DPI = 160
+_STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 11,
+    "grid.alpha": 0.3,
+    "grid.linewidth": 0.6,
+}
+
+
+def new_chart(width: float = 6.2, height: float = 4.6, grid: bool = True, **more: Any) -> tuple[Any, Any]:
+    """A figure (inches) and its axes, laid out so that nothing overlaps.
+
+    more: of matplotlib's ``Figure.subplots`` (``nrows``, ``ncols``, ``squeeze``, ...), or with ``mosaic`` of its
+    ``subplot_mosaic``: axes by name. The user's own pyplot is not touched.
+    """
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    style: Any = {**_STYLE, "axes.grid": grid}
+    with matplotlib.rc_context(style):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure, figure.subplot_mosaic(**more) if "mosaic" in more else figure.subplots(**more)
+
+
+def chart_png(figure: Any, dpi: float = DPI) -> bytes:
+    """The figure as PNG."""
+    return _rendered(figure, "png", dpi=dpi)
+
+
+def chart_svg(figure: Any) -> bytes:
+    """The figure as SVG: text stays text, and the file is the same for the same figure."""
+    return _rendered(figure, "svg", metadata={"Date": None})
+
+
+def write_chart(folder: Path, name: str, figure: Any, text: str = "") -> Picture:
+    """Write ``name.svg`` and ``name.png``; returns the picture for a page."""
+    svg = chart_svg(figure)
+    for kind, data in (("svg", svg), ("png", chart_png(figure))):
+        with atomic_path(Path(folder) / f"{name}.{kind}") as temporary:
+            temporary.write_bytes(data)
+    return Picture(text or name, svg)
+
+
+def _rendered(figure: Any, kind: str, **more: Any) -> bytes:
+    import matplotlib
+
+    for legend in [*figure.legends, *(axes.get_legend() for axes in figure.axes)]:
+        if legend is not None:
+            legend.set_frame_on(False)
+    stream = io.BytesIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "treedgs"}), warnings.catch_warnings():
+        # A letter that the font lacks is drawn as a box; that is all there is to say.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        figure.savefig(stream, format=kind, bbox_inches="tight", **more)
+    return stream.getvalue()
