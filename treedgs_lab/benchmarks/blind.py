@@ -6,7 +6,8 @@
 
 Four kinds of stand, each with photos that have a real camera's faults and a drone LiDAR cloud, both simulated.
 ``photos-to-dbh`` and ``pointcloud-to-dbh`` run as processes and are given nothing true. Every in-plot stem counts, also
-where the chain refuses a plot. Intervals: 95 %, plots drawn with replacement.
+where the chain refuses a plot; those that three photos show whole at breast height (``clear``) are counted apart.
+Intervals: 95 %, plots drawn with replacement.
 """
 
 from __future__ import annotations
@@ -45,9 +46,11 @@ KINDS = {
 }
 #: Plots of each kind.
 PLOTS = 2
-SIZE = "--preset demo --radius-m 7.5 --photos 32 --samples 2"
+SIZE = "--preset demo --radius-m 7.5 --photos 62 --samples 2"
 TRIAL_SIZE = "--preset test --samples 1"
 DRAWS = 2000
+#: A stem that so many photos show whole at breast height is seen clearly.
+CLEAR_VIEWS = 3
 
 
 def seed_of(version: str, kind: str, number: int) -> int:
@@ -81,6 +84,7 @@ def measured(folder: Path, work: Path, source: str) -> dict[str, Any]:
     if code:
         whole = pd.read_csv(truth)
         stems = whole[whole["in_plot"].astype(str).str.lower() == "true"].assign(error_cm=np.nan, qc_flag="refused")
+        stems["clear_views"] = stems["n_unoccluded_bh_views"]
         return {"stems": stems, "false": 0, "refused": code}
     accuracy, stems = score_against_truth(read_trees(layer), truth)
     return {"stems": stems, "false": accuracy.n_false, "refused": 0}
@@ -89,7 +93,14 @@ def measured(folder: Path, work: Path, source: str) -> dict[str, Any]:
 def figures(plots: list[pd.DataFrame], flag: str | None = None) -> dict[str, Any]:
     """Counts and errors over plots, with intervals over plots where there are several. flag: of such trees alone."""
     errors = [_errors(stems, flag) for stems in plots]
-    found = {"stems": sum(map(len, plots)), "measured": sum(len(one) for one in errors), **_figures(errors)}
+    seen = [stems[stems["clear_views"] >= CLEAR_VIEWS] for stems in plots]
+    found = {
+        "stems": sum(map(len, plots)),
+        "measured": sum(len(one) for one in errors),
+        "clear": sum(map(len, seen)),
+        "clear_measured": sum(len(_errors(stems, flag)) for stems in seen),
+        **_figures(errors),
+    }
     if len(plots) > 1 and found["measured"]:
         random = np.random.default_rng(0)
         drawn = pd.DataFrame(

@@ -104,11 +104,14 @@ def items(node: Any, key: str, name: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def figure(node: Any, key: str, form: str) -> str:
-    """A value as text; a dash for None and for the last row of a history that has none yet."""
+    """A value as text; a dash for None, for the last row of a history that has none yet, and, where the form ends in
+    a question mark, for what older rows do not have."""
     *several, form = form.split(" ")
+    missing = (IndexError, KeyError) if form.endswith("?") else IndexError
+    form = form.removesuffix("?")
     try:
         values = [value for _, value in items(node, key) if value is not None]
-    except IndexError:
+    except missing:
         return "–"
     if not values:
         return "–"

@@ -18,6 +18,7 @@ def stems(*errors, flag="ok", inside=True):
             "error_cm": np.array(errors, float),
             "qc_flag": flag,
             "inside_90": [inside if e == e else None for e in errors],
+            "clear_views": np.arange(len(errors)) + 2,
         }
     )
 
@@ -33,6 +34,8 @@ def test_stems_without_a_diameter_count_and_intervals_are_over_plots():
     alike = blind.figures([stems(0.5, -0.5, np.nan), stems(0.5, -0.5)])
     assert alike["stems"] == 5 and alike["measured"] == 4 and alike["rmse_cm"] == 0.5 == alike["rmse_cm_lo"]
     assert alike["bias_cm"] == 0 and alike["inside"] == 1.0
+    # The first of each plot is seen in two photos only.
+    assert (alike["clear"], alike["clear_measured"]) == (3, 2)
     # Errors that a whole plot shares: many stems of few plots say little.
     shared = blind.figures([stems(*[1.0] * 20), stems(*[-1.0] * 20)])
     assert shared["bias_cm"] == 0 and shared["bias_cm_lo"] == -1 and shared["bias_cm_hi"] == 1
@@ -76,7 +79,9 @@ def test_a_run_is_appended(tmp_path, monkeypatch):
 
 def test_a_run_that_was_stopped_is_no_refusal(tmp_path, monkeypatch):
     (tmp_path / "p" / "truth").mkdir(parents=True)
-    (tmp_path / "p" / "truth" / "trees.csv").write_text("tree_id,in_plot,dbh_cm\na,True,20\nb,False,30\n")
+    (tmp_path / "p" / "truth" / "trees.csv").write_text(
+        "tree_id,in_plot,dbh_cm,n_unoccluded_bh_views\na,True,20,4\nb,False,30,4\n"
+    )
     for code, counted in ((2, 1), (130, None)):
         done = type("Done", (), {"returncode": code})
         monkeypatch.setattr(blind.subprocess, "run", lambda *_, done=done, **__: done)
