@@ -10,8 +10,8 @@ from __future__ import annotations
 import pandas as pd
 
 from treedgs_geo.core.files import read_json, write_json
-from treedgs_geo.report.charts import chart_svg, new_chart
-from treedgs_lab.benchmarking.chart_pictures import draw_panel, finish
+from treedgs_geo.report.charts import chart_svg
+from treedgs_lab.benchmarking.chart_pictures import draw_panel, finish, new_panels
 from treedgs_lab.benchmarks.figures import PUBLISHED, content
 from treedgs_lab.benchmarks.records import RESULTS
 
@@ -56,7 +56,7 @@ def published_method() -> list[dict]:
 
 def main() -> None:
     """Draw and write it."""
-    figure, panels = new_chart(13, 6, ncols=2)
+    figure, panels = new_panels(13, 6, ncols=2)
     for axes, name, title, more in (
         (panels[0], "benchmark.csv", "open plots, plot_a and plot_e; 1 core", published_method()),
         (panels[1], "benchmark_dense.csv", "dense plot, plot_h; 1 core", []),
