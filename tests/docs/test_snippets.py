@@ -1,12 +1,14 @@
-"""Code blocks of the docs run: Python as it stands, commands of the shell up to the point where files are read."""
+"""Code of the docs runs: Python as it stands, commands of the shell up to the point where files are read."""
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyproj
@@ -16,26 +18,50 @@ from tests.rendered_stems import Stem, oblique_views, render
 from tests.synthetic_cloud import plot_cloud
 from treedgs_geo.cli import _parser
 from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.core.settings import build, params_of
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.verbs import MODULES, get_command
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+#: Every page but the changelog, which tells of what was.
+PAGES = sorted(
+    page
+    for page in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "treedgs_lab").rglob("*.md"))
+    if page.name != "CHANGELOG.md" and "build" not in page.parts
+)
 CRS = pyproj.CRS.from_epsg(32615)
+PARAMETERS = json.loads((ROOT / "treedgs_qgis" / "parameters.json").read_text(encoding="utf-8"))
 
 
 def python_blocks(page: Path) -> list[str]:
     return re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.S | re.M)
 
 
-def commands(page: Path) -> list[str]:
-    """``treedgs VERB …`` of code blocks, continued lines joined."""
+def blocks(page: Path) -> str:
+    """The lines of all blocks of code, fenced or indented, continued ones joined."""
     text = re.sub(r"\\\n\s*", " ", page.read_text(encoding="utf-8"))
-    blocks = re.findall(r"^```(?:\w*)\n(.*?)^```", text, re.S | re.M) + re.findall(r"(?<=\n\n)((?:    .*\n)+)", text)
-    found = re.findall(r"^\s*(?:\$ )?(?:\.venv/bin/)?treedgs ([a-z][^\n#|;]*)", "\n".join(blocks), re.M)
-    return [command.strip() for command in found]
+    found = re.findall(r"^```[^\n{]*\n(.*?)^```", text, re.S | re.M)
+    return "\n".join([*found, *re.findall(r"(?<=\n\n)((?:    .*\n)+)", text)])
+
+
+def inline(page: Path) -> str:
+    """The spans of code, a line each."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.S | re.M)
+    return "\n".join(" ".join(span.split()) for span in re.findall(r"`([^`]+)`", text))
+
+
+def called(text: str, program: str) -> list[str]:
+    """What follows a program's name at the beginning of a line, without comments and what comes after a bar."""
+    found = re.findall(rf"^\s*(?:\$ )?(?:\.venv/bin/)?{program} ([^\n#|;]*)", text, re.M)
+    return [words.replace("…", "").strip() for words in found]
+
+
+def verbs_called(text: str) -> list[list[str]]:
+    """Verb and words of every ``treedgs VERB …``."""
+    lines = [line for line in called(text, "treedgs") if re.match(r"[a-z]", line) and not line.startswith("describe")]
+    return [shlex.split(line) for line in lines]
 
 
 def cloud() -> PointCloud:
@@ -96,15 +122,57 @@ def test_python_on_the_page_runs(page, tmp_path, monkeypatch):
         assert len(names["trees"]) == 2
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem)
-def test_commands_on_the_page_are_understood(page):
-    for line in commands(page):
-        verb, *words = shlex.split(line.replace("…", ""))
-        if verb == "describe" or line.startswith("--"):
-            continue
-        assert verb in MODULES, line
-        known, extra = _parser(get_command(verb)).parse_known_args(words)
-        assert not [word for word in extra if word.startswith("--")], line
+def of_pages(has) -> Any:
+    return pytest.mark.parametrize("page", [page for page in PAGES if has(page)], ids=lambda page: page.stem)
+
+
+@of_pages(lambda page: verbs_called(blocks(page)))
+def test_commands_in_blocks_are_complete(page):
+    """The settings are built of them: no required option is missing, no value impossible."""
+    for verb, *words in verbs_called(blocks(page)):
+        assert verb in MODULES, verb
+        command = get_command(verb)
+        known, extra = _parser(command).parse_known_args(words)
+        assert not extra, (verb, extra)
+        values = {name: value for name, value in vars(known).items() if value is not None}
+        build(command.settings, {name: values[name] for name in values if name not in ("log_format", "overwrite")})
+
+
+@of_pages(lambda page: verbs_called(inline(page)))
+def test_commands_in_sentences_name_real_options(page):
+    for verb, *words in verbs_called(inline(page)):
+        assert verb in MODULES, verb
+        known = {f"--{spec.replace('_', '-')}" for spec, _, _ in params_of(get_command(verb).settings)}
+        options = {word.strip("[]") for word in words if word.strip("[").startswith("--")}
+        assert options <= known | {"--help", "--overwrite"}, (verb, options - known)
+
+
+@of_pages(lambda page: "treedgs:" in page.read_text(encoding="utf-8"))
+def test_algorithms_of_qgis_exist_and_have_the_parameters(page):
+    text = page.read_text(encoding="utf-8")
+    assert {
+        name for name in re.findall(r"treedgs:(\w+)", text) if not (ROOT / "processing" / f"{name}.py").exists()
+    } == set()
+    for line in called(blocks(page), r"(?:qgis_process|python3 tools/qgis_run\.py) run"):
+        name, *words = shlex.split(line)
+        given = {word.partition("=")[0] for word in words if "=" in word}
+        for command in PARAMETERS["commands"]:
+            if command["id"] == name.removeprefix("treedgs:"):
+                assert given <= {parameter["name"].upper() for parameter in command["parameters"]}, line
+
+
+def test_what_make_is_asked_for_is_in_the_makefile():
+    targets = set(re.findall(r"^([a-z][\w-]*):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    for page in PAGES:
+        for line in called(blocks(page) + "\n" + inline(page), "make"):
+            assert set(re.findall(r"^[a-z][\w-]*", line)) <= targets, (page, line)
+
+
+def test_a_job_on_a_page_is_one_that_the_engine_takes():
+    jobs = [job for page in PAGES for job in re.findall(r"^    (\{.*\})$", page.read_text(encoding="utf-8"), re.M)]
+    assert jobs
+    for job in map(json.loads, jobs):
+        build(get_command(job["command"]).settings, job["parameters"])
 
 
 def test_an_experiment_on_a_page_says_how_it_is_called():
