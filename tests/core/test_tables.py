@@ -7,9 +7,12 @@ import csv
 import io
 from pathlib import Path
 
+import geopandas as gpd
 import pandas as pd
+import pyogrio
 import pyproj
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,7 +20,7 @@ import treedgs_geo
 from treedgs_geo.core.column_names import QUANTITIES
 from treedgs_geo.core.columns import columns
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.plots import read_plots
+from treedgs_geo.core.plots import as_in_plots, read_plots
 from treedgs_geo.core.tables import (
     SafeWriter,
     column_name,
@@ -115,7 +118,7 @@ def test_no_module_writes_a_csv_on_its_own():
         ("field.accdb", b"\x00\x01\x00\x00Standard ACE DB\x00", "an Access database"),
         ("field.mdb", b"\x00\x01\x00\x00Standard Jet DB\x00", "an Access database"),
         ("renamed.csv", b"\x00\x01\x00\x00Standard ACE DB\x00", "an Access database"),
-        ("field.xlsx", b"PK\x03\x04rest", "an Excel workbook"),
+        ("field.xls", b"\xd0\xcf\x11\xe0rest", "an old Excel workbook"),
         ("renamed.csv", b"PK\x03\x04rest", "a spreadsheet or an archive"),
         ("field.gpkg", b"SQLite format 3\x00", "a GeoPackage"),
     ],
@@ -261,3 +264,86 @@ def test_one_plot_under_two_ids_is_refused(tmp_path):
     path.write_text("plot_id,easting,northing,radius_m\nA,611337,3718452,10\nB,611337,3718452,4\nC,611352,3718452,10\n")
     for read in (read_plots, read_sample):
         assert len(read(path, UTM)) == 3
+
+
+AS_PEOPLE_SAVE_THEM = {
+    "title.csv": "Inventur Mai 2025;;;\nplot;x;y;radius_m\nA;611300;3718400;10\nB;611400;3718400;10\n",
+    "title_alone.csv": "Inventur Mai 2025\n\nplot,x,y,radius_m\nA,611300,3718400,10\nB,611400,3718400,10\n",
+    "units_below.csv": "plot,x,y,radius\n,m,m,[m]\nA,611300,3718400,10\nB,611400,3718400,10\n",
+    "units_behind.csv": "plot,x,y,radius\nA,611300,3718400,10 m\nB,611400,3718400,10 m\n",
+    "unit_behind_one.csv": "plot,x,y,radius_m\nA,611300,3718400,10 m\nB,611400,3718400,10\n",
+    "german.csv": "plot;x;y;radius_m\nA;611.300;3.718.400;10,0\nB;611.400,00;3.718.400,00;10\n",
+    "swiss.csv": "plot;x;y;radius_m\nA;611'300;3’718’400.0;10\nB;611'400;3'718'400;10\n",
+    "french.csv": "plot;x;y;radius_m\nA;611\u00a0300;3\u202f718\u202f400,0;10\nB;611\u00a0400;3\u00a0718\u00a0400;10\n",
+    "american.csv": 'plot,x,y,radius_m\nA,"611,300.00","3,718,400",10.0\nB,"611,400","3,718,400",10\n',
+    "tabs.txt": "plot\tx\ty\tradius_m\nA\t611300\t3718400\t10\nB\t611400\t3718400\t10\n",
+    "tabs.tsv": "plot\tx\ty\tradius_m\nA\t611300\t3718400\t10\nB\t611400\t3718400\t10\n",
+}
+
+
+@pytest.mark.parametrize("name", AS_PEOPLE_SAVE_THEM)
+def test_tables_as_people_save_them(tmp_path, name):
+    path = tmp_path / name
+    path.write_text(AS_PEOPLE_SAVE_THEM[name], encoding="utf-8")
+    assert [(p.plot_id, p.x, p.y, p.radius_m) for p in read_sample(path, UTM)] == [
+        ("A", 611300, 3718400, 10),
+        ("B", 611400, 3718400, 10),
+    ]
+
+
+@pytest.mark.parametrize("ending", [".xlsx", ".ods"])
+def test_a_workbook_s_one_sheet_is_a_table(tmp_path, ending):
+    table = pd.DataFrame(
+        {"Probekreis": ["01", "B"], "x": [611300.5, 611400], "y": [3718400, 3718400], "Radius [m]": 10}
+    )
+    path = tmp_path / f"plots{ending}"
+    pyogrio.write_dataframe(table, path, layer="Tabelle1")
+    assert [(p.plot_id, p.x, p.radius_m) for p in read_plots(path, UTM)] == [("01", 611300.5, 10), ("B", 611400, 10)]
+    pyogrio.write_dataframe(table, path, layer="Tabelle2", append=True)
+    with pytest.raises(InputError, match=r"2 sheets \(Tabelle1, Tabelle2\), expected one"):
+        read_plots(path, UTM)
+
+
+def test_thousands_in_doubt_are_no_numbers(tmp_path):
+    text = "plot;x;y;radius_m\nA;611.300;3.718.400;10.5\n"
+    with pytest.raises(InputError, match=r"line 2: y is '3.718.400', expected a number"):
+        path = tmp_path / "plots.csv"
+        path.write_text(text)
+        read_plots(path, UTM)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "plot,x,y,radius_m,radius_ft\nA,611300,3718400,10,50\n",
+            "line 2: radius_m is 10 and radius_ft 50, expected one",
+        ),
+        ("plot,x,y,radius_m,area_ha\nA,611300,3718400,10,0.05\n", "line 2: its size makes 314 m², but area_ha is 0.05"),
+        ("plot,x,y,radius_m\nA,1,2,10\nB,3,2,10\nC,5,9,10\nMittel,3,4,10\n", "line 5: 'Mittel' sums up the rows above"),
+        ("plot,x,y,width_m,length_m\nA,10,20,4,9\nB,10,20.01,4,9\n", "plots A and B are the same ground"),
+    ],
+)
+def test_what_contradicts_itself_is_refused(tmp_path, text, says):
+    path = tmp_path / "plots.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_sample(path, UTM)
+
+
+def test_plots_of_a_layer_may_have_heights_and_be_multipoints(tmp_path):
+    circle = shapely.Point(611300, 3718400).buffer(10)
+    for k, shape in enumerate([shapely.force_3d(circle, 30.0), shapely.MultiPoint([(611300, 3718400)])]):
+        path = tmp_path / f"plots{k}.gpkg"
+        table = gpd.GeoDataFrame({"plot_id": ["A"], "radius_m": [[None, 10.0][k]]}, geometry=[shape], crs=UTM)
+        table.to_file(path, layer="plots", engine="pyogrio")
+        assert read_sample(path, UTM)[0].contains([611305], [3718400]).all()
+    twice = gpd.GeoDataFrame({"plot_id": ["A", "B"]}, geometry=[circle, circle], crs=UTM)
+    twice.to_file(tmp_path / "twice.gpkg", layer="plots", engine="pyogrio")
+    with pytest.raises(InputError, match="plots A and B are the same ground"):
+        read_sample(tmp_path / "twice.gpkg", UTM)
+
+
+def test_ids_of_plots_in_other_spellings():
+    assert as_in_plots(["01", "1.0", "p 2", "3"], ["1", "P2", "3"]) == {"01": "1", "1.0": "1", "p 2": "P2"}
+    assert as_in_plots(["01", "x"], ["1", "001"]) == {}

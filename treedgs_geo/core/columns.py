@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     import pyproj
 
 
+#: Two columns of one quantity agree within this share: whole inches do.
+_CONTRADICTS = 0.15
+
+
 @dataclass(frozen=True)
 class FoundColumn:
     """A column of the table: its name there, the unit that the name says (empty: none)."""
@@ -115,7 +119,32 @@ def measured(
         require(path, table, {key: column}, (), {key: option})
     values = numbers(path, table, column.name) * QUANTITIES[key].units[unit]
     refuse_bounds(path, values, column.name, key)
+    refuse_contradiction(path, table, key, column, values)
     return values
+
+
+def refuse_contradiction(
+    path: Path, table: pd.DataFrame, key: str, column: FoundColumn, values: pd.Series, times: float = 1.0
+) -> None:
+    """Refuse a table that says a quantity twice, in two units, and not the same. values: of ``column``, in the
+    quantity's first unit. times: what the others' numbers are times the quantity (girths: pi).
+
+    Raises:
+        InputError: the first row.
+    """
+    import pandas as pd
+
+    for spelt, unit in dict(spellings(key)).items():
+        if not unit or spelt not in table or spelt == column.name:
+            continue
+        other = pd.to_numeric(table[spelt], errors="coerce").astype(float) * QUANTITIES[key].units[unit] / times
+        bad = np.abs(other - values) > _CONTRADICTS * np.abs(values)
+        if bad.any():
+            first = bad.idxmax()
+            raise InputError(
+                f"{path}, {line_of(bad)}: {column.name} is {table[column.name][first]} and {spelt} "
+                f"{table[spelt][first]}, expected one size; correct the row, or leave out one of the columns."
+            )
 
 
 def refuse_bounds(path: Path, values: pd.Series, name: str, key: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .columns import columns, places, require
 from .errors import InputError
-from .tables import column_name, read_table, refuse_other_formats
+from .tables import column_name, is_table, read_table, refuse_other_formats
 
 if TYPE_CHECKING:
     import pyproj
@@ -42,7 +42,7 @@ def read_field_stems(path: Path, crs: pyproj.CRS | None = None) -> FieldStems:
         InputError: not readable, no positions, a tree_id twice. CRSError: an ``epsg`` that is unknown.
     """
     path = Path(path)
-    table, xy = _of_csv(path, crs) if path.suffix.lower() == ".csv" else _of_layer(path, crs)
+    table, xy = _of_csv(path, crs) if is_table(path) else _of_layer(path, crs)
     if len(xy) == 0 or not np.isfinite(xy).all():
         raise InputError(
             f"{path}: {'holds no stem' if len(xy) == 0 else 'a stem has no position'}; expected x and y of each stem."

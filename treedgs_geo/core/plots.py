@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -72,6 +73,22 @@ def plot_names(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> l
             "id."
         )
     return [str(cell) for cell in cells]
+
+
+def as_in_plots(written: list[str], known: list[str]) -> dict[str, str]:
+    """Ids of a tally that the plots table writes otherwise (``01`` and ``1.0`` for ``1``, ``p 1`` for ``P1``) -> its
+    own; only where one plot alone is meant, and no other spelling of the tally means it too."""
+    plain: dict[str, list[str]] = {}
+    for name in known:
+        plain.setdefault(_plain_id(name), []).append(name)
+    lost = {name: plain.get(_plain_id(name), []) for name in dict.fromkeys(written) if name not in known}
+    return {name: found[0] for name, found in lost.items() if len(found) == 1}
+
+
+def _plain_id(name: str) -> str:
+    """Without what a spreadsheet or another hand changes: letters' case, blanks, zeros in front, ``.0`` behind."""
+    text = re.sub(r"[\s_\-]+", "", name).casefold()
+    return re.sub(r"(?<!\d)0+(?=\d)", "", re.sub(r"^(\d+)\.0+$", r"\1", text))
 
 
 def refuse_same(path: Path, names: list[str], xy: np.ndarray, radius_m: np.ndarray) -> None:

@@ -31,6 +31,10 @@ KINDS = (
 )
 
 
+#: Endings of tables that :func:`.tables.read_table` reads.
+TABLES = ("csv", "xlsx", "ods", "txt", "tsv")
+
+
 @dataclass(frozen=True)
 class Param:
     """Everything that one parameter needs besides name and default.

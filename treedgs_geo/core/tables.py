@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import InputError
+from .number_cells import are_units, column_name, with_points, with_unit, without_thousands, without_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,30 +29,43 @@ _ENDINGS = {
     ".accdb": "an Access database",
     ".mdb": "an Access database",
     ".xlsx": "an Excel workbook",
-    ".xls": "an Excel workbook",
+    ".xls": "an old Excel workbook",
     ".ods": "a spreadsheet",
     ".gpkg": "a GeoPackage",
 }
 #: What stands for an empty cell: as R, Python and spreadsheets write it, and people.
 _EMPTY = {
     *("NA", "N/A", "n/a", "#N/A", "#NA", "<NA>", "NaN", "nan", "-nan", "-NaN", "NULL", "null"),
-    *("-", "\N{EN DASH}", "\N{EM DASH}"),
+    *("-", "\N{EN DASH}", "\N{EM DASH}", "k.A.", "k. A.", "n.a.", "s/d", "#NV"),
 }
+#: Endings of tables: text, and workbooks.
+_TEXT = {".csv", ".txt", ".tsv", ".tab"}
+_WORKBOOKS = {".xlsx", ".ods"}
+#: First words of a row that sums up the others.
+_TOTALS = {
+    *("total", "totals", "sum", "mean", "average", "avg", "count", "summe", "gesamt", "mittel", "mittelwert"),
+    *("durchschnitt", "anzahl", "suma", "media", "promedio", "media:", "summe:", "total:", "mittel:", "mean:"),
+}
+#: Rows at the end of a table in which such a word stands.
+_LAST = 3
 #: Columns that a row may lack at its end: programs and people leave off what is empty, and nothing can slip into them.
 _NOTES = {
     *("note", "notes", "remark", "remarks", "comment", "comments", "tape_note", "by", "at"),
     *("bemerkung", "bemerkungen", "notiz", "anmerkung", "nota", "notas", "observaciones", "comentario", "comentarios"),
 }
-#: Of a spreadsheet's numbers: with a decimal comma, and with a decimal point.
-_COMMA, _POINT = re.compile(r"[+-]?\d+,\d+"), re.compile(r"[+-]?\d+\.\d+")
 #: A text that starts like this is run as a formula by spreadsheet programs.
 _RUN = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+
+def is_table(path: Path) -> bool:
+    """Whether :func:`read_table` reads it, by its ending; else it is a map layer."""
+    return Path(path).suffix.lower() in _TEXT | _WORKBOOKS
 
 
 def refuse_other_formats(path: Path, layers: bool = False) -> None:
     """Refuse what is no CSV by its ending or its first bytes; a file that cannot be read is left to the reader.
 
-    layers: a map layer would do as well; only Access databases are refused.
+    layers: a map layer would do as well.
 
     Raises:
         InputError: what it is, and what to do.
@@ -66,7 +80,7 @@ def refuse_other_formats(path: Path, layers: bool = False) -> None:
     for offset, mark, what in _OTHERS:
         if head[offset : offset + len(mark)] == mark:
             kind = kind or what
-    if kind and (not layers or "Access" in kind):
+    if kind and (not layers or kind not in ("a GeoPackage", _OTHERS[-1][2])):
         wanted = "a CSV table or a map layer" if layers else "a CSV table"
         raise InputError(
             f"{path}: is {kind}, expected {wanted}; export its table of trees or plots as CSV (comma-separated, UTF-8) "
@@ -78,17 +92,21 @@ def read_rows(
     path: Path, comments: bool = False, as_written: bool = False
 ) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Names of the columns (:func:`column_name`), and ``(line, cells)`` of each row that is not empty, one cell a
-    column: the one reader of every table that a user gives, whatever program wrote it.
+    column: the one reader of every table that a user gives, whatever program wrote it; also of a workbook's one sheet.
 
     UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons or tabs;
-    decimal commas become points where that is certain. What stands for nothing (``NA``, ``-``) is empty. A row may lack
-    cells at its end only where the columns hold notes. comments: rows that begin with ``#`` are left out.
-    as_written: names of columns as they stand there.
+    decimal commas become points, and thousands lose their marks, where that is certain. Titles above the heading are
+    left out; units below it, or behind every number, go to the columns' names. What stands for nothing (``NA``, ``-``)
+    is empty. A row may lack cells at its end only where the columns hold notes. comments: rows that begin with ``#``
+    are left out. as_written: names of columns as they stand there.
 
     Raises:
-        InputError: another format, not readable, no heading, a column twice, a cell too many or too few in a row.
+        InputError: another format, not readable, no heading, a column twice, a cell too many or too few in a row, a row
+            that sums up the others.
     """
     path = Path(path)
+    if path.suffix.lower() in _WORKBOOKS:
+        return _cells_of(path, _workbook_lines(path), ";", comments, as_written)
     refuse_other_formats(path)
     try:
         text = decoded(path.read_bytes())
@@ -96,27 +114,69 @@ def read_rows(
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); save it as CSV UTF-8.") from None
     text, skipped, separator = _separator(text.replace("\r\n", "\n").replace("\r", "\n"))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True)
-    heads: list[str] = []
-    rows: list[tuple[int, list[str]]] = []
+    lines = ((reader.line_num + skipped, raw) for raw in reader)
     try:
-        for raw in reader:
-            cells = [unicodedata.normalize("NFC", plain_cell(cell.strip())) for cell in raw]
-            line = reader.line_num + skipped
-            if not any(cells):
-                continue
-            if not heads:
-                heads = _heads(path, cells, as_written)
-            elif not (comments and cells[0].startswith("#")):
-                rows.append(
-                    (line, ["" if cell in _EMPTY else cell for cell in _whole(path, line, cells, heads, separator)])
-                )
+        return _cells_of(path, lines, separator, comments, as_written)
     except csv.Error as problem:
         line = reader.line_num + skipped
         raise InputError(f"{path}, line {line}: is not CSV ({problem}); save the table again.") from None
+
+
+def _workbook_lines(path: Path) -> list[tuple[int, list[str]]]:
+    """``(row, cells)`` of a workbook's one sheet.
+
+    Raises:
+        InputError: not readable, or several sheets.
+    """
+    import pyogrio
+
+    try:
+        sheets = [str(name) for name, _ in pyogrio.list_layers(path)]
+        read = [pyogrio.raw.read(path, layer=name, HEADERS="DISABLE", FIELD_TYPES="STRING") for name in sheets]
+    except Exception as problem:
+        raise InputError(f"{path}: cannot be read as a workbook ({problem}); save its sheet as CSV UTF-8.") from None
+    filled = [(name, columns) for name, (_, _, _, columns) in zip(sheets, read, strict=True) if len(columns)]
+    if len(filled) != 1:
+        named = ", ".join(name for name, _ in filled) or "none"
+        raise InputError(
+            f"{path}: has {len(filled)} sheets ({named}), expected one; save the table's sheet as CSV UTF-8."
+        )
+    rows = zip(*(["" if cell is None else str(cell) for cell in column] for column in filled[0][1]), strict=True)
+    return [(k + 1, list(row)) for k, row in enumerate(rows)]
+
+
+def _cells_of(
+    path: Path, lines: Iterable[tuple[int, list[str]]], separator: str, comments: bool, as_written: bool
+) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """See :func:`read_rows`; of ``(line, cells)`` as they stand there."""
+    heads: list[str] = []
+    rows: list[tuple[int, list[str]]] = []
+    for line, raw in lines:
+        cells = [unicodedata.normalize("NFC", plain_cell(cell.strip())) for cell in raw]
+        if not any(cells):
+            continue
+        if heads and not rows and not any(heads[1:]) and any(cells[1:]):
+            heads = []  # what stands alone above the heading is a title
+        if not heads:
+            heads = cells
+        elif not (comments and cells[0].startswith("#")):
+            rows.append((line, ["" if cell in _EMPTY else cell for cell in cells]))
     if not heads:
         raise InputError(f"{path}: is empty, expected a heading and one row for each thing.")
+    if rows and not as_written and are_units(rows[0][1]):
+        heads = [with_unit(head, unit) for head, unit in zip(heads, [*rows[0][1], *[""] * len(heads)], strict=False)]
+        rows = rows[1:]
+    heads = _heads(path, heads, as_written)
+    rows = [(line, _whole(path, line, cells, heads, separator)) for line, cells in rows]
+    table = [cells for _, cells in rows]
+    if not as_written:
+        without_thousands(table)
     for k in range(len(heads)):
-        _with_points([cells for _, cells in rows], k, separator)
+        if not as_written:
+            heads[k] = without_units(table, k, heads[k])
+        with_points(table, k, separator)
+    if not as_written:
+        _refuse_totals(path, heads, rows)
     return heads, rows
 
 
@@ -150,18 +210,19 @@ def read_heading(path: Path) -> list[str]:
         return []
 
 
-def column_name(text: str) -> str:
-    """A heading in lower case with underscores for whatever parts its words: ``DBH [cm]`` is ``dbh_cm``."""
-    plain = unicodedata.normalize("NFC", text).strip().lower()
-    return re.sub(r"[^\w%°]+", "_", plain).strip("_") or plain
-
-
 def _separator(text: str) -> tuple[str, int, str]:
     """The text without Excel's own first line, the number of lines taken off, and what parts the cells."""
     first, _, rest = text.partition("\n")
     if hint := re.fullmatch(r'"?sep=(.)"?', first.strip(" ")):
         return rest, 1, hint[1]
-    heading = re.sub(r'"[^"]*"', "", text.lstrip("\n").partition("\n")[0])
+    lines = [re.sub(r'"[^"]*"', "", line) for line in text.split("\n", 20)[:20] if line.strip()]
+    heading, below = (*lines[:2], "", "")[:2]
+    if (
+        not re.search("[,;\t]", heading)
+        and re.search("[;\t]|,.*,", below)
+        and len(heading.split()) != len(below.split())
+    ):
+        heading = below  # the first line is a title
     separator = max(",;\t", key=heading.count)
     if separator not in heading and " " in heading.strip():
         return re.sub(r"^ +| +$", "", text, flags=re.MULTILINE), 0, " "
@@ -202,20 +263,18 @@ def _whole(path: Path, line: int, cells: list[str], heads: list[str], separator:
     return [*cells, *[""] * len(short)]
 
 
-def _with_points(rows: list[list[str]], k: int, separator: str) -> None:
-    """Decimal commas of column k as points, in place; commas that may be those of thousands stay, which makes the cell
-    no number."""
-    cells = [row[k] for row in rows]
-    commas = [cell for cell in cells if _COMMA.fullmatch(cell)]
-    if not commas:
-        return
-    points = [cell for cell in cells if _POINT.fullmatch(cell)]
-    thousands = [cell for cell in (*commas, *points) if re.fullmatch(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", cell)]
-    if thousands and (points or (separator == "," and len(thousands) == len(commas))):
-        return
-    for row in rows:
-        if _COMMA.fullmatch(row[k]):
-            row[k] = row[k].replace(",", ".")
+def _refuse_totals(path: Path, heads: list[str], rows: list[tuple[int, list[str]]]) -> None:
+    """Refuse a row of sums or means: it would count as one more.
+
+    Raises:
+        InputError: the row.
+    """
+    for line, cells in rows[-_LAST:] if len(rows) > _LAST else ():
+        for head, cell in zip(heads, cells, strict=True):
+            if cell.lower() in _TOTALS and head not in _NOTES:
+                raise InputError(
+                    f"{path}, line {line}: {cell!r} sums up the rows above, expected one thing a row; delete it."
+                )
 
 
 def decoded(data: bytes) -> str:

@@ -10,11 +10,21 @@ import pandas as pd
 import pyproj
 
 from ..core.column_names import QUANTITIES
-from ..core.columns import FoundColumn, columns, epsg_crs, line_of, measured, numbers, refuse_bounds, require
+from ..core.columns import (
+    FoundColumn,
+    columns,
+    epsg_crs,
+    line_of,
+    measured,
+    numbers,
+    refuse_bounds,
+    refuse_contradiction,
+    require,
+)
 from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plausible import refuse_odd_diameters, refuse_odd_heights
-from ..core.plots import Plot
+from ..core.plots import Plot, as_in_plots
 from ..core.settings import param
 from ..core.tables import read_table
 from .declination import declination_deg, parse_date
@@ -261,6 +271,8 @@ def _diameters(path: Path, table: pd.DataFrame, key: str, column: FoundColumn, u
             f"{option}."
         )
     refuse_bounds(path, dbh, column.name, "dbh")
+    for other, times in (("dbh", 1.0), ("girth", np.pi)):
+        refuse_contradiction(path, table, other, column, dbh, times)
     # Millimetres are whole numbers, and those of thin trees would still pass for centimetres.
     whole = len(known) >= 3 and bool((values.dropna() % 1 == 0).all())
     if not asked and unit == "cm" and whole and (known.median() > 100 or known.median() > 60 and known.min() >= 50):
@@ -291,6 +303,7 @@ def place(
     if placed["plot_id"].isna().any():
         line = placed.loc[placed["plot_id"].isna(), "line"].iloc[0]
         raise InputError(f"{path}, line {line}: has no plot_id; name the plot of every tree.")
+    placed["plot_id"] = placed["plot_id"].replace(as_in_plots(placed["plot_id"].tolist(), list(known)))
     lost = sorted(set(placed["plot_id"]) - set(known))
     if lost:
         raise InputError(

@@ -12,7 +12,7 @@ import pyproj
 from ..core.columns import columns, numbers, places, require
 from ..core.errors import InputError
 from ..core.plausible import odd_diameters
-from ..core.tables import read_table
+from ..core.tables import is_table, read_table
 from ..core.wrong_units import wrong_unit
 from .field_trees import dbh_in_cm
 from .reviewed import COLUMNS as DECIDED
@@ -26,7 +26,7 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
         InputError: not readable, columns missing, doubled ids, positions that are no numbers, an unclear DBH unit.
     """
     path = Path(path)
-    if path.suffix.lower() == ".csv":
+    if is_table(path):
         table = read_table(path)
         found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth")
         require(path, table, found, ("field_id", "easting", "northing", ("dbh", "dbh1", "girth")))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..core.settings import param
+from ..core.settings import TABLES, param
 
 #: Patterns that are tried, in the order of the brief.
 PATTERNS = ("orbits", "crosshatch", "nadir-oblique")
@@ -102,7 +102,7 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
     plots: Path = param(
         kind="file",
         help="plots to photograph: CSV as for stand-table, or polygons",
-        suffixes=("csv", "gpkg", "shp", "geojson"),
+        suffixes=(*TABLES, "gpkg", "shp", "geojson"),
     )
     crs: str | None = param(
         None, kind="crs", help="CRS of the plan, in metres; default: that of the DTM, or of the plots"

@@ -16,6 +16,7 @@ from ..core.errors import CRSError, InputError
 from ..core.frames import heights_named
 from ..core.map_scale import check_place
 from ..core.progress import Reporter
+from ..core.tables import is_table
 from ..inventory.searched import searched_area
 from ..inventory.stand.sample import SamplePlot, read_sample
 from ..inventory.stand.searched_part import as_searched
@@ -138,7 +139,7 @@ def _trees_of_canopy(canopy: Canopy, numbers: StandNumbers, origin: np.ndarray) 
 def _crs_of_plots(path: Path) -> pyproj.CRS:
     import geopandas as gpd
 
-    found = table_crs(path) if path.suffix.lower() == ".csv" else gpd.read_file(path, engine="pyogrio", rows=1).crs
+    found = table_crs(path) if is_table(path) else gpd.read_file(path, engine="pyogrio", rows=1).crs
     if found is not None:
         return pyproj.CRS(found)
     raise CRSError(f"{path}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")

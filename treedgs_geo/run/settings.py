@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.settings import param
+from ..core.settings import TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
@@ -49,7 +49,7 @@ class PhotosToDbhSettings(KeptWorkspace):
         None,
         kind="file",
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
-        suffixes=(".csv",),
+        suffixes=TABLES,
     )
     field_stems: Path | None = param(
         None,
@@ -204,7 +204,7 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
         kind="file",
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
         "lat); only stems in them are measured, without it those of the whole cloud",
-        suffixes=("csv",),
+        suffixes=TABLES,
     )
     report: Path | None = param(
         None,

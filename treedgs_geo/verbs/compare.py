@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import TABLES, param
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class CompareSettings:
         None,
         kind="file",
         help="plots, as for stand-table; without: all trees together, and nothing per hectare",
-        suffixes=("csv", "gpkg", "geojson", "shp"),
+        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
     min_dbh_cm: float = param(0.0, kind="number", unit="cm", minimum=0, maximum=100, help="smallest DBH that counts")
     max_yearly_growth_cm: float = param(

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import TABLES, param
 from ..inventory.field_trees import FieldProtocol
 from ..inventory.pairing import PairingOptions
 
@@ -25,10 +25,10 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
     field: Path = param(
         kind="file",
         help="field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm",
-        suffixes=("csv",),
+        suffixes=TABLES,
     )
     plots: Path = param(
-        kind="file", help="plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m", suffixes=("csv",)
+        kind="file", help="plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m", suffixes=TABLES
     )
     trees_dbh_unit: str = param(
         "auto",

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import TABLES, param
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class ReviewSettings:
         kind="file",
         help="CSV with tree_id, decision (accept, reject, dbh, merge, stem or undo) and, where needed, dbh_cm, "
         "same_as, x, y, note, by, at",
-        suffixes=("csv",),
+        suffixes=TABLES,
     )
     by: str | None = param(None, kind="text", help="who decided, where the table does not say (the user's name)")
     dbh_unit: str = param(

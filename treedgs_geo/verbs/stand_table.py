@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import TABLES, param
 from ..inventory.field_trees import FieldProtocol
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
@@ -37,7 +37,7 @@ class StandTableSettings(FieldProtocol):
         kind="file",
         help="plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is "
         "one census",
-        suffixes=("csv", "gpkg", "geojson", "shp"),
+        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
     boundary: Path | None = param(
         None,
@@ -55,7 +55,7 @@ class StandTableSettings(FieldProtocol):
         None,
         kind="file",
         help="field tally: heights of the paired trees; without --trees it is the tree list itself",
-        suffixes=("csv",),
+        suffixes=TABLES,
     )
     taped: Path | None = param(
         None,
@@ -108,7 +108,7 @@ class StandTableSettings(FieldProtocol):
         help="unit of a height column that does not say it (auto: from a name like height_m)",
     )
     equations: Path | None = param(
-        None, kind="file", advanced=True, help="your own equations, tried before the built-in ones", suffixes=("csv",)
+        None, kind="file", advanced=True, help="your own equations, tried before the built-in ones", suffixes=TABLES
     )
     volume_equation: str | None = param(
         None,

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import TABLES, param
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class TapeCheckSettings:
         None,
         kind="file",
         help="the plots that were given to tape-sample",
-        suffixes=("csv", "gpkg", "geojson", "shp"),
+        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
     confidence_pct: float = param(
         90.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import TABLES, param
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class TapeSampleSettings:
         help="plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from "
         "the "
         "plot's centre; without: the trees that have a plot_id, or all",
-        suffixes=("csv", "gpkg", "geojson", "shp"),
+        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
     n: int = param(20, kind="integer", minimum=2, maximum=2000, help="trees to tape")
     design: str = param(

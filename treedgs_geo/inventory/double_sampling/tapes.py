@@ -12,7 +12,7 @@ import pyogrio
 
 from ...core.columns import line_of, numbers
 from ...core.errors import InputError
-from ...core.tables import read_table
+from ...core.tables import is_table, read_table, refuse_other_formats
 from ...core.wrong_units import wrong_unit
 from .estimators import Tapes, without_unanswered
 
@@ -124,8 +124,9 @@ def read_cells(path: Path) -> pd.DataFrame:
     Raises:
         InputError: not readable, no row.
     """
-    if path.suffix.lower() == ".csv":
+    if is_table(path):
         return read_table(path)
+    refuse_other_formats(path, layers=True)
     try:
         names = [str(name) for name, _ in pyogrio.list_layers(path)]
         table = gpd.read_file(path, engine="pyogrio", layer=LAYER if LAYER in names else names[0])

@@ -11,7 +11,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
-from .sample import SamplePlot, at_the_edge, weights
+from ...core.plots import as_in_plots
+from .sample import SamplePlot, at_the_edge, overlaps, weights
 from .treelist import TreeList
 from .unmeasured import Gaps, judge_gaps, sentences, stand_ins
 from .values import count_of
@@ -56,6 +57,12 @@ def expand(
     """
     plots, notes = at_the_edge(plots, boundary, edge_rule)
     found = Expanded(plots, pd.DataFrame(), Gaps(pd.DataFrame()), [], notes)
+    if same := overlaps(plots):
+        named = ", ".join(f"{one.plot_id} and {other.plot_id}" for one, other, _ in same[:5])
+        found.warnings.append(
+            f"{count_of(len(same), 'pair')} of plots overlap ({named}{', …' if len(same) > 5 else ''}): the trees "
+            "there count in both."
+        )
     table = trees.trees
     if trees.from_field:
         parts = _by_name(found, trees, boundary, edge_rule, path)
@@ -136,6 +143,7 @@ def _by_name(
     listed = table["plot_id"].map(lambda value: None if value is None or pd.isna(value) else str(value))
     if listed.isna().any():
         raise InputError("The field table has trees without a plot_id; name the plot of every tree.")
+    listed = listed.replace(as_in_plots(listed.tolist(), names))
     lost = sorted(set(listed) - set(names))
     if lost and not any("left out" in note for note in found.warnings):
         raise InputError(

@@ -19,6 +19,7 @@ from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
+from ...core.tables import is_table
 from ...report.blocks import Document
 from ...report.html import write_html
 from ...report.pdf import write_pdf
@@ -240,7 +241,7 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
     path = settings.plots
     if path is None:
         return None
-    if Path(path).suffix.lower() != ".csv":
+    if not is_table(path):
         import pyogrio
 
         try:

@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from ...core.columns import FoundColumn, columns, line_of, measured, places, require
 from ...core.errors import CRSError, InputError
 from ...core.plots import plot_names, refuse_same
-from ...core.tables import column_name, read_table, refuse_other_formats
+from ...core.tables import column_name, is_table, read_table, refuse_other_formats
 from ..searched import SEARCHED
 
 #: How a tree of a plot that reaches over the stand's boundary counts.
@@ -28,6 +28,10 @@ _PLACE = ("easting", "northing", "lon", "lat", "epsg")
 _MEASURES = ("radius", "width", "length", "area", "slope", "azimuth", "aspect")
 #: Segments a quarter circle, where a circle has to be a polygon (area 1e-6 too small).
 _SEGMENTS = 512
+#: Plots that share this much of the ground of both are one; less than this, m2, is two lines that touch.
+_ONE_PLOT, _TOUCH_M2 = 0.985, 1.0
+#: A plot's size and the area beside it agree within this (logarithm).
+_CONTRADICTS = 0.15
 
 
 @dataclass(frozen=True)
@@ -74,12 +78,11 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
         InputError: file, line and what is wrong. CRSError: no CRS to place the plots in.
     """
     path = Path(path)
-    is_table = path.suffix.lower() == ".csv"
-    refuse_other_formats(path, layers=not is_table)
-    table = read_table(path) if is_table else _read_layer(path, crs)
+    tabular = is_table(path)
+    table = read_table(path) if tabular else _read_layer(path, crs)
     has = columns(table, "plot_id", *_PLACE, *_MEASURES)
     sizes = next((keys for keys in (("radius",), ("width", "length"), ("area",)) if set(keys) <= set(has)), ())
-    if is_table:
+    if tabular:
         place = (("easting", "lon"), ("northing", "lat")) if on_map else ()
         slope = ("slope",) if along == "slope" else ()
         size = ("radius", "width") if on_map else ("radius", "width", "area")
@@ -88,20 +91,44 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
     has = {key: column for key, column in has.items() if key not in _MEASURES or column.unit}
     values = {key: measured(path, table, key, has.get(key)).to_numpy() for key in _MEASURES}
     values["slope"] = _slopes_deg(path, table, has.get("slope"))
-    if is_table:
+    if tabular:
         values["x"], values["y"] = places(path, table, crs, required=on_map).T
     else:
         middles = table.geometry.centroid
         values["x"], values["y"] = middles.x.to_numpy(), middles.y.to_numpy()
     plots: list[SamplePlot] = []
     for k, name in enumerate(plot_names(path, table, has.get("plot_id"))):
-        where = f"{path}, line {table.index[k]}" if is_table else f"{path}, plot {name}"
-        outline = None if is_table else table.geometry.iloc[k]
+        where = f"{path}, line {table.index[k]}" if tabular else f"{path}, plot {name}"
+        outline = None if tabular else table.geometry.iloc[k]
         made = _plot(where, name, {key: float(of[k]) for key, of in values.items()}, outline, along, on_map)
+        area = float(values["area"][k])
+        if tabular and np.isfinite(area) and abs(np.log(area / 1e4 / made.area_ha)) > _CONTRADICTS:
+            raise InputError(
+                f"{where}: its size makes {1e4 * made.area_ha:,.0f} m², but {has['area'].name} is "
+                f"{table[has['area'].name].iloc[k]}; correct one of them."
+            )
         plots.append(replace(made, weight_area_ha=made.area_ha))
     centres = np.column_stack([values["x"], values["y"]])
     refuse_same(path, [plot.plot_id for plot in plots], centres, np.array([plot.radius_m for plot in plots]))
+    for one, other, share in overlaps(plots):
+        if share > _ONE_PLOT:
+            raise InputError(
+                f"{path}: plots {one.plot_id} and {other.plot_id} are the same ground: its trees would count twice; "
+                "leave one of them."
+            )
     return plots
+
+
+def overlaps(plots: list[SamplePlot]) -> list[tuple[SamplePlot, SamplePlot, float]]:
+    """Pairs of plots on the same ground, with the share that both have of what either has."""
+    some = [plot for plot in plots if plot.outline is not None]
+    outlines = [plot.outline for plot in some]
+    found = []
+    for i, j in shapely.STRtree(outlines).query(outlines, predicate="intersects").T if len(some) > 1 else ():
+        both = outlines[i].intersection(outlines[j]).area if i < j else 0.0
+        if both > _TOUCH_M2:
+            found.append((some[i], some[j], both / (outlines[i].area + outlines[j].area - both)))
+    return found
 
 
 def read_boundary(path: Path, crs: pyproj.CRS | None) -> BaseGeometry:
@@ -266,6 +293,7 @@ def _slopes_deg(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> 
 
 
 def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
+    refuse_other_formats(path, layers=True)
     try:
         layers = [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
         chosen = next(
@@ -278,12 +306,15 @@ def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
         raise InputError(f"{path}: cannot be read as a plots table or layer ({problem}).") from None
     layer.columns = [name if name == "geometry" else column_name(str(name)) for name in layer.columns]
     layer = layer[layer.geometry.notna() & ~layer.geometry.is_empty].reset_index(drop=True)
+    shapes = layer.geometry.force_2d()
+    single = (shapes.geom_type == "MultiPoint") & (shapes.count_geometries() == 1)
+    layer = layer.set_geometry(shapes.where(~single, shapes.centroid))
     kinds = set(layer.geometry.geom_type) - {"Point", "Polygon", "MultiPolygon"}
     if kinds or not len(layer):
         raise InputError(
             f"{path}: holds {', '.join(sorted(kinds)) or 'nothing'}, expected plots as polygons or points."
         )
-    return _in_crs(path, layer.set_geometry("geometry") if "geometry" in layer else layer, crs)
+    return _in_crs(path, layer, crs)
 
 
 def _in_crs(path: Path, layer: gpd.GeoDataFrame, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:

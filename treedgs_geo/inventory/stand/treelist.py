@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
-from ...core.tables import read_table
+from ...core.tables import is_table, read_table
 from ...stems.quality.repeated import find_repeated
 from ..field_trees import FieldProtocol, read_field_trees
 from ..measured import read_measured
@@ -163,7 +163,7 @@ def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
 def _more_columns(path: Path, trees: pd.DataFrame) -> None:
     """What a CSV of measured trees may hold beside DBH and place: species, status, note, height (m or ft) and
     height_se_m, n_pts, qc_reason."""
-    if path.suffix.lower() != ".csv":
+    if not is_table(path):
         return
     table = read_table(path)
     found = columns(table, "species", "status", "height")

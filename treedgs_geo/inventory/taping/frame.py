@@ -14,7 +14,7 @@ from ...core.columns import columns
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
-from ...core.tables import read_table
+from ...core.tables import is_table, read_table
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
 from ..stand.treelist import from_layer, settle_status
@@ -98,7 +98,7 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
 
 def _more(path: Path) -> pd.DataFrame:
     """``plot_id, dbh_lo_cm, dbh_hi_cm`` by tree_id."""
-    table = read_table(path) if path.suffix.lower() == ".csv" else pd.DataFrame(read_trees(path))
+    table = read_table(path) if is_table(path) else pd.DataFrame(read_trees(path))
     key = columns(table, "field_id")["field_id"].name
     found = pd.DataFrame(index=pd.to_numeric(table[key]).astype(int))
     plot = table["plot_id"] if "plot_id" in table else pd.Series(None, table.index, dtype=object)
