@@ -139,3 +139,31 @@ def point_opacity_reference(
         alpha = alpha_at(np.minimum(r, d))
         before *= np.where(drawn & (alpha >= alpha_min), 1 - np.minimum(alpha, ALPHA_MAX), 1)
     return 1 - before, 1 - whole
+
+
+def smoothed(parameters: np.ndarray, filter_m: float) -> np.ndarray:
+    """(N, 14) after the 3D smoothing filter (Mip-Splatting, arXiv 2311.16493): every Gaussian convolved with an
+    isotropic one of ``filter_m``, its opacity lowered so that opacity times volume stays."""
+    out = parameters.copy()
+    square = np.exp(2 * parameters[:, 7:10])
+    out[:, 7:10] = 0.5 * np.log(square + filter_m**2)
+    opacity = np.sqrt((square / (square + filter_m**2)).prod(axis=1)) / (1 + np.exp(-parameters[:, 10]))
+    out[:, 10] = np.log(opacity / (1 - opacity))
+    return out
+
+
+def normal_consistency(planes: np.ndarray, rays: np.ndarray, weight: np.ndarray, least_alpha: float = 0.5) -> float:
+    """Rendered normals against those of the expected-depth surface: weighted mean of 1 - cos.
+
+    planes: (8, H, W) R, G, B, alpha, sum w d, sum w n. Pixels of less alpha and the border are left out.
+    """
+    alpha = planes[3]
+    points = (planes[4] / np.maximum(alpha, 1e-3))[..., None] * rays
+    surface = -np.cross(points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1])
+    normal = np.moveaxis(planes[5:8], 0, -1)[1:-1, 1:-1]
+    solid = alpha >= least_alpha
+    use = solid[1:-1, 1:-1] & solid[1:-1, 2:] & solid[1:-1, :-2] & solid[2:, 1:-1] & solid[:-2, 1:-1]
+    sizes = np.linalg.norm(surface, axis=-1), np.linalg.norm(normal, axis=-1)
+    use &= (sizes[0] > 1e-12) & (sizes[1] > 1e-6)
+    cosine = np.einsum("hwc,hwc->hw", surface, normal)[use] / (sizes[0] * sizes[1])[use]
+    return float((weight[1:-1, 1:-1][use] * (1 - cosine)).sum() / weight.sum())

@@ -116,8 +116,8 @@ def test_our_own_stereo_is_the_prior_where_none_is_given(tmp_path, monkeypatch):
 
 def test_which_settings_mean_the_published_route():
     base = dict(photos="p", crs="EPSG:6344", workspace="w", output="o.gpkg")
-    kinds = {("paper", "auto"): True, ("balanced", "paper"): True, ("paper", "photos"): False,
-             ("paper-crops", "auto"): False, ("balanced", "auto"): False}  # fmt: skip
+    kinds = {("paper", "auto"): True, ("balanced", "paper"): True, ("paper", "photos"): False}
+    kinds[("balanced", "auto")] = False
     for (preset, fit), expected in kinds.items():
         assert is_published(PhotosToDbhSettings(**base, preset=preset, fit=fit)) is expected
 
@@ -138,13 +138,12 @@ def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
     pytest.importorskip("torch")
     warp_raster = pytest.importorskip("treedgs_geo.stems.splats.warp_raster")
     monkeypatch.setattr(warp_raster, "available", lambda device: False)
-    for preset in ("paper", "paper-crops"):
-        with pytest.raises(InputError, match="'cuda': no such GPU was found here, .* use device cpu"):
-            check_published(replace(settings(tmp_path, device="cuda"), preset=preset))
+    with pytest.raises(InputError, match="'cuda': no such GPU was found here, .* use device cpu"):
+        check_published(settings(tmp_path, device="cuda"))
     for other in (
         {"preset": "balanced"},
         {"preset": "best", "fit": "gaussians"},
-        {"preset": "paper-crops", "fit": "photos"},
+        {"preset": "paper", "fit": "photos"},
     ):
         with pytest.raises(InputError, match="--device cuda: only the published method fits its Gaussians there"):
             check_published(replace(settings(tmp_path, device="cuda"), **other))
@@ -153,7 +152,6 @@ def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
     monkeypatch.setattr("torch.cuda.is_available", lambda: False)
     with pytest.raises(MissingComponentError, match="finds no CUDA, which the fit of a whole plot needs"):
         check_published(settings(tmp_path, device="cuda"))
-    check_published(replace(settings(tmp_path, device="cuda"), preset="paper-crops"))
     monkeypatch.setattr("torch.cuda.is_available", lambda: True)
     check_published(settings(tmp_path, device="cuda"))
     assert published_plot.Published.of(settings(tmp_path, device="cuda")).scene.device == "cuda"
@@ -164,7 +162,7 @@ def test_without_warp_a_gpu_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.delattr("treedgs_geo.stems.splats.warp_raster", raising=False)
     monkeypatch.setitem(sys.modules, "warp", None)
     with pytest.raises(MissingComponentError, match="pip install warp-lang"):
-        check_published(replace(settings(tmp_path, device="cuda"), preset="paper-crops"))
+        check_published(settings(tmp_path, device="cuda"))
 
 
 def test_without_torch_the_chain_says_how_to_get_it(tmp_path, monkeypatch):

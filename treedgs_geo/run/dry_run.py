@@ -252,7 +252,7 @@ def _photo_needs(
     search = SEARCH_S * min(number, {"fast": 48, "best": 200}.get(settings.preset, 100)) * hectare_part
     if ahead is not None and not plots:
         search = ahead.core_seconds
-    if settings.fit in ("gaussians", "paper-crops") or settings.preset == "paper-crops":
+    if settings.fit == "gaussians":
         search *= 6
     if is_published(settings):
         # Stereo, sampling and segmentation beside the fit.

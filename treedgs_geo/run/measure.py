@@ -20,7 +20,7 @@ from ..stems.quality.tree import Tree, with_block_errors
 from ..terrain.sparse_ground import sparse_ground_se
 from .context import Aligned, Run, Site
 from .field_stems import answers_of, places_of, read_places, write_answers
-from .published_plot import published_route
+from .published_plot import is_published, published_route
 from .routes import Found, auto_route, photo_route, splat_route
 from .stages_before_stems import circles
 
@@ -71,9 +71,9 @@ def measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
 
 
 def route_of(run: Run) -> str:
-    """``photos``, ``gaussians``, ``paper``, ``paper-crops`` or ``auto``."""
+    """``photos``, ``gaussians``, ``paper`` or ``auto``."""
     settings = run.settings
-    return settings.preset if settings.fit == "auto" and settings.preset in ("paper", "paper-crops") else settings.fit
+    return "paper" if is_published(settings) else settings.fit
 
 
 def with_run_errors(run: Run, site: Site, aligned: Aligned, trees: list[Tree]) -> list[Tree]:
@@ -102,7 +102,7 @@ def _by_route(run: Run, site: Site, aligned: Aligned, fit: str, reporter: Report
         return photo_route(site, run.preset, settings.bh_m, reporter, given)
     if fit == "paper":
         return published_route(run, site, aligned, reporter)
-    return splat_route(site, run, reporter, paper=fit == "paper-crops", given=given)
+    return splat_route(site, run, reporter, given)
 
 
 def read_kept_trees(path: Path) -> list[Tree]:

@@ -77,15 +77,14 @@ def _check_device(settings: PhotosToDbhSettings) -> None:
     """A GPU is there, and the route that is asked for uses it."""
     if settings.device == "cpu":
         return
-    crops = settings.fit == "paper-crops" or (settings.preset == "paper-crops" and settings.fit == "auto")
-    if not crops and not is_published(settings):
+    if not is_published(settings):
         raise InputError(
-            f"--device {settings.device}: only the published method fits its Gaussians there (--preset paper or "
-            "paper-crops); leave it out, or add one of these."
+            f"--device {settings.device}: only the published method fits its Gaussians there; leave it out, or add "
+            "--preset paper."
         )
     from ..stems.splats.devices import check_device
 
-    check_device(settings.device, tensors=not crops)
+    check_device(settings.device, tensors=True)
 
 
 @dataclass(frozen=True, kw_only=True)

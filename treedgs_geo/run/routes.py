@@ -1,4 +1,4 @@
-"""The two routes from cameras and ground to diameters, and how much each preset models."""
+"""The routes from cameras and ground to diameters, and how much each preset models."""
 
 from __future__ import annotations
 
@@ -23,9 +23,7 @@ from .context import Run, Site
 from .second_measurement import stems_to_measure_again, with_second_measurements
 
 if TYPE_CHECKING:
-    from ..pointcloud.cloud import PointCloud
     from ..stems.splats.field import GaussianField
-    from ..stems.splats.train import FoundStem
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,6 @@ CHAIN_PRESETS = {
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
     "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all", 60),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
-    "paper-crops": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
 
 
@@ -114,7 +111,7 @@ def measured_again(
     if not chosen:
         return found
     options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads(), max_views=preset.second_views)
-    _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], None, options, reporter)
+    _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], options, reporter)
     primitives = {chosen[at]: stem for at, stem in report.primitives.items()}
     trees, again = with_second_measurements(found.trees, fits, primitives, bh_m)
     reporter.info(
@@ -126,9 +123,8 @@ def measured_again(
     return Found(trees, kept, {"second_measurement": asdict(again)})
 
 
-def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: GivenStems | None = None) -> Found:
-    """Stem primitives and Gaussians in one loop; with ``paper`` the published constants: Gaussians -> samples with
-    reliability -> stem points -> slices, circles, taper, with the published constants.
+def splat_route(site: Site, run: Run, reporter: Reporter, given: GivenStems | None = None) -> Found:
+    """Stem primitives and Gaussians in one loop.
 
     Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
     diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
@@ -136,6 +132,7 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
     from ..stems.splats.options import GaussianOptions
     from ..stems.splats.ply import write_field
     from ..stems.splats.train import fit_with_report
+    from ..stems.splats.trees import trees_of_primitives
 
     settings, frame = run.settings, site.frame
     with reporter.stage("find stems", 0.0, 0.2):
@@ -144,19 +141,15 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
     if not found:
         return looked
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
-    with reporter.stage("fit Gaussians", 0.2, 0.8):
-        preset, threads = settings.preset, available_threads()
-        if paper or preset in ("paper", "paper-crops"):
-            preset = "paper-crops" if paper else "balanced"
-        options = GaussianOptions(
-            preset=preset, seed=settings.seed, bh_m=settings.bh_m, threads=threads, device=settings.device
-        )
-        field, report = fit_with_report(site.views, frame, site.ground, positions, None, options, reporter)
+    with reporter.stage("fit Gaussians", 0.2, 0.85):
+        options = GaussianOptions(seed=settings.seed, bh_m=settings.bh_m, threads=available_threads())
+        field, report = fit_with_report(site.views, frame, site.ground, positions, options, reporter)
         write_field(run.path(names.FIELD), field, frame)
-    with reporter.stage("sample surface", 0.8, 0.95):
-        cloud, groups = _surface(site, run, field, reporter, paper)
-    with reporter.stage("measure stems", 0.95, 1.0):
-        trees = _measured(site, run, looked, cloud, groups, report.primitives, reporter, paper)
+    with reporter.stage("sample surface", 0.85, 1.0):
+        _write_surface(site, run, field, reporter)
+    second = {number: tree.dbh_cm for number, tree in enumerate(found)}
+    soft_cm = {number: fit.soft_cm for number, fit in enumerate(looked.kept.fits)}
+    trees = trees_of_primitives(report.primitives, frame, settings.bh_m, second, soft_cm)
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [
@@ -167,19 +160,15 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
     return replace(looked, trees=sorted(trees + lost, key=lambda tree: tree.tree_id))
 
 
-def _surface(
-    site: Site, run: Run, field: GaussianField, reporter: Reporter, paper: bool
-) -> tuple[PointCloud, np.ndarray]:
-    """Sampled points in project coordinates, kept as ``surface.laz`` and ``stems.laz``, and the stem of each, (N,)."""
+def _write_surface(site: Site, run: Run, field: GaussianField, reporter: Reporter) -> None:
+    """Sampled points in project coordinates, ``surface.laz`` and ``stems.laz``: stems are measured already, so the
+    points are a picture."""
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
-    from ..stems.splats.options import PAPER_SAMPLING, SampleOptions
+    from ..stems.splats.options import SampleOptions
     from ..stems.splats.sample import sample_surface
 
-    # Where the stems are measured already, the points are a picture: a fifth of them will do.
-    sampling = SampleOptions(samples=100 if paper else 20, seed=run.settings.seed)
-    sampling = replace(sampling, **PAPER_SAMPLING) if paper else sampling
-    points = sample_surface(field, site.views, sampling, reporter)
+    points = sample_surface(field, site.views, SampleOptions(samples=20, seed=run.settings.seed), reporter)
     cloud = PointCloud(
         site.frame.to_project(points.xyz),
         site.frame.crs,
@@ -187,30 +176,3 @@ def _surface(
     )
     write_cloud(run.path(names.SURFACE), cloud)
     write_cloud(run.path(names.STEMS), cloud)
-    return cloud, points.groups
-
-
-def _measured(
-    site: Site,
-    run: Run,
-    looked: Found,
-    cloud: PointCloud,
-    groups: np.ndarray,
-    primitives: dict[int, FoundStem],
-    reporter: Reporter,
-    paper: bool,
-) -> list[Tree]:
-    """Diameters from the points (``paper``), or from the primitives, compared with those of ``looked``."""
-    from ..stems.cloud.estimate.cloud import measure_stems
-    from ..stems.cloud.estimate.options import MeasureOptions
-    from ..stems.splats.trees import trees_of_primitives
-
-    settings = run.settings
-    if paper:
-        measuring = MeasureOptions(
-            weights="opacity", method="paper", bh_m=settings.bh_m, source="splat", seed=settings.seed
-        )
-        return measure_stems(cloud, groups + 1, site.dtm, measuring, reporter)
-    second = {number: tree.dbh_cm for number, tree in enumerate(looked.trees)}
-    soft_cm = {number: fit.soft_cm for number, fit in enumerate(looked.kept.fits)}
-    return trees_of_primitives(primitives, site.frame, settings.bh_m, second, soft_cm)

@@ -85,16 +85,16 @@ class PhotosToDbhSettings(KeptWorkspace):
         "balanced",
         kind="choice",
         help="How much is modelled: fast and best differ in photos and features used; paper = the published method on "
-        "the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.",
-        choices=("fast", "balanced", "best", "paper", "paper-crops"),
+        "the whole plot (hours).",
+        choices=("fast", "balanced", "best", "paper"),
     )
     fit: str = param(
         "auto",
         kind="choice",
         help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "paper and paper-crops = as the presets of these names; auto = photos, then stems of low "
-        "confidence measured a second time among Gaussians.",
-        choices=("auto", "photos", "gaussians", "paper", "paper-crops"),
+        "paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among "
+        "Gaussians.",
+        choices=("auto", "photos", "gaussians", "paper"),
     )
     time_limit: float = param(
         60.0,
@@ -110,7 +110,7 @@ class PhotosToDbhSettings(KeptWorkspace):
         "cpu",
         kind="choice",
         choices=("cpu", "cuda"),
-        help="Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
+        help="Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
         "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
         advanced=True,
     )

@@ -34,14 +34,6 @@ class FitGaussiansSettings(GaussianOptions):
         help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; "
         "without it trees.gpkg of the workspace.",
     )
-    dense: Path | None = param(
-        None,
-        kind="file",
-        suffixes=(".laz", ".las", ".ply"),
-        advanced=True,
-        help="Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of "
-        "sfm/; without it dense.laz of the workspace, if there.",
-    )
 
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
@@ -53,7 +45,7 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
 def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..reconstruction.model import load_views
     from ..stems.splats.ply import frame_path, write_field
-    from ..stems.splats.seeds import read_dense, read_seeds
+    from ..stems.splats.seeds import read_seeds
     from ..stems.splats.train import fit_with_report
     from ..terrain.dtm import read_dtm
 
@@ -68,12 +60,9 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
             f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first."
         )
     seeds = read_seeds(seeds_file, frame)
-    dense_file = settings.dense or space.path(names.DENSE)
-    dense = read_dense(dense_file, frame) if settings.dense or dense_file.exists() else None
     target = space.path(names.FIELD)
-    read = [dtm_file, seeds_file, *([dense_file] if dense is not None else [])]
-    with space.running("fit-gaussians", fingerprint(read), to_json(settings)) as result:
-        field, report = fit_with_report(views, frame, ground, seeds, dense, settings, reporter)
+    with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
+        field, report = fit_with_report(views, frame, ground, seeds, settings, reporter)
         write_field(target, field, frame)
         result.update(
             field=str(target),
@@ -175,11 +164,11 @@ COMMAND = Command(
         "few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to "
         "crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. "
         "Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its "
-        "origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published."
+        "origin and CRS are in field.frame.json beside it)."
     ),
     settings=FitGaussiansSettings,
     run=fit_gaussians,
-    example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg --preset balanced",
+    example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg",
     outputs={
         "field": "Gaussian field (3DGS PLY, local metres)",
         "gaussians": "number of Gaussians",

@@ -30,15 +30,6 @@ class SampleSurfaceSettings(SampleOptions):
         choices=("balanced", "paper"),
         help="paper = every point of the published method, those that no view sees included.",
     )
-    points: str = param(
-        "sampled",
-        kind="choice",
-        choices=("sampled", "volume", "means", "depth"),
-        advanced=True,
-        help="sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's "
-        "surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres "
-        "alone, depth = fused depth maps.",
-    )
 
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
@@ -50,13 +41,9 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
 
 
 def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
-    import numpy as np
-
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
     from ..reconstruction.model import load_views
-    from ..stems.splats.baseline_points import fuse_depth, means_only
-    from ..stems.splats.opacity_samples import sample_volume
     from ..stems.splats.ply import read_field
     from ..stems.splats.sample import sample_surface as sample
     from .fit_gaussians import photo_folder
@@ -72,34 +59,22 @@ def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporte
         )
     options = replace(settings, **PAPER_SAMPLING) if settings.preset == "paper" else settings
     with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
-        unseen = 0
-        if settings.points == "means":
-            xyz, groups = means_only(field)
-            attributes = {"opacity": field.opacities, "seed_id": groups}
-        elif settings.points == "depth":
-            xyz, groups, agree = fuse_depth(field, views)
-            attributes = {"n_views": agree, "seed_id": groups}
-        else:
-            points = (sample_volume if settings.points == "volume" else sample)(field, views, options, reporter)
-            xyz, unseen = points.xyz, points.n_dropped
-            attributes = {
-                "opacity": points.opacity,
-                "n_views": points.n_views,
-                "n_seen": points.n_seen,
-                "seed_id": points.groups,
-            }
-            if settings.points == "volume":
-                # Ready for measure-dbh; "even" says that the points lie where nothing is, too.
-                attributes |= {"tree_id": points.groups + 1, "even": np.ones(len(xyz), np.uint8)}
-        if len(xyz) == 0:
-            raise InputError(
-                f"{field_file}: its depth maps agree nowhere, so there is no point to write; use --points sampled."
-            )
-        write_cloud(target, PointCloud(frame.to_project(xyz), frame.crs, attributes))
+        points = sample(field, views, options, reporter)
+        attributes = {
+            "opacity": points.opacity,
+            "n_views": points.n_views,
+            "n_seen": points.n_seen,
+            "seed_id": points.groups,
+        }
+        write_cloud(target, PointCloud(frame.to_project(points.xyz), frame.crs, attributes))
         result.update(
-            surface=str(target), points=len(xyz), gaussians=len(field), gaussians_unseen=unseen, views=len(views)
+            surface=str(target),
+            points=len(points),
+            gaussians=len(field),
+            gaussians_unseen=points.n_dropped,
+            views=len(views),
         )
-    reporter.info(f"{len(xyz)} surface points from {len(field)} Gaussians, {len(views)} photos")
+    reporter.info(f"{len(points)} surface points from {len(field)} Gaussians, {len(views)} photos")
     return dict(result)
 
 
@@ -114,8 +89,7 @@ COMMAND = Command(
         "opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show "
         "Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), "
         "n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem "
-        "position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is "
-        "(tree_id = seed_id + 1)."
+        "position the Gaussian was fitted for)."
     ),
     settings=SampleSurfaceSettings,
     run=sample_surface,

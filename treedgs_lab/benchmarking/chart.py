@@ -138,7 +138,6 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path) 
         "sfm": sfm["folder"],
         "params": config.params,
         "scale": config.scale,
-        "reads": config.reads,
         "preset": config.preset,
         "scratch": str(scratch),
         "points": str(kept.with_suffix(".laz")),

@@ -105,7 +105,6 @@ def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
         plot.frame,
         plot.dtm.local(plot.frame).height,
         places,
-        None,
         GaussianOptions(threads=available_threads(), max_views=most),
         Reporter(),
     )

@@ -9,7 +9,6 @@ import json
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,6 @@ import numpy as np
 
 from treedgs_geo.core.children import python_command
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import peak_memory_mb
@@ -115,49 +113,6 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def run_splats(job: dict[str, Any]) -> dict[str, Any]:
-    """Splats fitted about stems that were found in the photos (positions only), then measured as a cloud."""
-    from treedgs_geo.pointcloud.cloud import PointCloud
-    from treedgs_geo.pointcloud.files import write_cloud
-    from treedgs_geo.stems.cloud.estimate.cloud import measure_stems
-    from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
-    from treedgs_geo.stems.photos.options import PhotoStemOptions
-    from treedgs_geo.stems.photos.route import stems_from_photos
-    from treedgs_geo.stems.photos.trees import trees_of_photo_fits
-    from treedgs_geo.stems.splats.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
-    from treedgs_geo.stems.splats.train import fit_with_report
-
-    from .splat_points import points_of
-
-    plot, frame, views, dtm, area = _scene(job)
-    paper = job["params"].get("preset") == "paper-crops"
-    clock = [time.perf_counter()]
-    found = trees_of_photo_fits(
-        stems_from_photos(views, dtm.local(frame).height, area, PhotoStemOptions(max_views=48)), frame
-    )
-    if not found:
-        raise ReconstructionError("no stem was found to fit splats around; give another plot.")
-    places = frame.to_local(np.array([[t.x, t.y, t.z_ground or 0.0] for t in found]))[:, :2]
-    clock.append(time.perf_counter())
-    options = GaussianOptions(**job["params"])
-    field, report = fit_with_report(views, frame, dtm.local(frame).height, places, None, options, Reporter())
-    clock.append(time.perf_counter())
-    sampling = replace(SampleOptions(), **(PAPER_SAMPLING if paper else {}))
-    xyz, opacity, groups = points_of(field, views, job["reads"], sampling)
-    clock.append(time.perf_counter())
-    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"opacity": opacity, "tree_id": (groups + 1).astype(np.int32)})
-    write_cloud(Path(job["points"]), cloud)
-    measuring = MeasureOptions(weights="opacity", method="paper" if paper else "default", source="splat")
-    trees = measure_stems(cloud, groups + 1, dtm, measuring)
-    clock.append(time.perf_counter())
-    stages = dict(zip(("find stems", "fit splats", "sample", "measure"), np.diff(clock).tolist(), strict=True))
-    return {
-        "stages": stages,
-        **_scored(plot, trees),
-        "modelled": {"photos": report.photos, "megapixels": report.megapixels, "gaussians": len(field)},
-    }
-
-
 def run_published(job: dict[str, Any]) -> dict[str, Any]:
     """The published method over the whole plot; ``params``: ``time_limit_min``. Its stages are CPU seconds."""
     from treedgs_geo.pointcloud.files import write_cloud
@@ -206,7 +161,6 @@ def _scored(plot: TruePlot, trees: list[Tree]) -> dict[str, Any]:
 JOBS = {
     "sfm": run_sfm,
     "photos": run_photos,
-    "splats": run_splats,
     "published": run_published,
     "cloud": run_cloud,
     **COSTS,

@@ -20,11 +20,9 @@ class Config:
     """One point of the chart.
 
     key: file name. title: on the chart. group: level of modelling (``docs/evidence/speed-accuracy.md``). kind:
-    ``photos`` (stems fitted in the photos), ``splats``, ``published`` (the published method over the whole plot) or
-    ``cloud``. sfm: key of :data:`SFM`. params: settings of the
-    stage. scale: size of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``,
-    with all of its settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what
-    is made of the field.
+    ``photos`` (stems fitted in the photos), ``published`` (the published method over the whole plot) or ``cloud``.
+    sfm: key of :data:`SFM`. params: settings of the stage. scale: size of the photos that the stems are fitted in.
+    preset: this is that preset of ``photos-to-dbh``, with all of its settings. quick: part of ``--quick``.
     """
 
     key: str
@@ -36,7 +34,6 @@ class Config:
     scale: float = 1.0
     preset: str = ""
     quick: bool = False
-    reads: str = "sample"
 
 
 PRESET_GROUP = "presets"
@@ -56,14 +53,6 @@ CONFIGS: tuple[Config, ...] = (
     Config("views-12", "12 photos", "photos used", params={"max_views": 12}, quick=True),
     Config("views-24", "24 photos", "photos used", params={"max_views": 24}, quick=True),
     Config("half", "photos at 1/2", "pixels used", params={"max_views": 96}, scale=0.5, quick=True),
-    Config(
-        "splat-fast",
-        "splats, 600 a stem",
-        "splat, then fit",
-        "splats",
-        params={"preset": "fast", "stems": "free"},
-        quick=True,
-    ),
     Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
     Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
     Config("edges-only", "no second measurement", "stem model", params={"max_views": 96}, quick=True),
@@ -75,51 +64,6 @@ CONFIGS: tuple[Config, ...] = (
     Config("sfm-half", "half-size photos", "reconstruction", sfm="half-size photos", params={"max_views": 96}),
     Config("sfm-4000", "4000 features", "reconstruction", sfm="4000 features", params={"max_views": 96}),
     Config("sfm-16000", "16000 features", "reconstruction", sfm="16000 features", params={"max_views": 96}),
-    Config(
-        "splat-balanced",
-        "splats, 1000 a stem",
-        "splat, then fit",
-        "splats",
-        params={"preset": "balanced", "stems": "free"},
-    ),
-    Config(
-        "splat-epochs",
-        "splats, a third of the epochs",
-        "splat, then fit",
-        "splats",
-        params={"preset": "balanced", "stems": "free", "coarse_epochs": 3, "fine_epochs": 2},
-    ),
-    Config(
-        "splat-band",
-        "splats up to 8 m, 1 m about",
-        "splat, then fit",
-        "splats",
-        params={"preset": "fast", "stems": "free", "band_m": 8.0, "radius_m": 1.0, "gaussians": 3000},
-    ),
-    Config(
-        "splat-means",
-        "splat centres only",
-        "splat, then fit",
-        "splats",
-        params={"preset": "fast", "stems": "free"},
-        reads="means",
-    ),
-    Config(
-        "splat-depth",
-        "fused splat depths",
-        "splat, then fit",
-        "splats",
-        params={"preset": "fast", "stems": "free"},
-        reads="depth",
-    ),
-    Config(
-        "paper-crops",
-        "paper's constants (3000 splats a stem)",
-        PRESET_GROUP,
-        "splats",
-        params={"preset": "paper-crops"},
-        preset="paper-crops",
-    ),
     Config(
         "paper",
         "paper (whole plot, 60 CPU minutes)",

@@ -247,7 +247,7 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
         if case.method == "splats" and fits:
             options = GaussianOptions(seed=case.seed, threads=available_threads())
             places = np.array([fit.axis.p for fit in fits])
-            _, report = fit_with_report(views, plot.frame, ground, places, None, options, Reporter())
+            _, report = fit_with_report(views, plot.frame, ground, places, options, Reporter())
             seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}
             trees = trees_of_primitives(report.primitives, plot.frame, options.bh_m, seconds)
         known = _known_errors(case, rng)

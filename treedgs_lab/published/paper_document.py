@@ -306,7 +306,7 @@ def _slices(inputs: PaperInputs) -> list[Block]:
 
 #: Why a picture of Gaussians may be missing.
 NO_GAUSSIANS = (
-    "no workspace of photos-to-dbh with Gaussians (--preset paper or paper-crops, --fit gaussians) is given, or none "
+    "no workspace of photos-to-dbh with Gaussians (--preset paper, --fit gaussians) is given, or none "
     "of them is near a reference stem"
 )
 #: Why a stem's photos may be missing.

@@ -16,11 +16,11 @@ from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
-from treedgs_geo.stems.splats.baseline_points import fuse_depth, means_only
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.ply import read_field
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
+from .baseline_points import fuse_depth, means_only
 from .paper_pictures import NEAR_M, STEM_M, panels, scene
 from .segmentation import true_labels
 

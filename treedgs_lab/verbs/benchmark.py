@@ -98,7 +98,7 @@ COMMAND = Command(
     group="Tools",
     summary="Chart seconds against DBH error for every preset and method; or test where they fail.",
     help=(
-        "Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated "
+        "Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated "
         "plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a "
         "recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, "
         "pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree "

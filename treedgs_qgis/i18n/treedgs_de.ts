@@ -1809,16 +1809,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Voreinstellung</translation>
     </message>
     <message>
-      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.</source>
-      <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden); paper-crops = dessen Konstanten auf kleinen Ausschnitten um Stämme, die in den Fotos gefunden wurden.</translation>
+      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours).</source>
+      <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden).</translation>
     </message>
     <message>
       <source>Fit</source>
       <translation>Anpassung</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper and paper-crops = as the presets of these names; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper und paper-crops = wie die Voreinstellungen dieser Namen; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper = wie die Voreinstellung dieses Namens; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -1833,8 +1833,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Gerät</translation>
     </message>
     <message>
-      <source>Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.</source>
-      <translation>Zum veröffentlichten Verfahren und zu paper-crops: wo die Gauß-Elemente angepasst werden; cuda = eine NVIDIA-GPU, über die Pakete warp-lang und torch (dessen CUDA-Fassung); die Zeitgrenze zählt dann nach der Uhr.</translation>
+      <source>Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.</source>
+      <translation>Zum veröffentlichten Verfahren: wo die Gauß-Elemente angepasst werden; cuda = eine NVIDIA-GPU, über die Pakete warp-lang und torch (dessen CUDA-Fassung); die Zeitgrenze zählt dann nach der Uhr.</translation>
     </message>
     <message>
       <source>Dense</source>
@@ -2597,20 +2597,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>3D-Gauß-Elemente um jeden Stamm, vom Boden bis einige Meter hoch, an die Fotos angepasst.</translation>
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published.</source>
-      <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben). Mit stems = free nur Gauß-Elemente, wie veröffentlicht.</translation>
-    </message>
-    <message>
-      <source>how much work is spent</source>
-      <translation>wie viel Aufwand getrieben wird</translation>
+      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it).</source>
+      <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
     </message>
     <message>
       <source>Gaussians</source>
       <translation>Gauß-Elemente</translation>
     </message>
     <message>
-      <source>Gaussians per stem</source>
-      <translation>Gauß-Elemente je Stamm</translation>
+      <source>most Gaussians of a stem, its bark's</source>
+      <translation>Höchstzahl der Gauß-Elemente eines Stamms, mit denen seiner Rinde</translation>
     </message>
     <message>
       <source>Max gaussians</source>
@@ -2645,32 +2641,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Radius des modellierten Zylinders um jede Stammposition</translation>
     </message>
     <message>
-      <source>Stems</source>
-      <translation>Stämme</translation>
-    </message>
-    <message>
-      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; free = nothing but Gaussians, as published</source>
-      <translation>primitive = ein sich verjüngender Stamm wird in einem Zug mit den Gauß-Elementen darum angepasst und seine Rinde als Gauß-Elemente geschrieben; free = nichts als Gauß-Elemente, wie veröffentlicht</translation>
-    </message>
-    <message>
       <source>breast height above the ground</source>
       <translation>Brusthöhe über dem Boden</translation>
-    </message>
-    <message>
-      <source>Density</source>
-      <translation>Verdichtung</translation>
-    </message>
-    <message>
-      <source>of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and prune up to the limit</source>
-      <translation>der freien Gauß-Elemente: relocate = feste Anzahl, tote ziehen auf lebende um; split = teilen, verdoppeln und ausdünnen bis zur Obergrenze</translation>
-    </message>
-    <message>
-      <source>Controller</source>
-      <translation>Steuerung</translation>
-    </message>
-    <message>
-      <source>of free Gaussians: fixed = every epoch of the preset; rlgs = a learned policy chooses the steps, as published (several times slower)</source>
-      <translation>der freien Gauß-Elemente: fixed = jeder Durchgang der Voreinstellung; rlgs = eine gelernte Regel wählt die Schritte, wie veröffentlicht (mehrfach langsamer)</translation>
     </message>
     <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
@@ -2701,10 +2673,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammpositionen auf einige Dezimeter: ein Punktlayer oder eine CSV mit x, y im Projekt-KBS; ohne sie trees.gpkg des Arbeitsordners.</translation>
     </message>
     <message>
-      <source>Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of sfm/; without it dense.laz of the workspace, if there.</source>
-      <translation>Dichte Punkte, von denen freie Gauß-Elemente ausgehen: LAS/LAZ oder scene_dense.ply von OpenMVS im lokalen Rahmen von sfm/; sonst dense.laz des Arbeitsordners, falls vorhanden.</translation>
-    </message>
-    <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
       <translation>Feld der Gauß-Elemente (3DGS-PLY, lokale Meter)</translation>
     </message>
@@ -2725,8 +2693,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Punkte im Innern der Gauß-Elemente, jeder mit der Verlässlichkeit seiner Deckkraft über die Fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is (tree_id = seed_id + 1).</source>
-      <translation>Braucht einen Arbeitsordner mit field.ply (fit-gaussians). Zieht bis zu M Punkte in jedem Gauß-Element, ausgedünnt nach dessen Deckkraft, und bewertet jeden nach der Deckkraft davor in jedem Foto: die kleinste über die Fotos, die dort Gauß-Elemente zeigen, bleibt. Ausgabe: surface.laz im Projekt-KBS mit den Zusatzdimensionen opacity (0..1), n_views (Fotos, die dort Gauß-Elemente zeigen), n_seen (Fotos, die den Punkt sehen) und seed_id (für welche Stammposition das Gauß-Element angepasst wurde). Mit points = volume liest measure-dbh das Ergebnis unverändert (tree_id = seed_id + 1).</translation>
+      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for).</source>
+      <translation>Braucht einen Arbeitsordner mit field.ply (fit-gaussians). Zieht bis zu M Punkte in jedem Gauß-Element, ausgedünnt nach dessen Deckkraft, und bewertet jeden nach der Deckkraft davor in jedem Foto: die kleinste über die Fotos, die dort Gauß-Elemente zeigen, bleibt. Ausgabe: surface.laz im Projekt-KBS mit den Zusatzdimensionen opacity (0..1), n_views (Fotos, die dort Gauß-Elemente zeigen), n_seen (Fotos, die den Punkt sehen) und seed_id (für welche Stammposition das Gauß-Element angepasst wurde).</translation>
     </message>
     <message>
       <source>Samples</source>
@@ -2747,14 +2715,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>paper = every point of the published method, those that no view sees included.</source>
       <translation>paper = jeder Punkt des veröffentlichten Verfahrens, auch die, die keine Ansicht sieht.</translation>
-    </message>
-    <message>
-      <source>Points</source>
-      <translation>Punkte</translation>
-    </message>
-    <message>
-      <source>sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres alone, depth = fused depth maps.</source>
-      <translation>sampled = in den Gauß-Elementen gezogen und bewertet, wie veröffentlicht; volume = gleichmäßig über die Umgebung jedes Stamms verteilt und bewertet (gibt die besseren Durchmesser freier Gauß-Elemente); zum Vergleich: means = nur ihre Mittelpunkte, depth = verschmolzene Tiefenkarten.</translation>
     </message>
     <message>
       <source>surface points (LAZ with opacity, n_views)</source>
@@ -3765,8 +3725,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Sekunden gegen BHD-Fehler für jede Voreinstellung und jedes Verfahren; oder prüfen, wo sie versagen.</translation>
     </message>
     <message>
-      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, Splats, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 2 cm oder drei angegebene Fehler daneben liegt. Mit --cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
+      <source>Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 2 cm oder drei angegebene Fehler daneben liegt. Mit --cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
@@ -5219,6 +5179,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Roughness, rms [cm]</source>
       <translation>Rauigkeit, rms [cm]</translation>
+    </message>
+    <message>
+      <source>Points</source>
+      <translation>Punkte</translation>
     </message>
     <message>
       <source>Circumference seen [°]</source>

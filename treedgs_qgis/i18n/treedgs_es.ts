@@ -1807,16 +1807,16 @@ cero.&lt;/p&gt;
       <translation>Preajuste</translation>
     </message>
     <message>
-      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.</source>
-      <translation>Cuánto se modela: fast y best difieren en las fotos y los rasgos usados; paper = el método publicado en toda la parcela (horas); paper-crops = sus constantes en pequeños recortes alrededor de fustes hallados en las fotos.</translation>
+      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours).</source>
+      <translation>Cuánto se modela: fast y best difieren en las fotos y los rasgos usados; paper = el método publicado en toda la parcela (horas).</translation>
     </message>
     <message>
       <source>Fit</source>
       <translation>Ajuste</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper and paper-crops = as the presets of these names; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste entre gaussianas; paper y paper-crops = como los ajustes de esos nombres; auto = photos, y después los fustes inseguros se miden por segunda vez entre gaussianas.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste entre gaussianas; paper = como el ajuste de ese nombre; auto = photos, y después los fustes inseguros se miden por segunda vez entre gaussianas.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -1831,8 +1831,8 @@ cero.&lt;/p&gt;
       <translation>Dispositivo</translation>
     </message>
     <message>
-      <source>Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.</source>
-      <translation>Del método publicado y de paper-crops: dónde se ajustan las gaussianas; cuda = una GPU de NVIDIA, mediante los paquetes warp-lang y torch (en su versión CUDA); el límite de tiempo cuenta entonces por el reloj.</translation>
+      <source>Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.</source>
+      <translation>Del método publicado: dónde se ajustan las gaussianas; cuda = una GPU de NVIDIA, mediante los paquetes warp-lang y torch (en su versión CUDA); el límite de tiempo cuenta entonces por el reloj.</translation>
     </message>
     <message>
       <source>Dense</source>
@@ -2595,20 +2595,16 @@ cero.&lt;/p&gt;
       <translation>Gaussianas 3D alrededor de cada tronco, desde el suelo hasta unos metros, ajustadas a las fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published.</source>
-      <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado). Con stems = free, solo gaussianas, como se publicó.</translation>
-    </message>
-    <message>
-      <source>how much work is spent</source>
-      <translation>cuánto trabajo se dedica</translation>
+      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it).</source>
+      <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
     </message>
     <message>
       <source>Gaussians</source>
       <translation>Gaussianas</translation>
     </message>
     <message>
-      <source>Gaussians per stem</source>
-      <translation>gaussianas por tronco</translation>
+      <source>most Gaussians of a stem, its bark's</source>
+      <translation>máximo de gaussianas por tronco, con las de su corteza</translation>
     </message>
     <message>
       <source>Max gaussians</source>
@@ -2643,32 +2639,8 @@ cero.&lt;/p&gt;
       <translation>radio del cilindro modelado alrededor de cada posición</translation>
     </message>
     <message>
-      <source>Stems</source>
-      <translation>Troncos</translation>
-    </message>
-    <message>
-      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; free = nothing but Gaussians, as published</source>
-      <translation>primitive = un tronco con ahusamiento se ajusta en un solo ciclo con las gaussianas de su entorno, y su corteza se escribe como gaussianas; free = solo gaussianas, como se publicó</translation>
-    </message>
-    <message>
       <source>breast height above the ground</source>
       <translation>altura del pecho sobre el suelo</translation>
-    </message>
-    <message>
-      <source>Density</source>
-      <translation>Densificación</translation>
-    </message>
-    <message>
-      <source>of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and prune up to the limit</source>
-      <translation>de las gaussianas libres: relocate = número fijo, las muertas se mudan sobre las vivas; split = dividir, clonar y podar hasta el límite</translation>
-    </message>
-    <message>
-      <source>Controller</source>
-      <translation>Control</translation>
-    </message>
-    <message>
-      <source>of free Gaussians: fixed = every epoch of the preset; rlgs = a learned policy chooses the steps, as published (several times slower)</source>
-      <translation>de las gaussianas libres: fixed = todas las pasadas del preajuste; rlgs = una política aprendida elige los pasos, como se publicó (varias veces más lento)</translation>
     </message>
     <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
@@ -2699,10 +2671,6 @@ cero.&lt;/p&gt;
       <translation>Posiciones de los troncos con pocos decímetros de error: una capa de puntos, o un CSV con x, y en el SRC del proyecto; si falta, trees.gpkg de la carpeta de trabajo.</translation>
     </message>
     <message>
-      <source>Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of sfm/; without it dense.laz of the workspace, if there.</source>
-      <translation>Puntos densos de los que parten las gaussianas libres: LAS/LAZ, o scene_dense.ply de OpenMVS en el marco local de sfm/; si falta, dense.laz de la carpeta de trabajo, si existe.</translation>
-    </message>
-    <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
       <translation>campo de gaussianas (PLY 3DGS, metros locales)</translation>
     </message>
@@ -2723,8 +2691,8 @@ cero.&lt;/p&gt;
       <translation>Puntos dentro de las gaussianas, cada uno con la fiabilidad de su opacidad en las fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is (tree_id = seed_id + 1).</source>
-      <translation>Necesita una carpeta de trabajo con field.ply (fit-gaussians). Extrae hasta M puntos dentro de cada gaussiana, aclarados por su opacidad, y puntúa cada uno por la opacidad que hay delante en cada foto: se conserva la menor entre las fotos que muestran gaussianas ahí. Salida: surface.laz en el SRC del proyecto con las dimensiones adicionales opacity (0..1), n_views (fotos que muestran gaussianas ahí), n_seen (fotos que ven el punto) y seed_id (la posición de tronco para la que se ajustó la gaussiana). Con points = volume, measure-dbh lee el resultado tal cual (tree_id = seed_id + 1).</translation>
+      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for).</source>
+      <translation>Necesita una carpeta de trabajo con field.ply (fit-gaussians). Extrae hasta M puntos dentro de cada gaussiana, aclarados por su opacidad, y puntúa cada uno por la opacidad que hay delante en cada foto: se conserva la menor entre las fotos que muestran gaussianas ahí. Salida: surface.laz en el SRC del proyecto con las dimensiones adicionales opacity (0..1), n_views (fotos que muestran gaussianas ahí), n_seen (fotos que ven el punto) y seed_id (la posición de tronco para la que se ajustó la gaussiana).</translation>
     </message>
     <message>
       <source>Samples</source>
@@ -2745,14 +2713,6 @@ cero.&lt;/p&gt;
     <message>
       <source>paper = every point of the published method, those that no view sees included.</source>
       <translation>paper = todos los puntos del método publicado, incluidos los que ninguna vista ve.</translation>
-    </message>
-    <message>
-      <source>Points</source>
-      <translation>Puntos</translation>
-    </message>
-    <message>
-      <source>sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres alone, depth = fused depth maps.</source>
-      <translation>sampled = extraídos dentro de las gaussianas y puntuados, como se publicó; volume = repartidos por igual en el entorno de cada tronco y puntuados (da los mejores diámetros de gaussianas libres); para comparar: means = solo sus centros, depth = mapas de profundidad fusionados.</translation>
     </message>
     <message>
       <source>surface points (LAZ with opacity, n_views)</source>
@@ -3763,8 +3723,8 @@ cero.&lt;/p&gt;
       <translation>Gráfico de segundos frente al error del DAP para cada preajuste y método; o probar dónde fallan.</translation>
     </message>
     <message>
-      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, splats, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 2 cm o de tres errores indicados. Con --cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
+      <source>Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 2 cm o de tres errores indicados. Con --cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
@@ -5217,6 +5177,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Roughness, rms [cm]</source>
       <translation>Rugosidad, rms [cm]</translation>
+    </message>
+    <message>
+      <source>Points</source>
+      <translation>Puntos</translation>
     </message>
     <message>
       <source>Circumference seen [°]</source>

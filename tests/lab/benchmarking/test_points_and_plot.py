@@ -1,4 +1,4 @@
-"""Points from splats three ways, and what counts as found, missed and invented."""
+"""What counts as found, missed and invented."""
 
 from __future__ import annotations
 
@@ -8,48 +8,10 @@ import json
 import numpy as np
 import pytest
 import rasterio
-from photo_ring import ring
 
-from treedgs_geo.core.errors import InputError, ReconstructionError
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.stems.quality.tree import Tree
-from treedgs_geo.stems.splats.field import GaussianField
-from treedgs_geo.stems.splats.options import SampleOptions
 from treedgs_lab.benchmarking.plot import TruePlot, score_trees
-from treedgs_lab.benchmarking.splat_points import points_of
-
-
-@pytest.fixture(scope="module")
-def column() -> GaussianField:
-    """An opaque column of splats, radius 15 cm, 2 m high, at the origin."""
-    turn, z = np.meshgrid(np.linspace(0, 2 * np.pi, 18, endpoint=False), np.arange(0.0, 2.0, 0.08))
-    means = np.column_stack([0.15 * np.cos(turn.ravel()), 0.15 * np.sin(turn.ravel()), z.ravel()]).astype(np.float32)
-    n = len(means)
-    quaternions = np.tile(np.float32([1, 0, 0, 0]), (n, 1))
-    return GaussianField(
-        means,
-        quaternions,
-        np.full((n, 3), np.log(0.03), np.float32),
-        np.full(n, 6.0, np.float32),
-        np.full((n, 3), 0.4, np.float32),
-        np.full(n, 4, np.int32),
-    )
-
-
-def test_three_ways_from_splats_to_points(column):
-    views = ring(8)
-    means, opacity, groups = points_of(column, views, "means", SampleOptions())
-    assert len(means) == len(column) and opacity.min() > 0.99 and set(groups) == {4}
-    depth, _, groups = points_of(column, views, "depth", SampleOptions())
-    radius = np.hypot(depth[:, 0], depth[:, 1])
-    assert len(depth) > 200 and set(groups) == {4}
-    assert np.median(radius) == pytest.approx(0.16, abs=0.03) and radius.max() < 0.30
-    sample, _, _ = points_of(column, views, "sample", SampleOptions(samples=5))
-    assert len(sample) > len(means)
-
-
-def test_a_depth_that_no_other_photo_confirms_is_dropped(column):
-    with pytest.raises(ReconstructionError, match="no rendered depth is confirmed"):
-        points_of(column, ring(1), "depth", SampleOptions())
 
 
 @pytest.fixture

@@ -16,12 +16,12 @@ from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
-from treedgs_geo.stems.splats.baseline_points import fuse_depth
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.options import SampleOptions
 from treedgs_geo.stems.splats.sample import sample_surface
 from treedgs_geo.terrain.dtm import Dtm
 from treedgs_lab.published import gallery, overview, paper_document, point_sets
+from treedgs_lab.published.baseline_points import fuse_depth
 from treedgs_lab.published.labelled import LabelledPoints, draw_labels
 from treedgs_lab.published.methods import StemPoints
 from treedgs_lab.published.segmentation import score_segmentation

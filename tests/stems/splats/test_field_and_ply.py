@@ -9,15 +9,10 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.stems.splats.field import (
-    LOG_SCALE,
-    LOGIT,
-    N_PARAMETERS,
     GaussianField,
     empty_field,
     merge_fields,
     quaternion_matrices,
-    smoothed,
-    smoothed_backward,
 )
 from treedgs_geo.stems.splats.ply import read_field, write_field
 
@@ -117,26 +112,3 @@ def test_merge_and_select_keep_groups():
     turn = quaternion_matrices(whole.quaternions)
     np.testing.assert_allclose(turn @ turn.transpose(0, 2, 1), np.broadcast_to(np.eye(3), turn.shape), atol=1e-12)
     assert len(merge_fields([])) == 0
-
-
-def test_smoothing_filter_keeps_opacity_times_volume_and_its_gradient_is_right():
-    rng = np.random.default_rng(3)
-    p = rng.normal(size=(12, N_PARAMETERS))
-    p[:, LOG_SCALE] = np.log(rng.uniform(1e-4, 0.1, (12, 3)))
-    assert smoothed(p, 0.0) is p
-    out = smoothed(p, 0.01)
-    assert np.exp(out[:, LOG_SCALE]).min() >= 0.01
-
-    def solid(q):
-        return np.log(1 / (1 + np.exp(-q[:, LOGIT]))) + q[:, LOG_SCALE].sum(axis=1)
-
-    np.testing.assert_allclose(solid(out), solid(p), atol=1e-6)
-    given = rng.normal(size=p.shape)
-    step, numeric = 1e-6, np.zeros_like(p)
-    for i in range(len(p)):
-        for j in range(N_PARAMETERS):
-            up, down = p.copy(), p.copy()
-            up[i, j] += step
-            down[i, j] -= step
-            numeric[i, j] = (given * (smoothed(up, 0.01) - smoothed(down, 0.01))).sum() / (2 * step)
-    np.testing.assert_allclose(smoothed_backward(p, 0.01, given), numeric, rtol=1e-4, atol=1e-5)

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gaussian_reference import smoothed
 from painted_stem import GROUND, RADIUS, STEM, ground, scene
 
 torch = pytest.importorskip("torch")
 
 from treedgs_geo.core.errors import InputError, MissingComponentError  # noqa: E402
 from treedgs_geo.reconstruction.area import Area  # noqa: E402
-from treedgs_geo.stems.splats.field import smoothed  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.densify import DensityRule, Pull, grow, to_prune  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.scene import Scene, update_filter  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.scene_fit import SceneFit, fit_scene, plan  # noqa: E402

@@ -11,14 +11,13 @@ from hypothesis import strategies as st
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.stems.splats.baseline_points import fuse_depth, means_only
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField, empty_field
-from treedgs_geo.stems.splats.opacity_samples import low_quantile
 from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover
 from treedgs_geo.stems.splats.primitive.views import empty_coverage
 from treedgs_geo.stems.splats.project import CropCamera
 from treedgs_geo.stems.splats.raster import Rasteriser
 from treedgs_geo.stems.splats.sample import sample_surface, view_opacity
+from treedgs_lab.published.baseline_points import fuse_depth, means_only
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 
@@ -105,15 +104,6 @@ def wall(n: int = 900) -> GaussianField:
     p[:, 0], p[:, 1] = (value.ravel() for value in np.meshgrid(grid, grid))
     p[:, 3], p[:, LOG_SCALE], p[:, LOGIT] = 1, np.log([0.06, 0.06, 0.002]), 3.5
     return GaussianField.from_packed(p, 0)
-
-
-def test_low_quantiles_lie_between_the_smallest_and_the_median():
-    rng = np.random.default_rng(0)
-    opacity, counts = rng.random((12, 400)).astype(np.float32), rng.integers(0, 13, 400)
-    opacity[np.arange(12)[:, None] >= counts] = np.inf
-    least, low, middle = (low_quantile(opacity.copy(), counts, q) for q in (0.0, 0.2, 0.5))
-    assert (least <= low).all() and (low <= middle).all() and (low < middle - 1e-4).any()
-    np.testing.assert_array_equal(least, np.where(counts > 0, opacity.min(axis=0), 1))
 
 
 def test_exports_of_a_wall():

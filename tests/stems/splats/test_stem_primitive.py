@@ -13,7 +13,8 @@ from painted_stem import FRAME, STEM, ground, scene
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.stems.splats.bands import Volume
 from treedgs_geo.stems.splats.crops import Crop, GroundPlane, near_axis, sample_texture
-from treedgs_geo.stems.splats.joint_fit import HollowVolume, axis_xy, fit_with_primitive, radius_m, surface_gaussians
+from treedgs_geo.stems.splats.joint_fit import HollowVolume, fit_with_primitive, surface_gaussians
+from treedgs_geo.stems.splats.layered_model import FitSettings, axis_xy, radius_m
 from treedgs_geo.stems.splats.options import GaussianOptions
 from treedgs_geo.stems.splats.primitive.fit import fit_primitive
 from treedgs_geo.stems.splats.primitive.model import GAMMA, Coverage, Lens, Region, StemView, cover, normal_equations
@@ -27,7 +28,6 @@ from treedgs_geo.stems.splats.primitive.views import (
     textures,
 )
 from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.splat_fit.band_fit import FitSettings
 from treedgs_geo.stems.splats.train import fit_with_report
 
 BH = 1.37
@@ -210,13 +210,13 @@ def test_primitive_and_gaussians_in_one_loop():
     crops, plane, _ = painted(SHAPE)
     around = [replace(crop, ground=crop.ground * ~near_axis(crop.camera, 0.3, 0.0, 4.0)) for crop in crops]
     volume = Volume(0.5, -0.1, 3.4, 0.01, 0.15)
-    settings = FitSettings(gaussians=60, coarse_epochs=0, fine_epochs=2)
+    settings = FitSettings(gaussians=60, epochs=2)
 
     def run():
         return fit_with_primitive(crops, plane, volume, settings, 0.027, around, JointSettings(), 500)
 
     fit = run()
-    assert fit is not None and fit.primitive is not None and fit.held_out is not None
+    assert fit is not None and fit.held_out is not None
     assert fit.primitive.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
     assert fit.held_out.psnr_db > 20 and 100 < len(fit.parameters) <= 560
     again = run()
@@ -226,11 +226,11 @@ def test_primitive_and_gaussians_in_one_loop():
 def test_the_loop_ends_when_diameter_and_held_out_photos_have_settled():
     crops, plane, _ = painted(SHAPE)
     volume, many = Volume(0.5, -0.1, 3.4, 0.01, 0.15), 12
-    settings = FitSettings(gaussians=40, coarse_epochs=0, fine_epochs=many)
+    settings = FitSettings(gaussians=40, epochs=many)
     fit = fit_with_primitive(crops, plane, volume, settings, 0.027, crops, JointSettings(), 0)
     assert fit is not None and fit.stopped == "settled" and fit.epochs < many
-    whole = fit_with_primitive(crops, plane, volume, replace(settings, fine_epochs=1), 0.027, crops, JointSettings(), 0)
-    assert whole is not None and whole.epochs == 1 and fit.primitive is not None
+    whole = fit_with_primitive(crops, plane, volume, replace(settings, epochs=1), 0.027, crops, JointSettings(), 0)
+    assert whole is not None and whole.epochs == 1
     assert fit.primitive.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
 
 
@@ -239,7 +239,7 @@ def test_a_stem_in_photos_is_found_and_reported():
     views, photos = scene()
     options = GaussianOptions(stem_gaussians=30, stem_epochs=1, threads=1)
     field, report = fit_with_report(
-        views, FRAME, ground, np.array([STEM + [0.08, -0.06]]), None, options, None, lambda view: photos[view.name]
+        views, FRAME, ground, np.array([STEM + [0.08, -0.06]]), options, None, lambda view: photos[view.name]
     )
     stem = report.primitives[0]
     assert np.linalg.norm(stem.origin[:2] + stem.primitive.shape[:2] - STEM) < 0.01
@@ -251,9 +251,7 @@ def test_one_view_is_doubted():
     views, photos = scene()
     options = GaussianOptions(stem_gaussians=0, stem_epochs=0, threads=1)
     try:
-        _, report = fit_with_report(
-            views[:1], FRAME, ground, STEM[None], None, options, None, lambda view: photos[view.name]
-        )
+        _, report = fit_with_report(views[:1], FRAME, ground, STEM[None], options, None, lambda view: photos[view.name])
     except InputError:
         return
     assert report.primitives[0].primitive.findings.refused

@@ -257,7 +257,6 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         _TOO_LARGE,
         Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(1, 0.06), Bound(2, 0.1)), _CLOUDS),
         Limit("not_round", "on_cylinder", "share of the points on the cylinder", "", *_below(0.2, None), _CLOUDS),
-        Limit("occluded", "explained", "opacity that the cone explains, share", "", *_below(None, 0.1), _SPLATS),
         Limit("occluded", "clutter", "points just outside bark with gaps, share", "", *_above(0.25, None), _CLOUDS),
         Limit("occluded", "n_above", "parts of a thick stem above the band", "", *_below(2, None), _CLOUDS),
         Limit("edge", "rim_m", "bark to the edge of the data", "m", *_below(0.02, None), "two centimetres of bark"),

@@ -29,8 +29,6 @@ from .crops import (
 )
 from .options import GaussianOptions
 
-#: Most photos a stem primitive is fitted to.
-STEM_VIEWS = 60
 #: Ground is modelled to this many band heights from a stem: as far as an oblique ray through the band's top goes.
 _BEHIND = 1.1
 
@@ -180,10 +178,8 @@ def cut_bands(
     outline = band_outline(options.radius_m + 0.3, _limits(options)[0], options.band_m)
     surround = band_outline(_BEHIND * options.band_m, 0.0, 0.1)
     jobs: dict[int, list[_Job]] = {}
-    # A primitive is cheap, and every clear view of its edges counts.
-    most = int(options.value("max_views")) if options.free else options.max_views or STEM_VIEWS
     for stem, origin in origins.items():
-        for view in choose_views(views, origin, most):
+        for view in choose_views(views, origin, options.max_views):
             camera = crop_camera(views[view], origin, outline)
             if camera is not None:
                 jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera))

@@ -121,40 +121,6 @@ class GaussianField:
         )
 
 
-def smoothed(parameters: np.ndarray, filter_m: float) -> np.ndarray:
-    """(N, 14) after the 3D smoothing filter (Mip-Splatting, arXiv 2311.16493): every Gaussian convolved with an
-    isotropic one of ``filter_m``, its opacity lowered so that opacity times volume stays.
-
-    Nothing is then finer than the photos can show, and a field looks the same from nearer by. 0: unchanged.
-    """
-    if filter_m <= 0:
-        return parameters
-    out = parameters.copy()
-    square = np.exp(2 * parameters[:, LOG_SCALE])
-    kept = square / (square + filter_m**2)
-    out[:, LOG_SCALE] = 0.5 * np.log(square + filter_m**2)
-    opacity = np.sqrt(kept.prod(axis=1)) / (1 + np.exp(-parameters[:, LOGIT]))
-    opacity = np.clip(opacity, 1e-9, 1 - 1e-9)
-    out[:, LOGIT] = np.log(opacity / (1 - opacity))
-    return out
-
-
-def smoothed_backward(parameters: np.ndarray, filter_m: float, gradient: np.ndarray) -> np.ndarray:
-    """Chain rule of :func:`smoothed`: (N, 14) gradient with respect to ``parameters``."""
-    if filter_m <= 0:
-        return gradient
-    out = gradient.copy()
-    square = np.exp(2 * parameters[:, LOG_SCALE])
-    kept = square / (square + filter_m**2)
-    own = 1 / (1 + np.exp(-parameters[:, LOGIT]))
-    opacity = np.clip(np.sqrt(kept.prod(axis=1)) * own, 1e-9, 1 - 1e-9)
-    # d logit / d log opacity of the smoothed one is 1 / (1 - opacity).
-    by_log = gradient[:, LOGIT] / (1 - opacity)
-    out[:, LOGIT] = by_log * (1 - own)
-    out[:, LOG_SCALE] = gradient[:, LOG_SCALE] * kept + by_log[:, None] * (1 - kept)
-    return out
-
-
 def empty_field() -> GaussianField:
     """A field without Gaussians."""
     return GaussianField.from_packed(np.zeros((0, N_PARAMETERS)))

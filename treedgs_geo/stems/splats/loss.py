@@ -1,7 +1,7 @@
 """Losses on one crop and their gradients with respect to the rendered planes.
 
-As published (3DGS, RaDe-GS): (1 - l) L1 + l D-SSIM with l = 0.2, plus depth-normal consistency. Pixels carry weights:
-what the band model cannot explain (foliage, other stems) must not be explained by fog.
+(1 - l) L1 + l D-SSIM as published (3DGS). Pixels carry weights: what the band model cannot explain (foliage, other
+stems) must not be explained by fog.
 """
 
 from __future__ import annotations
@@ -46,55 +46,3 @@ def d_ssim(shown: np.ndarray, image: np.ndarray, weight: np.ndarray) -> tuple[fl
     g_mu = 2 * mu_y * (a2 - a1) * per_b + 2 * mu_x * ssim * g * (1 / b2 - 1 / b1)
     grad = _blur(g_mu) + 2 * shown * _blur(-g * ssim / b2) + image * _blur(2 * a1 * per_b)
     return float(0.5 * ((1 - ssim) * scale).sum()), grad.astype(np.float32)
-
-
-def normal_consistency(
-    planes: np.ndarray, rays: np.ndarray, weight: np.ndarray, least_alpha: float = 0.5
-) -> tuple[float, np.ndarray]:
-    """Rendered normals against the normals of the expected-depth surface: weighted mean of 1 - cos.
-
-    planes: (9, H, W) of a full forward pass. rays: (H, W, 3) unit directions, camera axes. weight: (H, W). Pixels with
-    alpha below ``least_alpha`` (the surface is not there) and the border are left out. Returns the loss and (8, H, W)
-    float32 gradients with respect to R, G, B, alpha, sum w d, sum w n (the first three are zero).
-    """
-    planes = planes.astype(float)
-    alpha = 1 - planes[3]
-    out = np.zeros((8, *alpha.shape), np.float32)
-    safe = np.maximum(alpha, 1e-3)
-    depth = planes[4] / safe
-    points = depth[..., None] * rays
-    along, down = points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1]
-    cross = np.cross(along, down)
-    size = np.linalg.norm(cross, axis=-1)
-    rendered = np.moveaxis(planes[5 + 1 : 9], 0, -1)[1:-1, 1:-1]
-    length = np.linalg.norm(rendered, axis=-1)
-    solid = alpha >= least_alpha
-    use = (
-        solid[1:-1, 1:-1]
-        & solid[1:-1, 2:]
-        & solid[1:-1, :-2]
-        & solid[2:, 1:-1]
-        & solid[:-2, 1:-1]
-        & (size > 1e-12)
-        & (length > 1e-6)
-    )
-    share = np.where(use, weight[1:-1, 1:-1], 0.0)
-    total = max(float(weight.sum()), 1e-6)
-    size, length = np.where(use, size, 1.0), np.where(use, length, 1.0)
-    # x right, y down, z forward: (right x down) points away from the camera, the normals face it.
-    surface, normal = -cross / size[..., None], rendered / length[..., None]
-    cosine = np.einsum("hwc,hwc->hw", surface, normal)
-    g = -(share / total)[..., None]
-    g_normal = g * (surface - normal * cosine[..., None]) / length[..., None]
-    g_cross = -g * (normal - surface * cosine[..., None]) / size[..., None]
-    g_along, g_down = np.cross(down, g_cross), np.cross(g_cross, along)
-    g_points = np.zeros_like(points)
-    g_points[1:-1, 2:] += g_along
-    g_points[1:-1, :-2] -= g_along
-    g_points[2:, 1:-1] += g_down
-    g_points[:-2, 1:-1] -= g_down
-    g_depth = np.einsum("hwc,hwc->hw", g_points, rays)
-    out[4] = g_depth / safe
-    out[3] = np.where(alpha > 1e-3, -g_depth * depth / safe, 0)
-    out[5:, 1:-1, 1:-1] = np.moveaxis(g_normal, -1, 0)
-    return float((share * (1 - cosine)).sum() / total), out

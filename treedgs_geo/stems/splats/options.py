@@ -8,67 +8,18 @@ from typing import Any
 from ...core.settings import param
 from ..quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
-#: Numbers behind each preset; every one can be overridden by the option of the same name.
-GAUSSIAN_PRESETS: dict[str, dict[str, float]] = {
-    "fast": {
-        "gaussians": 600,
-        "coarse_epochs": 8,
-        "fine_epochs": 2,
-        "max_views": 24,
-        "ssim": 0.1,
-        "normals": 0.0,
-        "fog": 0.07,
-        "smoothing_px": 0.0,
-    },
-    "balanced": {
-        "gaussians": 1000,
-        "coarse_epochs": 8,
-        "fine_epochs": 6,
-        "max_views": 32,
-        "ssim": 0.1,
-        "normals": 0.0,
-        "fog": 0.07,
-        "smoothing_px": 0.0,
-    },
-    "best": {
-        "gaussians": 2000,
-        "coarse_epochs": 10,
-        "fine_epochs": 10,
-        "max_views": 48,
-        "ssim": 0.1,
-        "normals": 0.0,
-        "fog": 0.07,
-        "smoothing_px": 0.0,
-    },
-    "paper-crops": {
-        "gaussians": 3000,
-        "coarse_epochs": 10,
-        "fine_epochs": 10,
-        "max_views": 48,
-        "ssim": 0.2,
-        "normals": 0.05,
-        "fog": 0.0,
-        "smoothing_px": 0.447,
-    },
-}
-
 
 @dataclass(frozen=True, kw_only=True)
 class GaussianOptions:
-    """How stems become Gaussians. Options left empty follow the preset.
+    """How stems become Gaussians.
 
-    Of the library only (the verbs take them from the preset), ``None`` = the preset's:
-    coarse_epochs, fine_epochs: passes over the crops at half and at full resolution. ssim: share of D-SSIM in the
-    photometric loss, 0 to 1. normals: weight of the depth-normal consistency. fog: price of covering a pixel, in mean
-    absolute colour (0..1); it keeps Gaussians from explaining the ground. smoothing_px: 3D smoothing filter of free
-    Gaussians in pixels' footprints, 0 = none. mask_foliage: leave out green pixels where the photos' colours show a
-    clear split. stem_gaussians: Gaussians around a stem primitive (twigs and leaves before and beside it). stem_epochs:
-    passes over the crops in which primitive and Gaussians are fitted together.
+    Of the library only: mask_foliage: leave out green pixels where the photos' colours show a clear split.
+    stem_gaussians: Gaussians around a stem primitive (twigs and leaves before and beside it). stem_epochs: passes over
+    the crops in which primitive and Gaussians are fitted together.
     """
 
-    preset: str = param("balanced", kind="choice", choices=tuple(GAUSSIAN_PRESETS), help="how much work is spent")
-    gaussians: int | None = param(
-        None, kind="integer", help="Gaussians per stem", minimum=10, maximum=100000, advanced=True
+    gaussians: int = param(
+        3000, kind="integer", help="most Gaussians of a stem, its bark's", minimum=10, maximum=100000, advanced=True
     )
     max_gaussians: int = param(
         60000,
@@ -78,21 +29,12 @@ class GaussianOptions:
         maximum=10_000_000,
         advanced=True,
     )
-    max_views: int | None = param(
-        None, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True
-    )
+    max_views: int = param(60, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True)
     band_m: float = param(
         3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20
     )
     radius_m: float = param(
         0.5, kind="number", help="radius of the modelled cylinder about each seed", unit="m", minimum=0.1, maximum=5
-    )
-    stems: str = param(
-        "primitive",
-        kind="choice",
-        choices=("primitive", "free"),
-        help="primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as "
-        "Gaussians; free = nothing but Gaussians, as published",
     )
     bh_m: float = param(
         BREAST_HEIGHT_M,
@@ -103,22 +45,6 @@ class GaussianOptions:
         maximum=HIGHEST_BREAST_HEIGHT_M,
         advanced=True,
     )
-    density: str = param(
-        "relocate",
-        kind="choice",
-        choices=("relocate", "split"),
-        advanced=True,
-        help="of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and "
-        "prune up to the limit",
-    )
-    controller: str = param(
-        "fixed",
-        kind="choice",
-        choices=("fixed", "rlgs"),
-        advanced=True,
-        help="of free Gaussians: fixed = every epoch of the preset; rlgs = a learned policy chooses the steps, as "
-        "published (several times slower)",
-    )
     device: str = param(
         "cpu",
         kind="choice",
@@ -128,25 +54,9 @@ class GaussianOptions:
     )
     threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, advanced=True)
     seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
-    coarse_epochs: int | None = None
-    fine_epochs: int | None = None
-    ssim: float | None = None
-    normals: float | None = None
-    fog: float | None = None
-    smoothing_px: float | None = None
     mask_foliage: bool = True
     stem_gaussians: int = 300
     stem_epochs: int = 4
-
-    def value(self, name: str) -> float:
-        """The option, or the preset's value where it was left empty."""
-        own = getattr(self, name)
-        return GAUSSIAN_PRESETS[self.preset][name] if own is None else own
-
-    @property
-    def free(self) -> bool:
-        """No stem primitive: asked for, or the published constants."""
-        return self.stems == "free" or self.preset == "paper-crops"
 
 
 @dataclass(frozen=True, kw_only=True)

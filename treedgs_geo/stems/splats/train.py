@@ -1,8 +1,8 @@
 """From photos and stem seeds to one Gaussian field of the stem band (``docs/analyst/gaussians.md``).
 
 The paper optimises the whole forest on a large GPU. Here each stem is a small problem of its own: crops over its band,
-1-3 thousand Gaussians in a cylinder, the ground behind it as a texture. Stems are independent, so they run side by
-side, and time and memory grow linearly with their number.
+a tapered primitive among Gaussians in a cylinder, the ground behind it as a texture. Stems are independent, so they run
+side by side, and time and memory grow linearly with their number.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,16 +22,11 @@ from ...reconstruction.cameras import View
 from .bands import Band, CutPhotos, cut_bands, read_photo
 from .crops import FoliageRule
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
-from .joint_fit import fit_with_primitive
+from .joint_fit import BandFit, fit_with_primitive
+from .layered_model import FitSettings
 from .options import GaussianOptions
 from .primitive.fit import PrimitiveFit
 from .primitive.views import JointSettings
-from .splat_fit.band_fit import BandFit, FitSettings, fit_stem
-
-#: Most Gaussians of one stem with its primitive, unless more are asked for.
-MOST_BARK = 3000
-#: Points to start from, (M, 3) local, and their colours.
-Dense = tuple[np.ndarray, np.ndarray | None] | None
 
 
 @dataclass(frozen=True)
@@ -57,26 +52,11 @@ class FoundStem:
     primitive: PrimitiveFit
 
 
-def fit_gaussians(
-    views: Sequence[View],
-    frame: LocalFrame,
-    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    seeds_xy: np.ndarray,
-    dense: Dense = None,
-    options: GaussianOptions | None = None,
-    reporter: Reporter | None = None,
-    load: Callable[[View], np.ndarray] = read_photo,
-) -> GaussianField:
-    """Fit a field of the stem band around seeds; see :func:`fit_with_report` for the arguments."""
-    return fit_with_report(views, frame, ground, seeds_xy, dense, options, reporter, load)[0]
-
-
 def fit_with_report(
     views: Sequence[View],
     frame: LocalFrame,
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
     seeds_xy: np.ndarray,
-    dense: Dense = None,
     options: GaussianOptions | None = None,
     reporter: Reporter | None = None,
     load: Callable[[View], np.ndarray] = read_photo,
@@ -85,7 +65,7 @@ def fit_with_report(
 
     views: registered photos, local frame. frame: that frame (only named in messages; the field stays local). ground:
     local x, y arrays -> local ground height, NaN where unknown. seeds_xy: (K, 2) local stem positions, good to a few
-    decimetres. dense: (points (M, 3) local, colours or None) to start from. load: reads a photo.
+    decimetres. load: reads a photo.
 
     A seed without ground or without a photo that shows its band gets no Gaussians and a warning; the rest go on.
 
@@ -103,7 +83,7 @@ def fit_with_report(
         else "No clear colour split between foliage and the rest was found; no pixel is masked by colour."
     )
     with reporter.stage("fit stems", 0.15, 1.0):
-        fits = _fit_all(bands, options, dense, reporter)
+        fits = _fit_all(bands, options, reporter)
     blind = [stem for stem in bands.origins if stem not in fits]
     if blind:
         warnings.append(
@@ -137,15 +117,14 @@ def _checked_seeds(views: Sequence[View], frame: LocalFrame, seeds_xy: np.ndarra
     return seeds
 
 
-def _fit_all(bands: CutPhotos, options: GaussianOptions, dense: Dense, reporter: Reporter) -> dict[int, BandFit]:
+def _fit_all(bands: CutPhotos, options: GaussianOptions, reporter: Reporter) -> dict[int, BandFit]:
     """The stems side by side; those without a band or a fit are left out."""
     share = max(options.max_gaussians // max(len(bands.origins), 1), 10)
-    settings = _settings(options, share)
 
     def work(stem: int) -> tuple[int, BandFit | None]:
         band = bands.band(stem)
         origin = bands.origins[stem]
-        return stem, None if band is None else _fit_one(origin, band, settings, options, dense, share, spread)
+        return stem, None if band is None else _fit_one(origin, band, options, share, spread)
 
     fits: dict[int, BandFit] = {}
     # Explanations of one stem run side by side as well: a last stem alone would leave all but one core idle.
@@ -165,22 +144,6 @@ def _fit_all(bands: CutPhotos, options: GaussianOptions, dense: Dense, reporter:
     return fits
 
 
-def _settings(options: GaussianOptions, share: int) -> FitSettings:
-    """share: most Gaussians of a stem."""
-    return FitSettings(
-        gaussians=min(int(options.value("gaussians")), share),
-        coarse_epochs=int(options.value("coarse_epochs")),
-        fine_epochs=int(options.value("fine_epochs")),
-        ssim=options.value("ssim"),
-        normals=options.value("normals"),
-        alpha_cost=options.value("fog"),
-        controller=options.controller,
-        density=options.density,
-        device=options.device,
-        seed=options.seed,
-    )
-
-
 def _merged(bands: CutPhotos, fits: dict[int, BandFit]) -> GaussianField:
     """One field, local frame, of the stems' own."""
     pieces = []
@@ -192,9 +155,7 @@ def _merged(bands: CutPhotos, fits: dict[int, BandFit]) -> GaussianField:
 
 
 def _report(bands: CutPhotos, fits: dict[int, BandFit], warnings: list[str]) -> FitReport:
-    found = {
-        stem: FoundStem(bands.origins[stem], fit.primitive) for stem, fit in fits.items() if fit.primitive is not None
-    }
+    found = {stem: FoundStem(bands.origins[stem], fit.primitive) for stem, fit in fits.items()}
     return FitReport(
         stems=[_modelled(stem, fit) for stem, fit in sorted(fits.items())],
         photos=bands.photos,
@@ -219,33 +180,20 @@ def _modelled(stem: int, fit: BandFit) -> dict:
         "held_out": None
         if held_out is None
         else {key: round(value, 4) for key, value in vars(held_out).items() if math.isfinite(value)},
-        "dbh_cm": None if fit.primitive is None else round(fit.primitive.dbh_cm, 2),
+        "dbh_cm": round(fit.primitive.dbh_cm, 2),
     }
 
 
 def _fit_one(
-    origin: np.ndarray,
-    band: Band,
-    settings: FitSettings,
-    options: GaussianOptions,
-    dense: Dense,
-    budget: int,
-    spread: Callable[..., Iterable],
+    origin: np.ndarray, band: Band, options: GaussianOptions, share: int, spread: Callable[..., Iterable]
 ) -> BandFit | None:
-    points = None
-    if dense is not None and len(dense[0]):
-        local = np.asarray(dense[0], float) - origin
-        points = local[band.volume.contains(local) & (local[:, 2] > 0.1)]
-    settings = replace(
-        settings,
-        seed=own_seed(settings.seed, origin) % 2**31,  # by the stem's place: neighbours found or not change nothing
-        filter_m=options.value("smoothing_px") * band.pixel_m,
-    )
+    """share: most Gaussians of a stem."""
+    budget = min(share, options.gaussians)
+    # Drawn by the stem's place: neighbours found or not change nothing.
+    seed = own_seed(options.seed, origin) % 2**31
+    around = FitSettings(min(options.stem_gaussians, budget // 2), options.stem_epochs, options.device, seed)
     joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
-    if not options.free:
-        budget = min(budget, options.gaussians or MOST_BARK)
-        few = replace(settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs)
-        bark = max(budget - few.gaussians, 0)
-        crops, near = band.crops, band.around
-        return fit_with_primitive(crops, band.plane, band.volume, few, band.pixel_m, near, joint, bark, spread)
-    return fit_stem(band.crops, band.plane, band.volume, settings, band.pixel_m, points, around=band.around)
+    bark = max(budget - around.gaussians, 0)
+    return fit_with_primitive(
+        band.crops, band.plane, band.volume, around, band.pixel_m, band.around, joint, bark, spread
+    )

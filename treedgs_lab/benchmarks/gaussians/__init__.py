@@ -1,1 +1,1 @@
-"""Gaussians: stem primitives, free Gaussians, whole scenes."""
+"""Gaussians: stem primitives and the published method."""

@@ -1,5 +1,5 @@
-"""Four ways from the same photos to diameters, side by side: the published method over the whole plot, its constants on
-crops, stem primitives among Gaussians, and stems fitted straight to the photos.
+"""Three ways from the same photos to diameters, side by side: the published method over the whole plot, stem primitives
+among Gaussians, and stems fitted straight to the photos.
 
     python -m treedgs_lab.benchmarks.gaussians.arms --plot DIR --time-limit 20 --output docs/results/gaussian_arms.json
 
@@ -20,18 +20,14 @@ import numpy as np
 
 from treedgs_geo.core.progress import Reporter, make_reporter
 from treedgs_geo.inventory.accuracy.scores import score
-from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.reconstruction.model import load_points
 from treedgs_geo.run.context import Site
 from treedgs_geo.run.published_plot import MAX_GAUSSIANS, TRIED_EVERY, Published, published_trees
 from treedgs_geo.run.routes import CHAIN_PRESETS, photo_route
-from treedgs_geo.stems.cloud.estimate.cloud import measure_stems
-from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.quality.tree import Tree
-from treedgs_geo.stems.splats.options import PAPER_SAMPLING, GaussianOptions, SampleOptions, SceneOptions
+from treedgs_geo.stems.splats.options import GaussianOptions, SceneOptions
 from treedgs_geo.stems.splats.ply import write_field
-from treedgs_geo.stems.splats.sample import sample_surface
 from treedgs_geo.stems.splats.train import fit_with_report
 from treedgs_geo.stems.splats.trees import trees_of_primitives
 from treedgs_lab.benchmarking.enlarge import reduced
@@ -40,7 +36,7 @@ from treedgs_lab.benchmarking.plot import TruePlot, score_trees
 from treedgs_lab.benchmarks.records import write_record
 from treedgs_lab.benchmarks.rendered import CLEAR_VIEWS
 
-ARMS = ("photo fit", "stem primitive", "paper-crops", "paper")
+ARMS = ("photo fit", "stem primitive", "paper")
 
 
 class Arms:
@@ -61,27 +57,15 @@ class Arms:
         self.search_s = time.process_time() - began
         return self.found, {"gaussians": 0, "photos": len(self.site.views)}
 
-    def _around_stems(self, preset: str) -> tuple:
-        places = np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in self.found])
-        xy = self.site.frame.to_local(places)[:, :2]
-        options = GaussianOptions(preset=preset, threads=1, seed=self.scene.seed)
-        return fit_with_report(self.site.views, self.site.frame, self.site.ground, xy, None, options, self.reporter)
-
     def stem_primitive(self) -> tuple[list[Tree], dict]:
         """A tapered stem in one loop with the Gaussians about it, at the places that the photo search found."""
-        field, report = self._around_stems("balanced")
+        places = np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in self.found])
+        xy = self.site.frame.to_local(places)[:, :2]
+        options = GaussianOptions(threads=1, seed=self.scene.seed)
+        site = self.site
+        field, report = fit_with_report(site.views, site.frame, site.ground, xy, options, self.reporter)
         second = {number: tree.dbh_cm for number, tree in enumerate(self.found)}
         trees = trees_of_primitives(report.primitives, self.site.frame, 1.37, second)
-        return trees, {"gaussians": len(field), "photos": report.photos}
-
-    def paper_crops(self) -> tuple[list[Tree], dict]:
-        """The published losses and constants on crops about those places."""
-        field, report = self._around_stems("paper-crops")
-        sampling = SampleOptions(threads=1, seed=self.scene.seed, **PAPER_SAMPLING)
-        points = sample_surface(field, self.site.views, sampling, self.reporter)
-        cloud = PointCloud(self.site.frame.to_project(points.xyz), self.site.frame.crs, {"opacity": points.opacity})
-        options = MeasureOptions(weights="opacity", method="paper", source="splat")
-        trees = measure_stems(cloud, points.groups + 1, self.site.dtm, options, self.reporter)
         return trees, {"gaussians": len(field), "photos": report.photos}
 
     def paper(self) -> tuple[list[Tree], dict]:
@@ -145,7 +129,6 @@ def main() -> None:
     works: dict[str, Callable[[], tuple[list[Tree], dict]]] = {
         "photo fit": arms.photo_fit,
         "stem primitive": arms.stem_primitive,
-        "paper-crops": arms.paper_crops,
         "paper": arms.paper,
     }
     record: dict = {
@@ -157,12 +140,12 @@ def main() -> None:
         "arms": {},
     }
     errors: dict[str, dict[str, float]] = {}
-    if {"stem primitive", "paper-crops"} & set(arguments.arms) and "photo fit" not in arguments.arms:
-        parser.error("stem primitive and paper-crops stand where the photo fit found stems: ask for it too")
+    if "stem primitive" in arguments.arms and "photo fit" not in arguments.arms:
+        parser.error("stem primitive stands where the photo fit found stems: ask for it too")
     for name in (arm for arm in ARMS if arm in arguments.arms):
         began = time.process_time()
         trees, modelled = works[name]()
-        seconds = time.process_time() - began + (arms.search_s if name in ("stem primitive", "paper-crops") else 0.0)
+        seconds = time.process_time() - began + (arms.search_s if name == "stem primitive" else 0.0)
         accuracy, errors[name] = judged(plot, trees)
         record["arms"][name] = {"cpu_s": round(seconds, 1), **modelled, **accuracy, "errors_cm": errors[name]}
         print(name, record["arms"][name], flush=True)

@@ -1,4 +1,4 @@
-"""Stems by other methods than the default: cylinder, the published circles, filled stems, cones in opacities."""
+"""Stems by other methods than the default: cylinder, the published circles, filled stems."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from ...geometry.cylinder import fit_cylinder
 from ...quality.limits import judge
 from ...quality.priors import USUAL_TAPER_CM_M
 from .frames import TreeFrame
-from .opacity_cone import fit_opacity_cone
 from .options import MeasureOptions
 from .published import PublishedOptions, measure_filled, measure_published
 from .stem_measure import StemMeasure, refuse
@@ -20,8 +19,6 @@ from .stem_measure import StemMeasure, refuse
 PAPER_POWER = {"opacity": 0.6, "intensity": 0.85, "range_intensity": 0.85}
 #: Error of stems that their points fill: what splat samples of rendered plots gave (sd, and share of the diameter).
 FILLED_SE_CM, FILLED_SE_SHARE = 2.0, 0.07
-#: The same where opacity separates inside from outside: RMSE 1.9 cm on 37 stems of two rendered plots.
-OPACITY_SE_CM = 2.5
 
 
 def by_cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
@@ -132,27 +129,5 @@ def by_filling(
             reason = "wide_error" if near else "no_taper"
             measures.append(
                 StemMeasure(cone, taper.at_bh_cm, se, "check", (reason,), 0.0, len(group), len(used), taper.slope_cm_m)
-            )
-    return measures
-
-
-def by_opacity(
-    groups: list[np.ndarray], frames: list[TreeFrame], opacity: np.ndarray, options: MeasureOptions
-) -> list[StemMeasure]:
-    """Points spread evenly over stems and surroundings: the cone at whose bark their opacity ends. The error is what
-    such points gave on rendered plots, not less."""
-    measures = []
-    for frame, group, stem in zip(frames, groups, _weighted(groups, frames, opacity), strict=True):
-        found = fit_opacity_cone(*stem, options.bh_m)
-        if not np.isfinite(frame.ground):
-            measures.append(refuse("no_ground", points=len(group)))
-        elif found is None or judge("points", {"explained": found.explained}).refused:
-            measures.append(refuse("occluded" if len(group) >= 200 else "few_points", points=len(group)))
-        else:
-            cone = Cone(found.x, found.y, found.slope_x, found.slope_y, found.radius_m, found.taper_m, options.bh_m)
-            measures.append(
-                StemMeasure(
-                    cone, found.dbh_cm, OPACITY_SE_CM, "check", ("wide_error",), 0.0, len(group), 0, 200 * found.taper_m
-                )
             )
     return measures

@@ -21,7 +21,7 @@ from ...quality.tree import Tree, on_ground
 from ..propose.options import SegmentOptions
 from ..propose.segment import StemMap, find_stems, guess_sensor, label_points
 from ..propose.sensors import SENSORS, Sensor
-from .alternative_estimators import by_cylinder, by_filling, by_opacity, by_the_paper
+from .alternative_estimators import by_cylinder, by_filling, by_the_paper
 from .frames import Surroundings, TreeFrame
 from .heights import tree_heights
 from .options import MeasureOptions
@@ -102,16 +102,12 @@ def measure_stems(
     groups = np.split(order, starts[1:])
     sensor = SENSORS[_source(cloud, height, options, stems, owned)]
     frames = [TreeFrame.of(cloud, group, dtm) for group in groups]
-    if "even" in cloud.attributes and "opacity" in cloud.attributes:
-        if options.method == "paper" or options.fit != "circle":
-            raise InputError(
-                "These points are spread evenly over stems and surroundings (sample-surface --points "
-                "volume), which neither the published method nor a cylinder can read; use --method "
-                "default, or sample with --points sampled."
-            )
-        # Opacities as they are: weights are kept from zero, which would move the edge.
-        results = by_opacity(groups, frames, np.asarray(cloud.attributes["opacity"], float), options)
-    elif options.method == "paper" and options.fit == "circle":
+    if "even" in cloud.attributes:
+        raise InputError(
+            "These points are spread evenly over stems and surroundings, as older versions of sample-surface did, and "
+            "say nothing by their place; run sample-surface again."
+        )
+    if options.method == "paper" and options.fit == "circle":
         results = by_the_paper(cloud, groups, frames, weights, options)
     elif sensor.solid and options.fit == "circle":
         results = by_filling(groups, frames, weights, options)

@@ -19,8 +19,8 @@ from ....core.progress import Reporter
 from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
 from ..options import SceneOptions
 from ..scene_start import Box, start_scales, thinned
-from ..splat_fit.controllers import GROUPS, Rlgs
 from ..whole_photos import WholePhotos
+from .controllers import GROUPS, Rlgs
 from .densify import Counts, DensityRule, Pull, grow, to_prune
 from .losses import d_ssim, depth_normal, l1, unit_rays
 from .scene import RATES, Scene, make_scene_rasteriser, update_filter

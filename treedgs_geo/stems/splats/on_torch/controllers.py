@@ -1,11 +1,9 @@
-"""What steers a fit from outside: step sizes, and trying before doing. One interface, two ways.
+"""RLGS: what steers a fit from outside, by trying before doing.
 
-A fit runs in phases (one pass over the crops). A controller is handed each phase as something that it may run, measure
-on photos that the fit does not see (the two reward views), undo and run again:
-
-* ``FixedSchedule``: every phase once, decaying steps;
-* ``Rlgs``: recurrent policies (:mod:`.policy`) propose factors for the five learning rates and for the density control,
-  try several, keep the best and learn from all (RLGS, arXiv 2508.04078, built from its equations).
+A fit runs in phases. The controller is handed each phase as something that it may run, measure on photos that the fit
+does not see (the two reward views), undo and run again. Recurrent policies (:mod:`.policy`) propose factors for the
+five learning rates and for the density control, try several, keep the best and learn from all (RLGS, arXiv 2508.04078,
+built from its equations).
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ _COLUMNS = [np.atleast_1d(np.arange(N_PARAMETERS)[group]) for group in GROUPS]
 
 
 class Phase(Protocol):
-    """One pass over the crops, as a controller sees it."""
+    """Some steps of a fit, as the controller sees them."""
 
     @property
     def done(self) -> float:
@@ -49,39 +47,8 @@ class Phase(Protocol):
         """Loss of the reward views now; NaN where there are none."""
 
 
-class Controller(Protocol):
-    """``reason`` says afterwards why the fit ended."""
-
-    reason: str
-
-    def factors(self, done: float) -> np.ndarray:
-        """(14,) scheduled multipliers of the learning rates at progress ``done`` (0..1)."""
-
-    def phase(self, phase: Phase) -> bool:
-        """Run one phase; True stops the fit."""
-
-
 @dataclass
-class FixedSchedule:
-    """Exponential decay of the position rate to ``last`` of its start, the rest to a quarter; never stops early."""
-
-    last: float = 0.05
-    reason: str = "schedule"
-
-    def factors(self, done: float) -> np.ndarray:
-        """See :class:`Controller`."""
-        factor = np.full(N_PARAMETERS, 0.25**done)
-        factor[MEAN] = self.last**done
-        return factor
-
-    def phase(self, phase: Phase) -> bool:
-        """Run it as scheduled."""
-        phase.run(np.ones(N_PARAMETERS))
-        return False
-
-
-@dataclass
-class Rlgs(FixedSchedule):
+class Rlgs:
     """Two recurrent policies: one scales the five learning rates, one the knobs of the density control.
 
     State of both: reward-view loss of the last phase relative to the first, and progress. Each phase, ``trials``
@@ -101,12 +68,12 @@ class Rlgs(FixedSchedule):
         self._first = math.nan
         self._last = 1.0
 
-    def phase(self, phase: Phase) -> bool:
+    def phase(self, phase: Phase) -> None:
         """Try, keep the best, learn."""
         before, state = phase.reward_loss(), phase.save()
         if not math.isfinite(before):
             phase.run(np.ones(N_PARAMETERS))
-            return False
+            return
         self._first = before if math.isnan(self._first) else self._first
         if self._density is None and phase.knobs:
             self._density = GruPolicy(phase.knobs, self.seed + 1, rate=self.rate)
@@ -132,8 +99,6 @@ class Rlgs(FixedSchedule):
         phase.run(_columns(factors), knobs)
         self._last = phase.reward_loss() / self._first
         self.history.append(entry)
-        self.reason = "rlgs"
-        return False
 
 
 def _columns(factors: np.ndarray) -> np.ndarray:
@@ -142,8 +107,3 @@ def _columns(factors: np.ndarray) -> np.ndarray:
     for columns, value in zip(_COLUMNS, factors, strict=True):
         spread[columns] = value
     return spread
-
-
-def make_controller(name: str, seed: int = 0) -> Controller:
-    """By the name of the option."""
-    return Rlgs(seed=seed) if name == "rlgs" else FixedSchedule()

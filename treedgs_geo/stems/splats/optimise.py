@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from ..bands import Volume
-from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, quaternion_matrices
+from .bands import Volume
+from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 
 
 def learning_rates(pixel_m: float) -> np.ndarray:
@@ -21,6 +21,13 @@ def learning_rates(pixel_m: float) -> np.ndarray:
     rates[LOGIT] = 0.10
     rates[COLOUR] = 0.015
     return rates
+
+
+def decay(done: float) -> np.ndarray:
+    """(14,) multipliers of the rates at progress ``done`` (0..1): positions to a twentieth, the rest to a quarter."""
+    factor = np.full(N_PARAMETERS, 0.25**done)
+    factor[MEAN] = 0.05**done
+    return factor
 
 
 @dataclass
@@ -38,7 +45,7 @@ class Adam:
         return cls(rates, np.zeros((count, N_PARAMETERS)), np.zeros((count, N_PARAMETERS)))
 
     def step(self, parameters: np.ndarray, gradient: np.ndarray, factor: np.ndarray) -> None:
-        """Update ``parameters`` in place; rows whose gradient is not finite stay. factor: (14,) from the controller."""
+        """Update ``parameters`` in place; rows whose gradient is not finite stay. factor: (14,)."""
         self.steps += 1
         _adam(
             parameters,
@@ -123,49 +130,3 @@ def relocate(
     adam.forget(moved)
     adam.forget(parents)
     return len(moved)
-
-
-def densify(
-    parameters: np.ndarray,
-    adam: Adam,
-    pull: np.ndarray,
-    volume: Volume,
-    budget: int,
-    rng: np.random.Generator,
-    dead_below: float = 0.01,
-    share: float = 0.1,
-    shrink: float = 1.6,
-) -> tuple[np.ndarray, Adam]:
-    """Split, clone and prune as in 3DGS, driven by the gradient on the centres, under a hard limit.
-
-    pull: (N,) sum of the lengths of each Gaussian's centre gradients since the last call. Dead Gaussians go; the
-    ``share`` that is pulled most is cloned where small and split in two, ``shrink`` times smaller, where larger than
-    the median, as far as ``budget`` allows. Returns new parameters and optimiser state.
-    """
-    finite = np.isfinite(parameters).all(axis=1)
-    opacity = 1 / (1 + np.exp(-np.where(finite, parameters[:, LOGIT], -20)))
-    live = finite & (opacity >= dead_below) & volume.contains(np.where(finite[:, None], parameters[:, MEAN], np.inf))
-    if not live.any():
-        return parameters, adam
-    parameters, pull = parameters[live].copy(), np.nan_to_num(pull[live])
-    moment, square = adam.moment[live].copy(), adam.square[live].copy()
-    room = min(budget - len(parameters), max(int(share * len(parameters)), 1))
-    chosen = np.argsort(-pull, kind="stable")[: max(room, 0)]
-    chosen = chosen[pull[chosen] > 0]
-    size = parameters[:, LOG_SCALE].max(axis=1)
-    large = size[chosen] > np.median(size)
-    copies = parameters[chosen].copy()
-    step = np.einsum(
-        "nij,nj->ni",
-        quaternion_matrices(parameters[chosen, QUATERNION]),
-        np.exp(parameters[chosen, LOG_SCALE]) * rng.standard_normal((len(chosen), 3)),
-    )
-    # A split makes two smaller ones on opposite sides of the parent; a clone starts half a sigma away.
-    copies[:, MEAN] += np.where(large[:, None], 1.0, 0.5) * step
-    parameters[chosen, MEAN] -= large[:, None] * step
-    copies[:, LOG_SCALE] -= large[:, None] * math.log(shrink)
-    parameters[chosen, LOG_SCALE] -= large[:, None] * math.log(shrink)
-    moment[chosen] = square[chosen] = 0
-    zeros = np.zeros_like(copies)
-    grown = Adam(adam.rates, np.concatenate([moment, zeros]), np.concatenate([square, zeros]), adam.steps)
-    return np.concatenate([parameters, copies]), grown

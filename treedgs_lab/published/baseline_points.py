@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...core.errors import InputError
-from ...reconstruction.cameras import View
-from .crops import crop_around
-from .field import GaussianField
-from .project import CropCamera
-from .raster import Rasteriser
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.stems.splats.crops import crop_around
+from treedgs_geo.stems.splats.field import GaussianField
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import Rasteriser
 
 
 def means_only(field: GaussianField, least_opacity: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..crops import Crop
-from ..loss import d_ssim, robust_weight
+from .crops import Crop
+from .layered_model import ROBUST_SCALE
+from .loss import d_ssim, robust_weight
 
 if TYPE_CHECKING:
-    from .band_fit import BandModel
+    from .layered_model import LayeredModel
 
 
 @dataclass(frozen=True)
@@ -30,17 +31,17 @@ def hold_out(crops: list[Crop]) -> tuple[list[Crop], list[Crop]]:
     return [crop for crop in crops if not any(crop is other for other in held)], held
 
 
-def _predict(model: BandModel, crop: Crop) -> np.ndarray:
+def _predict(model: LayeredModel, crop: Crop) -> np.ndarray:
     """A held-out crop's prediction at its least-squares exposure."""
     model.gain.setdefault(crop.view, np.ones(3, np.float32))
-    _, _, composite = model.shown(crop)
+    composite = model.shown(crop)
     gain = np.einsum("hw,hwc,hwc->c", crop.weight, composite, crop.image) / np.maximum(
         np.einsum("hw,hwc,hwc->c", crop.weight, composite, composite), 1e-6
     )
     return composite * gain.astype(np.float32)
 
 
-def held_out_error(model: BandModel, held: list[Crop]) -> float:
+def held_out_error(model: LayeredModel, held: list[Crop]) -> float:
     """Weighted mean absolute colour error of crops that the fit does not see."""
     total = mass = 0.0
     for crop in held:
@@ -48,12 +49,12 @@ def held_out_error(model: BandModel, held: list[Crop]) -> float:
             continue
         shown = _predict(model, crop)
         error = np.abs(shown - crop.image).mean(axis=-1)
-        weight = crop.weight * robust_weight(shown - crop.image, model.settings.robust_scale)
+        weight = crop.weight * robust_weight(shown - crop.image, ROBUST_SCALE)
         total, mass = total + float((weight * error).sum()), mass + float(weight.sum())
     return total / mass if mass > 0 else math.nan
 
 
-def held_out_quality(model: BandModel, held: list[Crop]) -> HeldOut | None:
+def held_out_quality(model: LayeredModel, held: list[Crop]) -> HeldOut | None:
     """Error, PSNR and SSIM over all held-out crops together; None where there are none."""
     square, structure, mass = 0.0, 0.0, 0.0
     for crop in held:

@@ -1,1 +1,0 @@
-"""Gaussians fitted freely to one band of photos: fit, optimiser, controllers."""
