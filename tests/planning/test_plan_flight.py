@@ -286,15 +286,31 @@ def test_what_cannot_be_flown_is_refused_with_what_would_do(tmp_path, change, sa
 
 def test_ground_that_is_not_covered_or_too_steep_is_refused(tmp_path):
     write_plots(tmp_path / "plots.csv", [(0, 0)])
-    small = write_slope(tmp_path / "small.tif", 0, half=30.0)
-    with pytest.raises(InputError, match="does not cover .* give a DTM that reaches 100 m beyond the plots"):
-        plan_flight(settings(tmp_path, dtm=small), Ears())
     away = write_raster(tmp_path / "away.tif", np.full((50, 50), 300.0), EAST + 40, NORTH + 40, 2.0)
     with pytest.raises(InputError, match="plot P0 at 611337, 3718451 lies outside it"):
         plan_flight(settings(tmp_path, dtm=away), Ears())
     steep = write_slope(tmp_path / "steep.tif", 160)
     with pytest.raises(InputError, match=r"on this slope.* a greater --highest-m"):
         plan_flight(settings(tmp_path, dtm=steep, clearance_m=60.0, highest_m=90.0), Ears())
+
+
+def test_a_terrain_model_that_ends_behind_the_plot_is_enough(tmp_path):
+    """Beyond it the ground is taken from its edge with a margin that is said; the plan is nearly a wide one's."""
+    write_plots(tmp_path / "plots.csv", [(0, 0)])
+    plans, heard = [], []
+    for half in (24.0, 260.0):
+        ears = Ears()
+        dtm = write_slope(tmp_path / f"{half:.0f}.tif", 20, half=half)
+        plans.append(plan_flight(settings(tmp_path, dtm=dtm, output=tmp_path / f"plan{half:.0f}"), ears))
+        heard.append(" ".join(ears.warnings))
+    assert "photos are taken beyond it; the ground there is taken from its edge" in heard[0]
+    assert "beyond it" not in heard[1]
+    short, wide = plans
+    assert short["share_measured"] == pytest.approx(wide["share_measured"], abs=0.1)
+    # The real ground goes on to fall and to rise as on the model: the flight keeps clear of its trees.
+    photos = gpd.read_file(tmp_path / "plan24" / "plan.gpkg", layer="plan_photos")
+    ground = 300 - 0.2 * (photos.geometry.x - (EAST - 24))
+    assert (photos["h_m"] - ground - 1.25 * STAND["tree_height_m"]).min() > settings(tmp_path).clearance_m - 1.0
 
 
 def test_settings_file_and_help_agree(planned):

@@ -70,12 +70,28 @@ class JudgedFlight:
 @dataclass(frozen=True)
 class Choice:
     """plan: the chosen flight. tried: every flight that was judged, (pattern, heights, photos, share, error cm,
-    batteries, minutes). more: what :data:`MORE` further photos would give. refused: reasons, by count."""
+    batteries, minutes). more: what :data:`MORE` further photos would give. refused: how many flights of a pattern may
+    not be flown, by (pattern, reason)."""
 
     plan: JudgedFlight
     tried: list[tuple[str, str, int, float, float, int, float]]
     more: Outcome
-    refused: dict[str, int] = field(default_factory=dict)
+    refused: dict[tuple[str, str], int] = field(default_factory=dict)
+
+    def not_flown(self) -> list[str]:
+        """A sentence for each pattern of which no flight may be flown."""
+        flown = {pattern for pattern, *_ in self.tried}
+        names = dict.fromkeys(pattern for pattern, _ in self.refused if pattern not in flown)
+        return [f"No {name} can be flown here: {_main_reason(self.refused, name)}." for name in names]
+
+
+def _main_reason(refused: dict[tuple[str, str], int], pattern: str | None = None) -> str:
+    """What most flights (of a pattern) are refused for."""
+    counts: dict[str, int] = {}
+    for (name, reason), count in refused.items():
+        if pattern in (None, name):
+            counts[reason] = counts.get(reason, 0) + count
+    return max(counts, key=lambda reason: counts[reason])
 
 
 def stems_of(site: PlanSite, seed: int) -> Stems:
@@ -108,7 +124,7 @@ def _add_plot(
     middle = float(site.ground(centre[None])[0])
     cells = site.ground(np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2) + centre) - middle
     under = site.ground(trees.xy + centre) - middle
-    # Beyond the terrain model the ground goes on level: crowns out there only hide.
+    # Far beyond the terrain model the ground goes on level: crowns out there only hide.
     scene = make_scene(trees, np.nan_to_num(under), half, np.nan_to_num(cells).reshape(n, n))
     inside = np.hypot(*trees.xy.T) <= radius
     if site.mapped is not None and trees.known[inside].any():
@@ -185,7 +201,7 @@ def choose(
     model, curves, costs = ViewModel.load(), Curves.load(), CostModel.load()
     heights = heights_of(site, camera, limits, error_cm, curves)
     plans: list[JudgedFlight] = []
-    refused: dict[str, int] = {}
+    refused: dict[tuple[str, str], int] = {}
     flights = [
         flight for flight in candidates(site, camera, heights, heading_deg, pattern) if 0 < len(flight) <= MOST_PHOTOS
     ]
@@ -193,7 +209,8 @@ def choose(
         try:
             safe = made_safe(flight, site.canopy_top, camera, limits)
         except Unsafe as problem:
-            refused[str(problem)] = refused.get(str(problem), 0) + 1
+            key = flight.pattern, str(problem)
+            refused[key] = refused.get(key, 0) + 1
             continue
         clear, gsd = judged(safe, stems, camera, model)
         budget = budget_of(safe, camera, speed_of(safe, camera, limits), take_off, costs)
@@ -246,13 +263,13 @@ def with_more(plan: JudgedFlight, plans: list[JudgedFlight], stems: Stems, curve
     return outcome(curves, clear, gsd, stems.dbh_m)
 
 
-def _nothing_safe(refused: dict[str, int], limits: Limits) -> str:
+def _nothing_safe(refused: dict[tuple[str, str], int], limits: Limits) -> str:
     if not refused:
         return (
             "--plots: no flight of fewer than 3000 photos shows them; plan the plots in groups that lie near one "
             "another."
         )
-    why = max(refused, key=lambda reason: refused[reason])
+    why = _main_reason(refused)
     if "terrain model" in why:
         return f"--dtm: {why}; give a DTM that reaches 100 m beyond the plots."
     if "gimbal" in why:

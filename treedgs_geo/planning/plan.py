@@ -67,6 +67,9 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
             site, stems, camera, limits, take_off, heading[0], settings.target_error_cm,
             settings.target_share_pct / 100, settings.batteries, settings.pattern, reporter,
         )  # fmt: skip
+    for note in [*choice.not_flown(), *_beyond(site, choice, settings)]:
+        site.notes.append(note)
+        reporter.warn(note)
     with reporter.stage("write", 0.85, 1.0):
         files = _write(settings, Chosen(site, stems, camera, limits, take_off, heading, sun, choice))
     reporter.info(_sentence(choice))
@@ -173,6 +176,20 @@ def _open_place(site: PlanSite) -> np.ndarray:
         "the heights in the files are over it."
     )
     return nearest
+
+
+def _beyond(site: PlanSite, choice: Choice, settings: PlanFlightSettings) -> list[str]:
+    """That the flight leaves the terrain model, if it does."""
+    flight = choice.plan.flight
+    beyond = ~site.known(flight.xy)
+    if not beyond.any():
+        return []
+    _, margin = site.ground_and_margin(flight.xy[beyond])
+    return [
+        f"{settings.dtm}: {beyond.sum()} of {len(flight)} photos are taken beyond it; the ground there is taken from "
+        f"its edge, and may be up to {margin.max():.0f} m higher: the clearance allows for that. Check the terrain on "
+        "site, or give a DTM that reaches 100 m beyond the plots."
+    ]
 
 
 def _figures(choice: Choice, clearance_m: float, heading_deg: float) -> dict[str, Any]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pyproj
+from scipy.ndimage import binary_erosion
+from scipy.spatial import cKDTree
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
@@ -29,6 +32,8 @@ from .stand import StandNumbers, Trees, dressed_trees
 
 #: Leaf area index where nothing says more, and the tallest tree over the mean one.
 USUAL_LAI, TALLEST = 2.5, 1.25
+#: Ground this far beyond the terrain model is taken from its edge, m; a metre beyond, it may rise by this at least.
+MAX_BEYOND_M, MIN_RISE = 150.0, 0.1
 #: Endings of the kinds of file that --stand takes.
 _RASTERS, _CLOUDS = (".tif", ".tiff"), (".las", ".laz", ".copc")
 
@@ -53,16 +58,49 @@ class PlanSite:
     notes: list[str] = field(default_factory=list)
 
     def ground(self, xy: np.ndarray) -> np.ndarray:
-        """(N,) height of the ground at planning coordinates (N, 2), NaN where unknown."""
+        """(N,) height of the ground at planning coordinates (N, 2): beyond the terrain model that of its edge, NaN
+        farther than :data:`MAX_BEYOND_M` from it."""
+        return self.ground_and_margin(xy)[0]
+
+    def known(self, xy: np.ndarray) -> np.ndarray:
+        """(N,) bool: the terrain model, where there is one, covers the place."""
+        xy = np.asarray(xy, float) + self.origin
+        return np.ones(len(xy), bool) if self.dtm is None else self.dtm.covers(xy)
+
+    def ground_and_margin(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) height of the ground, and by how much it may be higher: 0 on the terrain model."""
         xy = np.asarray(xy, float)
         if self.dtm is None:
-            return np.zeros(xy.shape[:-1])
-        east, north = (xy[..., k] + self.origin[k] for k in (0, 1))
-        return self.dtm.height(east, north)
+            return np.zeros(xy.shape[:-1]), np.zeros(xy.shape[:-1])
+        places = (xy + self.origin).reshape(-1, 2)
+        height, margin = self.dtm.height(*places.T), np.zeros(len(places))
+        beyond = ~np.isfinite(height)
+        if beyond.any():
+            tree, edge, rise = self._edge
+            away, nearest = tree.query(places[beyond], distance_upper_bound=MAX_BEYOND_M)
+            height[beyond] = np.append(edge, np.nan)[nearest]
+            margin[beyond] = rise * away
+        return height.reshape(xy.shape[:-1]), margin.reshape(xy.shape[:-1])
+
+    @cached_property
+    def _edge(self) -> tuple[cKDTree, np.ndarray, float]:
+        """Cells at the rim of the terrain model and of its gaps: where they are, their heights (E,), m, and how much
+        the ground may rise for each metre beyond: the model's steepest tenth."""
+        assert self.dtm is not None
+        heights = np.asarray(self.dtm.heights)
+        seen = np.isfinite(heights)
+        rim = seen & ~binary_erosion(seen)
+        x, y = (values[rim] for values in self.dtm.centres())
+        if self.dtm.grid_crs is not None:
+            x, y = pyproj.Transformer.from_crs(self.dtm.grid_crs, self.crs, always_xy=True).transform(x, y)
+        slope = np.tan(np.radians(self.dtm.slope_deg(x, y, 5.0)))
+        rise = float(np.nanpercentile(slope, 90)) if np.isfinite(slope).any() else MIN_RISE
+        return cKDTree(np.column_stack([x, y])), heights[rim] - self.dtm.origin[2], max(rise, MIN_RISE)
 
     def canopy_top(self, xy: np.ndarray) -> np.ndarray:
-        """(N,) height of the canopy's top: as measured nearby, else that of the tallest trees of the stand."""
-        ground = self.ground(xy)
+        """(N,) height of the canopy's top: as measured nearby, else that of the tallest trees of the stand; beyond the
+        terrain model on ground as high as it may be there."""
+        ground = np.add(*self.ground_and_margin(xy))
         tallest = TALLEST * self.numbers.height_m
         if self.canopy is None:
             return ground + tallest
@@ -245,7 +283,7 @@ def _require_ground(site: PlanSite, settings: PlanFlightSettings) -> None:
     turn = np.radians(np.arange(0, 360, 30))
     for target in site.targets:
         rim = target.centre + target.radius_m * np.column_stack([np.sin(turn), np.cos(turn)])
-        if not np.isfinite(site.ground(np.vstack([target.centre, rim]))).all():
+        if not site.known(np.vstack([target.centre, rim])).all():
             place = target.centre + site.origin
             raise InputError(
                 f"{settings.dtm}: plot {target.plot_id} at {place[0]:.0f}, {place[1]:.0f} lies outside it or on a gap; "
