@@ -15,27 +15,36 @@ from .stability_report import COVERAGE, REPORTED, distinct
 CHANCE = 0.05
 
 
+#: Strata beside the factors: the first level of all of them, each stand once, and everything together.
+UNTROUBLED, ALL = "untroubled", "all"
+
+
 def by_factor(table: pd.DataFrame) -> pd.DataFrame:
-    """One row a method and factor over its troubled levels.
+    """One row a method and stratum: every factor's troubled levels, the untroubled ones, and all of them, which are the
+    figures of :func:`.stability_report.verdict`.
 
     table: :func:`.stability_report.tree_rows`. Columns: ``factor``, ``title`` (in words), ``method``; ``ok`` and
-    ``ok_inside``, accepted trees that give an interval and those whose interval holds the truth; ``stems``, how
-    many different stems these are; ``wrong``, accepted ones that are wrong, false trees too; ``worst_cm`` of the
-    accepted; ``measured`` and ``inside``, the same with the flagged ones; ``holds``: "holds", "missed", or "by
-    chance" where the share of accepted trees is outside the 85 to 95 % asked, but no farther than chance takes so
-    few.
+    ``ok_inside``, accepted trees that give an interval and those whose interval holds the truth; ``stems``, how many
+    different stems these are; ``wrong``, accepted ones that are wrong, false trees too; ``worst_cm`` of the accepted;
+    ``measured`` and ``inside``, the same with the flagged ones; ``holds``: "holds", "missed", or "by chance" where the
+    share of accepted trees is outside the 85 to 95 % asked, but no farther than chance takes so few.
     """
+    firsts = {factor.key: factor.levels[0] for factor in FACTORS}
+    first = table["level"] == table["factor"].map(firsts)
+    once = ~table["base"].astype(bool)
+    strata = {factor.key: (factor.title, ~first & (table["factor"] == factor.key)) for factor in FACTORS}
+    strata |= {UNTROUBLED: ("nothing: the stands as they are", first & once), ALL: ("all together", once)}
     rows = []
-    for factor in FACTORS:
-        own = table[(table["factor"] == factor.key) & (table["level"] != factor.levels[0])]
-        part = own[~own["false"]]
+    for key, (title, chosen) in strata.items():
+        own = table[chosen]
+        part = own[~own["false"].astype(bool)]
         for method in (name for name in REPORTED if (part["method"] == name).any()):
             read = part[(part["method"] == method) & part["lo_cm"].notna() & part["error_cm"].notna()]
             ok = read[read["flag"] == "ok"]
             rows.append(
                 {
-                    "factor": factor.key,
-                    "title": factor.title,
+                    "factor": key,
+                    "title": title,
                     "method": method,
                     "stems": distinct(ok),
                     "ok": len(ok),
@@ -103,6 +112,7 @@ def factor_table(factors: pd.DataFrame) -> Table:
         "Intervals factor by factor",
         columns,
         rows,
-        "Over the levels that trouble. By chance: outside 85 to 95 %, but no farther than chance takes so few; right "
+        "Each factor over the levels that trouble, the untroubled ones apart. By chance: outside 85 to 95 %, but no "
+        "farther than chance takes so few; right "
         "intervals give the number under chance nine times in ten.",
     )

@@ -18,7 +18,11 @@ import datetime
 import shutil
 from pathlib import Path
 
+import pandas as pd
+
 from treedgs_geo.core.files import read_json, write_json
+from treedgs_lab.benchmarking.stability_factors import by_factor
+from treedgs_lab.benchmarking.stability_report import verdict
 from treedgs_lab.benchmarks.figures import PUBLISHED
 from treedgs_lab.benchmarks.records import RESULTS, made_by
 
@@ -66,6 +70,14 @@ def publish_part(source: Path, part: str) -> None:
     publish_verdict(source, f"stability_{part}.json")
 
 
+def score_again(part: str) -> None:
+    """The strata and the verdict anew from ``stability_PART-trees.csv``, where their rules have changed since."""
+    trees = pd.read_csv(RESULTS / f"stability_{part}-trees.csv")
+    by_factor(trees).to_csv(RESULTS / f"stability_{part}-factors.csv", index=False, float_format="%.4g")
+    kept = read_json(RESULTS / f"stability_{part}.json")
+    write_json(RESULTS / f"stability_{part}.json", {"made_by": kept["made_by"], **verdict(trees)})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--from", dest="source", type=Path, action="append", default=[], help="outputs of benchmark")
@@ -73,7 +85,10 @@ def main() -> None:
         "--part", help="--from has a part of the suite or of the chart: kept beside the whole by this name"
     )
     parser.add_argument("--evaluation", type=Path, action="append", default=[], help="outputs of evaluate, by plot")
+    parser.add_argument("--score-again", metavar="PART", help="strata and verdict anew from the trees kept of a part")
     options = parser.parse_args()
+    if options.score_again:
+        score_again(options.score_again)
     RESULTS.mkdir(exist_ok=True)
     for source in options.source:
         if options.part:

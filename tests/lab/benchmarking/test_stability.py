@@ -17,7 +17,7 @@ from treedgs_lab.benchmarking.factors import factor
 from treedgs_lab.benchmarking.plot import TruePlot, score_trees
 from treedgs_lab.benchmarking.run import StabilityChoice, write_stability
 from treedgs_lab.benchmarking.stability import Case, all_cases, photo_trees, run_cases
-from treedgs_lab.benchmarking.stability_factors import by_factor, holds
+from treedgs_lab.benchmarking.stability_factors import ALL, UNTROUBLED, by_factor, holds
 from treedgs_lab.benchmarking.stability_report import by_level, lies, tree_rows, verdict
 from treedgs_lab.benchmarking.whole_chain import ChainCrash, through_chain
 
@@ -96,6 +96,10 @@ def test_intervals_are_judged_factor_by_factor():
     # The untroubled level is no factor's.
     assert found.loc["lean", ["ok", "ok_inside", "measured"]].tolist() == [2, 2, 2]
     assert found.loc["lean", "holds"] == "by chance"
+    once = verdict(tree_rows(records))["photos"]
+    strata = found.drop(index=ALL)
+    assert strata["ok"].sum() == found.loc[ALL, "ok"] == once["bounded"] and strata["wrong"].sum() == once["lies"]
+    assert found.loc[ALL, "stems"] == once["ok_stems"] and found.loc[UNTROUBLED, "measured"] == 3
     assert found.loc["sweep", "ok_inside"] == 20 and found.loc["sweep", "holds"] == "missed"
     assert holds(36, 40) == "holds" and holds(0, 0) == "" and holds(100, 100) == "missed"
 
