@@ -39,6 +39,7 @@ COLUMNS = (
     ("DBH cm", "number"),
     ("standard error cm", "number"),
     ("90 % interval cm", "number"),
+    ("height m", "number"),
     ("flag", "number"),
     ("easting m", "number"),
     ("northing m", "number"),
@@ -170,7 +171,9 @@ def _table_values(trees: gpd.GeoDataFrame, sheets: Mapping[int, str]) -> dict[st
         "columns": COLUMNS,
         # Classes that hide columns in which nothing stands.
         "empty": " ".join(
-            name for name, column in (("nophotos", "n_views"), ("nopoints", "n_pts")) if trees[column].isna().all()
+            name
+            for name, column in (("noheights", "height_m"), ("nophotos", "n_views"), ("nopoints", "n_pts"))
+            if trees[column].isna().all()
         ),
         "rows": [_row(tree, sheets.get(tree["tree_id"], "")) for _, tree in trees.sort_values("tree_id").iterrows()],
     }
@@ -196,6 +199,7 @@ def _row(tree: pd.Series, sheet: str) -> dict[str, Any]:
             _number(dbh, 1),
             _number(None if dbh is None else tree["dbh_se_cm"], 1),
             interval,
+            _number(tree["height_m"], 1),
             (FLAGS[flag][1], list(FLAGS).index(flag)),
             _number(tree["x"], 2),
             _number(tree["y"], 2),

@@ -150,6 +150,7 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
 def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
     """Counts for the result, and a line for the technician."""
     from ..stems.quality.reasons import REASONS
+    from ..stems.quality.tops import heights_sentence
 
     flags = {flag: sum(tree.qc_flag == flag for tree in trees) for flag in ("ok", "check", "reject")}
     measured = [tree for tree in trees if tree.dbh_cm is not None]
@@ -167,6 +168,8 @@ def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
         count = sum(reason in tree.reasons for tree in trees)
         if count:
             reporter.info(f"  {count} x {reason}: {REASONS[reason][0]}.")
+    if heights := heights_sentence(trees):
+        reporter.info(f"{heights}.")
     mean = sum(tree.dbh_cm for tree in measured) / len(measured) if measured else None
     return {
         "n_trees": len(trees),

@@ -66,8 +66,8 @@ def with_heights(run: Run, site: Site, aligned: Aligned, trees: list[Tree]) -> l
         if share < MOVING_SHARE:
             reporter.warn(
                 f"No heights: treetops of {share:.0%} of the trees are seen alike in neighbouring photos, expected at "
-                f"least {MOVING_SHARE:.0%}; crowns were moved by wind or are bare. Fly in calm air, or give heights to "
-                "stand-table from a tally."
+                f"least {MOVING_SHARE:.0%}; crowns that moved, or bare ones, are not. Fly in calm air, or give heights "
+                "to stand-table from a tally."
             )
         return {"heights": n, "tops_seen_share": round(share, 3)}
 

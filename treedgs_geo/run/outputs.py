@@ -17,6 +17,7 @@ from ..inventory.searched import read_searched
 from ..inventory.tree_layer import write_trees
 from ..inventory.tree_reading import LAYER
 from ..planning.flown import planned_and_got
+from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
 from .context import Aligned, Flight, Run
 from .report_facts import kept_table, photo_facts
@@ -96,6 +97,8 @@ def write_page(
         "run": run_id,
     }
     facts = photo_facts(run.space, views, flight.plots, sfm, read_searched(run.path(names.TREES))) | facts
+    if heights := heights_sentence(trees):
+        facts["heights"] = heights
     if planned:
         facts["planned and got"] = planned[0]
     warnings = run.steps.warnings + reporter.warnings

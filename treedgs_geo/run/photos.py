@@ -18,6 +18,7 @@ from ..inventory.searched import partly_searched, searched_table
 from ..inventory.tree_layer import check_output
 from ..planning.flown import read_expected
 from ..stems.photos.fit_records import read_fits
+from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
 from .context import Run
 from .heights import with_heights
@@ -129,6 +130,9 @@ def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str,
     status = f"No stem is measurable: {nothing}."
     if measured:
         status = f"{len(measured)} of the {len(trees)} stems found were measured"
+        if heights := heights_sentence(trees):
+            run.steps.reporter.info(f"{heights}.")
+            status += f"; {heights[0].lower()}{heights[1:].partition(' (')[0]}"
     return {
         "output": str(settings.output),
         "report": str(report),

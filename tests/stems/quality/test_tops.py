@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.stems.quality.tops import HEIGHT_REASONS, join_tops
+from treedgs_geo.stems.quality.tops import HEIGHT_REASONS, heights_sentence, join_tops
+from treedgs_geo.stems.quality.tree import Tree
 
 
 def stand(seed: int = 3, count: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -68,3 +69,18 @@ def test_no_tops_or_no_stems(tops):
     places, slopes, dbh, _ = stand()
     assert set(join(places, slopes, dbh, tops).reason) == {"no_top"}
     assert len(join(places[:0], slopes[:0], dbh[:0], stand()[3]).top) == 0
+
+
+def test_the_sentence_counts_heights_and_says_why_others_have_none():
+    trees = [
+        Tree(1, 0, 0, dbh_cm=30.0, height_m=21.0),
+        Tree(2, 3, 0, dbh_cm=28.0, height_why="moving"),
+        Tree(3, 6, 0, dbh_cm=22.0, height_why="sparse"),
+        Tree(4, 9, 0, dbh_cm=26.0, height_why="moving"),
+        Tree(5, 9, 3, qc_flag="reject", height_why="no_top"),
+    ]
+    said = heights_sentence(trees)
+    assert said.startswith("Heights of 1 of 4 trees with a DBH (without: 2: too few treetops")
+    assert f"; 1: {HEIGHT_REASONS['sparse']})" in said and "wind" not in said
+    # Heights were not asked for: nothing is said.
+    assert heights_sentence([Tree(1, 0, 0, dbh_cm=30.0)]) == "" == heights_sentence([])

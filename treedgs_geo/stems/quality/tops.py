@@ -6,10 +6,16 @@ plot's other trees do: without this a sapling gets the height of the crown above
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+
+if TYPE_CHECKING:
+    from .tree import Tree
 
 #: How far a top stands from its stem's axis followed straight up: metres, and share of the height (1 s.d.).
 _STRAY_M, _STRAY_SHARE = 0.25, 0.02
@@ -51,8 +57,19 @@ HEIGHT_REASONS = {
     "other_tree": "the treetop above this stem is too high or too low for its diameter, or suits another stem better",
     "two_tops": "a second, higher treetop suits this stem about as well, and its diameter does not tell which",
     "sparse": "the photos show too little of the crown about the treetop to tell it from chance",
-    "moving": "too few treetops of the plot are seen alike in neighbouring photos: wind, or bare crowns",
+    "moving": "too few treetops of the plot are seen alike in neighbouring photos: crowns that moved, or bare ones",
 }
+
+
+def heights_sentence(trees: Sequence[Tree]) -> str:
+    """How many trees with a DBH have a height, and why the others have none; empty where heights were not sought."""
+    counted = [tree for tree in trees if tree.dbh_cm is not None]
+    missing = Counter(tree.height_why for tree in counted if tree.height_m is None and tree.height_why)
+    known = sum(tree.height_m is not None for tree in counted)
+    if not known and not missing:
+        return ""
+    why = "; ".join(f"{count}: {HEIGHT_REASONS[reason]}" for reason, count in missing.most_common())
+    return f"Heights of {known} of {len(counted)} trees with a DBH" + (f" (without: {why})" if why else "")
 
 
 def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray) -> Joined:
