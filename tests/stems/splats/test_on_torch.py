@@ -152,27 +152,6 @@ def test_the_pull_on_centres_is_that_of_moving_them_in_the_picture():
     assert (value(0.05) - value(-0.05)) / 0.1 == pytest.approx(float(rendered.pull[4, 0]), rel=0.02, abs=1e-3)
 
 
-@pytest.mark.parametrize("geometry", [False, True])
-def test_sums_of_pulls_take_each_pixel_without_its_sign(geometry):
-    p, view = cloud(9, 3), camera(16, 14)
-    planes = 8 if geometry else 4
-    given = torch.tensor(np.random.default_rng(2).normal(size=(planes, 14, 16)).astype(np.float32))
-    tensors = tensors_of(p)
-    whole = rasterize(*tensors, view, geometry=geometry, absolute=True)
-    (whole.planes * given).sum().backward()
-    expected = torch.zeros_like(whole.pull)
-    for y in range(14):
-        for x in range(16):
-            one = rasterize(*tensors_of(p), view, geometry=geometry)
-            (one.planes[:, y, x] * given[:, y, x]).sum().backward()
-            expected += one.pull.abs()
-    torch.testing.assert_close(whole.pull_sums, expected, rtol=1e-3, atol=1e-4 * float(expected.max()))
-    plain = rasterize(*tensors_of(p), view, geometry=geometry)
-    (plain.planes * given).sum().backward()
-    torch.testing.assert_close(whole.pull, plain.pull)
-    assert plain.pull_sums is None and (whole.pull_sums >= whole.pull.abs() - 1e-4).all()
-
-
 def test_depth_and_normals_are_those_of_render_and_carry_gradients():
     p, view = cloud(), camera()
     tensors = tensors_of(p)
@@ -287,10 +266,10 @@ def test_warp_draws_and_pulls_back_the_same():
     grads = []
     for rasteriser in (Rasteriser(), WarpRasteriser("cpu")):
         tensors = tensors_of(p)
-        rendered = rasterize(*tensors, view, geometry=True, absolute=True, rasteriser=rasteriser)
+        rendered = rasterize(*tensors, view, geometry=True, rasteriser=rasteriser)
         shown = torch.cat([rendered.planes, torch.nan_to_num(rendered.median_depth)[None]])
         (shown * given).sum().backward()
-        grads.append((shown.detach(), [rendered.pull, rendered.pull_sums, *(t.grad for t in tensors)]))
+        grads.append((shown.detach(), [rendered.pull, *(t.grad for t in tensors)]))
     assert ((grads[0][0] - grads[1][0]).abs() > 2e-4).float().mean() < 0.005
     for mine, other in zip(grads[0][1], grads[1][1], strict=True):
         torch.testing.assert_close(mine, other, atol=1e-2 * float(mine.abs().max()), rtol=0)

@@ -111,27 +111,6 @@ def test_growing_stops_at_the_limit_and_takes_the_most_pulled():
     )
 
 
-def test_those_pulled_to_and_fro_are_taken_too_where_asked():
-    total, seen = torch.tensor([3e-4, 1e-4, 1e-4, 0.0]), torch.tensor([1.0, 1.0, 1.0, 0.0])
-    # One is pulled enough; as many again are taken by the sums without signs: the second here.
-    taken, rank = Pull(total, seen, torch.tensor([4e-4, 9e-4, 2e-4, 0.0])).chosen(2e-4)
-    assert taken.tolist() == [True, True, False, False] and rank[:2].min() > rank[2:].max()
-    assert Pull(total, seen).chosen(2e-4)[0].tolist() == [True, False, False, False]
-    assert not Pull(total, seen, total * 9).chosen(1.0)[0].any()  # nothing pulled enough: nothing to double
-    pull = Pull.none(stepped(3), absolute=True)
-    pull.add(torch.tensor([[0.0, 0], [1, 0], [0, 1]]), 10, 4, torch.tensor([[2.0, 0], [1, 0], [0, 1]]))
-    assert pull.absolute.tolist() == [10.0, 5.0, 2.0] and pull.total.tolist() == [0.0, 5.0, 2.0]
-    assert pull.clone().absolute is not pull.absolute
-
-
-def test_a_fit_by_absolute_gradients_grows_otherwise_and_repeats():
-    plain, again, other = (
-        fit_scene(small_photos(), box(), *prior(), options)[0]
-        for options in (replace(QUICK, absolute=True), replace(QUICK, absolute=True), QUICK)
-    )
-    assert np.array_equal(plain.means, again.means) and len(plain) != len(other)
-
-
 def test_what_is_pruned():
     made, rule = stepped(), DensityRule()
     with torch.no_grad():

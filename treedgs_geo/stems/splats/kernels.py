@@ -135,8 +135,8 @@ forward_colour = _make_forward(False)
 forward_full = _make_forward(True)
 
 
-def _make_backward(full: bool, absolute: bool = False):
-    """The backward kernel, with or without depth and normals, and with or without the sums that ignore signs."""
+def _make_backward(full: bool):
+    """The backward kernel, with or without depth and normals."""
     given = 9 if full else 4
     size = (given + 2) * LANES
 
@@ -156,7 +156,6 @@ def _make_backward(full: bool, absolute: bool = False):
             s_r, s_g, s_b, s_p = zero, zero, zero, zero
             s_x, s_y, s_xx, s_xy, s_yy = zero, zero, zero, zero, zero
             s_d, s_dx, s_dy, s_n0, s_n1, s_n2 = zero, zero, zero, zero, zero, zero
-            s_ax, s_ay = zero, zero
             for y in range(first, last):
                 dy = _F(y) + _F(0.5) - v
                 x0, x1 = _span(u - skew * dy, square - bend * dy * dy, width)
@@ -165,7 +164,6 @@ def _make_backward(full: bool, absolute: bool = False):
                 base, slope, plane = _F(-0.5) * kc * dy * dy, -kb * dy, dist + sy * dy
                 r_r, r_g, r_b, r_p, r_x, r_xx = zero, zero, zero, zero, zero, zero
                 r_d, r_dx, r_0, r_1, r_2 = zero, zero, zero, zero, zero
-                r_ax, r_ay = zero, zero
                 for block in range(x0 // LANES, (x1 - 1) // LANES + 1):
                     at = (y * across + block) * size
                     cell = state[at : at + size]
@@ -201,13 +199,6 @@ def _make_backward(full: bool, absolute: bool = False):
                             r_2 += w * cell[9 * LANES + k]
                             r_d += wd
                             r_dx += wd * dx
-                        if absolute:
-                            g_x, g_y = dp * (ka * dx + kb * dy), dp * (kb * dx + kc * dy)
-                            if full:
-                                g_x -= sx * wd
-                                g_y -= sy * wd
-                            r_ax += abs(g_x)
-                            r_ay += abs(g_y)
                         r_p += dp
                         r_x += dp * dx
                         r_xx += dp * dx * dx
@@ -227,9 +218,6 @@ def _make_backward(full: bool, absolute: bool = False):
                     s_d += r_d
                     s_dx += r_dx
                     s_dy += r_d * dy
-                if absolute:
-                    s_ax += r_ax
-                    s_ay += r_ay
             grad[0, g] += ka * s_x + kb * s_y - sx * s_d
             grad[1, g] += kb * s_x + kc * s_y - sy * s_d
             grad[2, g] -= _F(0.5) * s_xx
@@ -246,9 +234,6 @@ def _make_backward(full: bool, absolute: bool = False):
             grad[12, g] += s_r
             grad[13, g] += s_g
             grad[14, g] += s_b
-            if absolute:
-                grad[15, g] += s_ax
-                grad[16, g] += s_ay
 
     return backward
 
@@ -260,6 +245,3 @@ backward_colour = _make_backward(False)
 #: As ``backward_colour`` with five more given planes: dL/d of sum w d, of sum w n (3) and of the median depth. Which
 #: Gaussian the median selects has no gradient, its distance plane has.
 backward_full = _make_backward(True)
-#: The same two with two more rows of ``grad``: sums over the pixels of the absolute gradient on the centre, u and v.
-absolute_colour = _make_backward(False, True)
-absolute_full = _make_backward(True, True)

@@ -95,8 +95,7 @@ class SceneOptions:
     that is done. time_limit_min: CPU minutes that the fit may take (of a GPU: minutes); then fewer steps are planned,
     and where those are too few, smaller photos. degree: of the colours' spherical harmonics. max_gaussians: no split or
     clone beyond. controller: ``rlgs`` or ``fixed``. tried_every: RLGS tries its proposals in every so-manyth phase and
-    keeps the last rates in between (published: 1). absolute: densify by sums of absolute gradients too
-    (``densify.Pull.chosen``). phase_steps: steps of a phase (K). factor: size of the photos, 0 =
+    keeps the last rates in between (published: 1). phase_steps: steps of a phase (K). factor: size of the photos, 0 =
     as the time limit asks for. margin_m: of the box beyond the plot. low_m, high_m: of the box, from the ground.
     """
 
@@ -106,7 +105,6 @@ class SceneOptions:
     max_gaussians: int = 400_000
     controller: str = "rlgs"
     tried_every: int = 1
-    absolute: bool = False
     phase_steps: int = 20
     factor: float = 0.0
     margin_m: float = 3.0

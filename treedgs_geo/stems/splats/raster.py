@@ -119,8 +119,7 @@ class Rasteriser:
 
         given: (4, H, W), (8, H, W) or (9, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3)
         as in ``done.planes``, then of the median depth. Returns (N, 14) float64; ``out`` is accumulated into when
-        given. pull: (N, 2) float32, filled with the gradient on each centre in the picture, per pixel; (N, 4): then
-        with the sum of its absolute values over the pixels, too.
+        given. pull: (N, 2) float32, filled with the gradient on each centre in the picture, per pixel.
         """
         planes, n, width = done.planes, len(done.index), done.camera.width
         full = len(given) >= 8
@@ -129,18 +128,14 @@ class Rasteriser:
         state[1] = np.einsum("chw,chw->hw", state[2:5], planes[:3]) + state[5] * (1 - planes[3])
         if full:
             state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:10], planes[6:9])
-        absolute = pull is not None and pull.shape[1] == 4
-        if absolute:
-            kernel = kernels.absolute_full if full else kernels.absolute_colour
-        else:
-            kernel = kernels.backward_full if full else kernels.backward_colour
+        kernel = kernels.backward_full if full else kernels.backward_colour
         count, height = len(state), done.camera.height
         cells = kernels.to_cells(
             state, _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
         )
 
         def strip(y0: int, y1: int) -> np.ndarray:
-            shape = 17 if absolute else 15, max(n, 1)
+            shape = 15, max(n, 1)
             grad = _scratch.take("grad", shape) if self._pool is None else np.empty(shape, np.float32)
             grad[:] = 0
             kernel(done.projected, n, y0, y1, width, cells, grad)
@@ -149,7 +144,7 @@ class Rasteriser:
         grads = self._strips(height, strip)
         grad = grads[0] if len(grads) == 1 else sum(grads)
         if pull is not None:
-            pull[done.index] = pulls_of(grad[:, :n])
+            pull[done.index] = grad[:2, :n].T
         if out is None:
             out = np.zeros((len(parameters), N_PARAMETERS))
         project_backward_kernel(
@@ -170,11 +165,6 @@ class Rasteriser:
         rows = max(-(-height // (_STRIPS_A_THREAD * self.threads)), _LEAST_ROWS)
         edges = [(y, min(y + rows, height)) for y in range(0, height, rows)]
         return list(self._pool.map(lambda edge: work(*edge), edges))
-
-
-def pulls_of(grad: np.ndarray) -> np.ndarray:
-    """(n, 2) or (n, 4): what a backward pass says of the centres, from its (15 or 17, n) gradients."""
-    return np.concatenate([grad[:2], grad[15:]]).T
 
 
 def project(

@@ -17,7 +17,7 @@ from . import kernels
 from .field import N_PARAMETERS
 from .point_kernels import TILE_PX, list_by_tile
 from .project import CropCamera, project_backward_kernel
-from .raster import ALPHA_MIN, Pass, project, pulls_of
+from .raster import ALPHA_MIN, Pass, project
 
 wp.config.quiet = True
 _TILE = wp.constant(TILE_PX)
@@ -79,7 +79,6 @@ def _backward(
     full: int,
     given: wp.array3d(dtype=wp.float32),
     rest: wp.array2d(dtype=wp.float32),
-    absolute: int,
     grad: wp.array2d(dtype=wp.float32),
 ):
     y, x = wp.tid()
@@ -115,9 +114,6 @@ def _backward(
             down = dp * (kb * dx + kc * dy) - proj[8, g] * wd
             wp.atomic_add(grad, 0, g, along)
             wp.atomic_add(grad, 1, g, down)
-            if absolute > 0:
-                wp.atomic_add(grad, 15, g, wp.abs(along))
-                wp.atomic_add(grad, 16, g, wp.abs(down))
             wp.atomic_add(grad, 2, g, -0.5 * dp * dx * dx)
             wp.atomic_add(grad, 3, g, -dp * dx * dy)
             wp.atomic_add(grad, 4, g, -0.5 * dp * dy * dy)
@@ -233,11 +229,11 @@ class WarpRasteriser:
             return out
         camera = done.camera
         start, items, tiles_x = _lists(done.projected, camera.width, camera.height)
-        grad = self._array(np.zeros((17 if pull is not None and pull.shape[1] == 4 else 15, n), np.float32))
+        grad = self._array(np.zeros((15, n), np.float32))
         lists = self._array(start), self._array(items), tiles_x
         pull_back(self._array(done.projected), *lists, self._array(whole), self._array(rest.astype(np.float32)), grad)
         if pull is not None:
-            pull[done.index] = pulls_of(grad.numpy())
+            pull[done.index] = grad.numpy()[:2].T
         project_backward_kernel(
             parameters,
             camera.intrinsics,
@@ -261,10 +257,10 @@ def draw(projected: Any, start: Any, items: Any, tiles_x: int, image: Any) -> No
 
 
 def pull_back(projected: Any, start: Any, items: Any, tiles_x: int, given: Any, rest: Any, grad: Any) -> None:
-    """Gradients of :func:`draw` added to ``grad`` (15, n), or (17, n) with absolute sums. given: (4 or 9, H, W)
+    """Gradients of :func:`draw` added to ``grad`` (15, n). given: (4 or 9, H, W)
     dL/d of colour, alpha, sum w d, sum w n, median depth. rest: (H, W) the sum of given x drawn."""
     planes, height, width = given.shape
-    inputs = [projected, start, items, tiles_x, int(planes == 9), given, rest, int(grad.shape[0] == 17), grad]
+    inputs = [projected, start, items, tiles_x, int(planes == 9), given, rest, grad]
     wp.launch(_backward, dim=(height, width), device=given.device, inputs=inputs)
 
 

@@ -38,42 +38,25 @@ class DensityRule:
 
 @dataclass
 class Pull:
-    """What has pulled at each Gaussian since the last densification. total, seen: (N,). absolute: (N,) the total with
-    each pixel's pull taken without its sign, where that is asked for."""
+    """What has pulled at each Gaussian since the last densification. total, seen: (N,)."""
 
     total: torch.Tensor
     seen: torch.Tensor
-    absolute: torch.Tensor | None = None
 
     @classmethod
-    def none(cls, scene: Scene, absolute: bool = False) -> Pull:
+    def none(cls, scene: Scene) -> Pull:
         """Nothing yet."""
-        return cls(*(torch.zeros(len(scene), device=scene.device) for _ in range(3 if absolute else 2)))
+        return cls(*(torch.zeros(len(scene), device=scene.device) for _ in range(2)))
 
-    def add(self, pull: torch.Tensor, width: int, height: int, sums: torch.Tensor | None = None) -> None:
-        """The pull of one picture, (N, 2) per pixel; sums: without signs."""
-        half = torch.tensor([width / 2, height / 2], device=pull.device)
-        length = (pull * half).norm(dim=1)
+    def add(self, pull: torch.Tensor, width: int, height: int) -> None:
+        """The pull of one picture, (N, 2) per pixel."""
+        length = (pull * torch.tensor([width / 2, height / 2], device=pull.device)).norm(dim=1)
         self.total += length
         self.seen += length > 0
-        if self.absolute is not None and sums is not None:
-            self.absolute += (sums * half).norm(dim=1)
 
     def clone(self) -> Pull:
         """A copy."""
-        return Pull(self.total.clone(), self.seen.clone(), None if self.absolute is None else self.absolute.clone())
-
-    def chosen(self, least: float) -> tuple[torch.Tensor, torch.Tensor]:
-        """(N,) bool: pulled at by ``least`` on average; and the mean to rank by. With ``absolute`` as many again, those
-        that are pulled to and fro most: a blurred Gaussian on fine texture, whose pulls cancel each other."""
-        seen = self.seen.clamp_min(1)
-        mean = self.total / seen
-        taken = mean >= least
-        if self.absolute is None or not bool(taken.any()):
-            return taken, mean
-        fro = self.absolute / seen
-        limit = torch.sort(fro, descending=True).values[int(taken.sum()) - 1]
-        return taken | (fro >= limit), mean / least + fro / limit
+        return Pull(self.total.clone(), self.seen.clone())
 
 
 @dataclass
@@ -98,8 +81,8 @@ def grow(
     """Clone the small and split the large Gaussians that are pulled at, the most pulled first, as far as ``room`` (how
     many more there may be) reaches. grow_factor, shrink_factor: the controller's. Returns how many were split and
     cloned."""
-    taken, mean = pull.chosen(rule.grow * grow_factor)
-    chosen = torch.nonzero(taken)[:, 0]
+    mean = pull.total / pull.seen.clamp_min(1)
+    chosen = torch.nonzero(mean >= rule.grow * grow_factor)[:, 0]
     if len(chosen) > room:
         chosen = chosen[torch.argsort(-mean[chosen], stable=True)[: max(room, 0)]]
         chosen = torch.sort(chosen)[0]

@@ -71,15 +71,14 @@ class CompositeOnDevice(torch.autograd.Function):
         rest = (whole[:3] * planes[:3]).sum(0) + whole[3] * (1 - planes[3])
         if full:
             rest = rest + whole[4] * planes[4] + (whole[5:8] * planes[6:9]).sum(0)
-        absolute = ctx.kept["pull"].shape[1] == 4
-        grad = torch.zeros((17 if absolute else 15, rows.shape[1]), device=rows.device)
+        grad = torch.zeros((15, rows.shape[1]), device=rows.device)
         start, items, tiles_x = ctx.lists
         if rows.shape[1]:
             with _stream(rows.device):
                 held = _shared(rows), _shared(start), _shared(items)
                 given_back = _shared(whole), _shared(rest.contiguous()), _shared(grad)
                 warp_raster.pull_back(*held, tiles_x, *given_back)
-        ctx.kept["pull"][ctx.index] = torch.cat([grad[:2], grad[15:]]).T
+        ctx.kept["pull"][ctx.index] = grad[:2].T
         out = torch.zeros_like(rows)
         out[:12], out[14:] = grad[:12], grad[12:15]
         return out, None, None, None, None

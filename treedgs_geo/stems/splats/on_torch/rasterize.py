@@ -34,15 +34,13 @@ class Rendered:
     (3) too, as the kernels make them. median_depth: (H, W) distance where the transmittance passes 0.5, NaN where it
     does not (``None`` without ``geometry``); its gradient goes to the Gaussian it is taken from. pairs: pixel-Gaussian
     pairs composited (on a GPU: looked at). pull: (N, 2) the gradient on each Gaussian's centre in the picture, per
-    pixel, once ``backward`` has been called (zero where it is not drawn): what densification goes by. pull_sums: (N, 2)
-    the same with each pixel's gradient taken without its sign (``None`` unless asked for with ``absolute``).
+    pixel, once ``backward`` has been called (zero where it is not drawn): what densification goes by.
     """
 
     planes: torch.Tensor
     median_depth: torch.Tensor | None
     pairs: int
     pull: torch.Tensor
-    pull_sums: torch.Tensor | None = None
 
     @property
     def colour(self) -> torch.Tensor:
@@ -110,7 +108,6 @@ def rasterize(
     camera: CropCamera,
     *,
     geometry: bool = False,
-    absolute: bool = False,
     dilation_px2: float = 0.0,
     alpha_min: float = ALPHA_MIN,
     rasteriser: Any = None,
@@ -122,7 +119,7 @@ def rasterize(
             of standard deviations in metres. opacity_logits: (N,). colours: (N, 3) RGB 0..1, or (N, K, 3) coefficients
             of spherical harmonics, K = 1, 4, 9 or 16 (:mod:`.harmonics`). All float32 or float64, on one device.
             camera: pinhole crop, first pixel's centre at (0.5, 0.5). geometry: depth and normals too
-            (eq:radegs_depth_plane). absolute: ``Rendered.pull_sums`` too.
+            (eq:radegs_depth_plane).
             dilation_px2, alpha_min: see :class:`~treedgs_geo.stems.splats.raster.Rasteriser`.
             rasteriser: one to use again (its threads, its dilation); default: one thread of the CPU, or Warp on the
             tensors' GPU. A Warp rasteriser takes the path of GPU tensors on the CPU too.
@@ -145,7 +142,7 @@ def rasterize(
         rasteriser = (
             Rasteriser(1, dilation_px2, alpha_min) if on_cpu else make_rasteriser(str(means.device), dilation_px2)
         )
-    kept: dict = {"pull": torch.zeros((len(means), 4 if absolute else 2), device=means.device)}
+    kept: dict = {"pull": torch.zeros((len(means), 2), device=means.device)}
     if isinstance(rasteriser, Rasteriser):
         packed = torch.cat([part.to(torch.float64) for part in parts.values()], dim=1).contiguous()
         planes, median = _Compiled.apply(packed, camera, rasteriser, geometry, kept)
@@ -156,8 +153,7 @@ def rasterize(
         doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
         rows, index = project(doubles, camera, rasteriser.dilation, rasteriser.alpha_min)
         planes, median = CompositeOnDevice.apply(rows, index, camera, geometry, kept)
-    pull = kept["pull"]
-    return Rendered(planes, median if geometry else None, kept["pairs"], pull[:, :2], pull[:, 2:] if absolute else None)
+    return Rendered(planes, median if geometry else None, kept["pairs"], kept["pull"])
 
 
 def _check(parts: dict[str, torch.Tensor]) -> None:

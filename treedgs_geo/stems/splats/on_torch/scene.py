@@ -61,16 +61,14 @@ class Scene:
         return self.tensors["means"].device
 
     def smoothed(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """Log-scales and opacity logits with the 3D smoothing filter worked in (see ``field.smoothed``)."""
+        """Log-scales and opacity logits with the 3D smoothing filter worked in (Mip-Splatting, arXiv 2311.16493)."""
         square, added = torch.exp(2 * self.tensors["log_scales"]), (self.filter_m**2)[:, None]
         shrunk = 0.5 * torch.log(square / (square + added)).sum(dim=1)
         log_opacity = torch.nn.functional.logsigmoid(self.tensors["opacity_logits"]) + shrunk
         log_opacity = log_opacity.clamp(-20.0, -1e-6)
         return 0.5 * torch.log(square + added), log_opacity - torch.log(-torch.expm1(log_opacity))
 
-    def render(
-        self, camera: CropCamera, rasteriser: Any, degree: int, geometry: bool, absolute: bool = False
-    ) -> Rendered:
+    def render(self, camera: CropCamera, rasteriser: Any, degree: int, geometry: bool) -> Rendered:
         """What a camera sees, with colours up to a degree of harmonics."""
         log_scales, logits = self.smoothed()
         colours = self.tensors["constant"]
@@ -78,7 +76,7 @@ class Scene:
             colours = torch.cat([colours, self.tensors["harmonics"][:, : COEFFICIENTS[degree] - 1]], dim=1)
         return rasterize(
             self.tensors["means"], self.tensors["quats"], log_scales, logits, colours, camera,
-            geometry=geometry, absolute=absolute, rasteriser=rasteriser,
+            geometry=geometry, rasteriser=rasteriser,
         )  # fmt: skip
 
     def keep(self, which: torch.Tensor) -> None:

@@ -64,7 +64,7 @@ class SceneFit:
         self.planned, self.began, self.full = self.options.steps, _clock(self.options.device), False
         self.phases_tried = 0
         self.rasteriser = make_scene_rasteriser(self.options.device)
-        self.pull = Pull.none(self.scene, self.options.absolute)
+        self.pull = Pull.none(self.scene)
         self.rng = np.random.default_rng(self.options.seed)
         self.generator = torch.Generator().manual_seed(self.options.seed)
         device = self.scene.device
@@ -186,7 +186,7 @@ class SceneFit:
             group["lr"] = rate * (self.extent_m * _LAST_RATE**done if group["name"] == "means" else 1.0)
         camera, weight = self.photos.cameras[k], self.weights[k]
         normals = done >= NORMALS_FROM
-        shown = self.scene.render(camera, self.rasteriser, self.degree, normals, self.options.absolute)
+        shown = self.scene.render(camera, self.rasteriser, self.degree, normals)
         loss = photometric(shown.colour, self._image(k), weight)
         if normals:
             loss = loss + NORMALS * depth_normal(shown, unit_rays(camera, weight.device), weight)
@@ -195,7 +195,7 @@ class SceneFit:
         for tensor in self.scene.tensors.values():
             if tensor.grad is not None:
                 torch.nan_to_num_(tensor.grad, nan=0.0, posinf=0.0, neginf=0.0)
-        self.pull.add(shown.pull, camera.width, camera.height, shown.pull_sums)
+        self.pull.add(shown.pull, camera.width, camera.height)
         self.scene.optimiser.step()
         self.steps += 1
         self.losses.append(float(loss.detach()))
@@ -230,7 +230,7 @@ class SceneFit:
         elif due:
             self.footprint_m = update_filter(self.scene, self.photos.cameras)
         if due:
-            self.pull, self.last_grown = Pull.none(self.scene, self.options.absolute), self.steps
+            self.pull, self.last_grown = Pull.none(self.scene), self.steps
         if done < rule.end - rule.reset and rest >= max(round(rule.reset * self.planned), 3 * rule.rest_steps):
             self.scene.fade(rule.reset_to)
             self.last_reset = self.steps
