@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import geopandas as gpd
 import numpy as np
 import pandas as pd
@@ -239,3 +241,95 @@ def test_distances_in_feet_are_seen_by_the_plots(tmp_path):
     with pytest.raises(InputError, match="as feet read as metres do"):
         place(trees, plots, CRS, FieldProtocol())
     assert len(place(trees, plots, CRS, FieldProtocol(distance_unit="m"))) == 5
+
+
+LIST = "plot_id,tree_id,azimuth_deg,distance_m,dbh_cm,height_m,species\n"
+
+
+def _crew(n=26, seed=2):
+    """Rows of a tally of one plot: number, bearing, distance, DBH, height."""
+    rng = np.random.default_rng(seed)
+    d = rng.uniform(14, 38, n).round(1)
+    h = (1.37 + (d / (1.5 + 0.19 * d)) ** 2).round(1)
+    return [[k + 1, round(a, 1), round(r, 2), *dh] for k, (a, r, *dh) in enumerate(
+        zip(rng.uniform(0, 360, n), rng.uniform(1, 10, n), d, h, strict=True))]  # fmt: skip
+
+
+def _text(rows):
+    return LIST + "".join(f"p,{','.join(map(str, row))},PITA\n" for row in rows)
+
+
+def _stand_of(folder, rows, **settings):
+    (folder / "tally.csv").write_text(_text(rows))
+    (folder / "one.csv").write_text("plot_id,x,y,radius_m\np,611300,3718400,10\n")
+    return figures(folder, trees=None, field=folder / "tally.csv", plots=folder / "one.csv", **settings)
+
+
+def test_some_heights_in_feet_are_refused_and_stubs_said(tmp_path):
+    rows = _crew()
+    for row in rows[:5]:
+        row[-1] = round(row[-1] / 0.3048, 1)
+    with pytest.raises(InputError, match=r"line 2: heights: [45] of 26 values are 3.* as feet read as metres"):
+        _stand_of(tmp_path, rows)
+    rows = _crew()
+    rows[3][-1] = 2.0
+    assert any("tree 4 (2.0 m)): look whether the height" in text for text in _stand_of(tmp_path, rows)[1].warnings)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda row: [*row[:3], round(row[3] * np.pi, 1), row[4]], "expected up to 120: look whether DBHs are girths"),
+        (lambda row: [*row[:3], round(row[3] / 2.54, 1), row[4]], "as high as they are thick .median., expected 30 to"),
+        (lambda row: [*row[:3], 120 if row[0] == 1 else row[3], row[4]], "tree 1 .120 cm, PITA.: look whether the DBH"),
+    ],
+)
+def test_what_hardly_a_forest_has_is_said(tmp_path, change, says):
+    assert not any("look whether" in text for text in _stand_of(tmp_path, _crew())[1].warnings)
+    warnings = _stand_of(tmp_path, [change(row) for row in _crew()])[1].warnings
+    assert any(re.search(says, text) for text in warnings)
+
+
+def test_a_tree_or_a_list_twice_is_refused(tmp_path):
+    rows = _crew()
+    with pytest.raises(InputError, match="line 28: is line 4 again .place and DBH."):
+        _stand_of(tmp_path, [*rows, [99, *rows[2][1:]]])
+    _stand_of(tmp_path, [*rows, [99, *rows[2][1:3], rows[2][3] + 4.0, rows[2][4]]])  # a fork
+    bare = "dbh_cm,height_m\n" + "".join(f"{row[3]},{row[4]}\n" for row in 2 * rows)
+    with pytest.raises(InputError, match="from line 28 on the list of DBHs stands there a second time"):
+        _tally(tmp_path, bare)
+
+
+def test_status_in_three_languages(tmp_path):
+    rows = _crew()
+    words = ["tot", "dürr", "Muerto", "gefällt", "talado", "3", "lebend", "vivo"]
+    text = _text(rows).splitlines()
+    lines = [f"{text[0]},status"] + [f"{line},{(words + [''] * 99)[k]}" for k, line in enumerate(text[1:])]
+    (tmp_path / "tally.csv").write_text("\n".join(lines), encoding="utf-8")
+    (tmp_path / "one.csv").write_text("plot_id,x,y,radius_m\np,611300,3718400,10\n")
+    stand, _ = figures(tmp_path, trees=None, field=tmp_path / "tally.csv", plots=tmp_path / "one.csv")
+    assert (len(stand.dead), stand.plot_rows["n_trees"].sum()) == (3, 20)
+    assert any("3 trees stand no more and count nowhere" in note for note in stand.notes)
+
+
+def test_layers_in_degrees_and_layers_that_were_moved(survey):
+    right, _ = basal_area(survey, survey / "trees.gpkg")
+    assert basal_area(survey, edited(survey, lambda table: table.to_crs(4326)))[0] == pytest.approx(right, rel=1e-3)
+
+    def moved(table):
+        return table.set_geometry(table.geometry.translate(6.0, 0.0))
+
+    def typed_over(table):
+        table.loc[table.index[1], "dbh_cm"] *= 1.2
+
+    for change, says in ((moved, "lie 6.0 m from their rows' x, y"), (typed_over, "is not that of the basal area")):
+        assert any(says in text for text in basal_area(survey, edited(survey, change))[1].warnings), says
+
+
+@pytest.mark.parametrize(("column", "times"), [("height_m", 1 / 0.3048), ("bh_m", 1 / 0.3048)])
+def test_metres_edited_in_feet_are_refused(survey, column, times):
+    def change(table):
+        table[column] *= times
+
+    with pytest.raises(InputError, match="feet"):
+        basal_area(survey, edited(survey, change))

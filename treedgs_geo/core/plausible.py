@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .errors import InputError
+from .wrong_units import wrong_unit
 
 #: Trees that a distribution needs.
 _LEAST = 5
@@ -15,6 +16,8 @@ LARGE_CM, GAP = 150.0, 3.0
 #: Trees of at least 5 cm are at most 250 times as high as they are thick; their median is at most 110 (150 in single
 #: dense stands), and 3.3 times as much where heights are in feet.
 _SLENDER, _SLENDER_STAND, _THIN_CM = 4.0, 2.0, 5.0
+#: A tree from this DBH on, so many times as thick as the next of its species, is worth a second look.
+_LOOKED_AT_CM, _THICKER = 60.0, 1.8
 #: Nobody can have measured a DBH on a lower tree, m.
 _LEAST_HEIGHT_M = 1.3
 
@@ -62,6 +65,56 @@ def refuse_odd_diameters(
         raise InputError(f"{where(odd)}: a DBH of {value:g} cm{more}: {why}; correct it, or {remedy}.")
 
 
+def thick_ones(dbh_cm: np.ndarray, species: np.ndarray) -> np.ndarray:
+    """(N,) trees so much thicker than the next of their species (of all, where it has few) that their DBH is worth a
+    second look. dbh_cm: NaN where there is none. species: texts."""
+    d, odd = np.asarray(dbh_cm, float), np.zeros(len(dbh_cm), bool)
+    for k in np.flatnonzero(d >= _LOOKED_AT_CM):
+        others = np.isfinite(d) & (np.arange(len(d)) != k)
+        alike = others & (species == species[k])
+        rest = d[alike if alike.sum() >= _LEAST else others]
+        odd[k] = len(rest) >= _LEAST and d[k] > _THICKER * rest.max()
+    return odd
+
+
+def slenderness(height_m: np.ndarray, dbh_cm: np.ndarray) -> float:
+    """Median of height over DBH (m/m) of the trees of at least 5 cm; NaN where fewer than five have both."""
+    h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
+    both = np.isfinite(h) & (d >= _THIN_CM)
+    return 100 * float(np.median(h[both] / d[both])) if both.sum() >= _LEAST else np.nan
+
+
+def refuse_height_units(
+    height_m: np.ndarray, dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str
+) -> None:
+    """Refuse heights that are in feet, all or some: by their DBHs, and by the trees of about the same DBH. The
+    arguments are those of :func:`refuse_odd_heights`.
+
+    Raises:
+        InputError: see above.
+    """
+    h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
+    some = np.isfinite(h) & (d >= _THIN_CM)
+    ratio = slenderness(h, d)
+    if ratio > 100 * _SLENDER_STAND:
+        raise InputError(
+            f"{where(some)}: the trees are {ratio:.0f} times as high as they are thick (median of {int(some.sum())}), "
+            f"expected 40 to 150: the heights look like feet in metres; {remedy}."
+        )
+    order = np.flatnonzero(some)[np.argsort(d[some], kind="stable")]
+    if len(order) < 2 * _LEAST:
+        return
+    known = np.full(len(h), np.nan)
+    for k, row in enumerate(order):
+        low = min(max(k - _LEAST, 0), max(len(order) - 2 * _LEAST - 1, 0))
+        known[row] = np.median(h[order[low : low + 2 * _LEAST + 1]])
+    slip = wrong_unit(h, known, lengths=True)
+    if slip is not None and slip.ratio > 1:
+        raise InputError(
+            f"{where(slip.rows)}: heights: {slip.text('those of trees as thick')}; correct them, or {remedy}."
+        )
+
+
 def refuse_odd_heights(
     height_m: np.ndarray, dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str
 ) -> None:
@@ -71,15 +124,10 @@ def refuse_odd_heights(
     Raises:
         InputError: a height above 120 m, below breast height, too slender; heights in feet.
     """
+    refuse_height_units(height_m, dbh_cm, where, remedy)
     h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
     with np.errstate(invalid="ignore", divide="ignore"):
         slender = np.where(d >= _THIN_CM, h / d, np.nan)
-        some = np.isfinite(slender)
-        if some.sum() >= _LEAST and np.median(slender[some]) > _SLENDER_STAND:
-            raise InputError(
-                f"{where(some)}: the trees are {100 * np.median(slender[some]):.0f} times as high as they are thick "
-                f"(median of {int(some.sum())}), expected 40 to 150: the heights look like feet in metres; {remedy}."
-            )
         checks = (
             (h > 120, "expected up to 120"),
             (np.isfinite(d) & (h < _LEAST_HEIGHT_M), "so low that it has no DBH, but one is given"),

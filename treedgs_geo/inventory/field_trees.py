@@ -38,6 +38,8 @@ _CIRCLE = {"deg": 360.0, "gon": 400.0, "mil": 6400.0}
 _CROSSWISE = 1.5
 #: Trees of a plot are not this many radii from its centre; in feet read as metres nine tenths of them reach 3.
 _FAR = 2.2
+#: So many DBHs are not the same again by chance.
+_LIST = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,7 +156,32 @@ def read_field_trees(
             found[name] = where_said(table, has[key].name, found)
         found["epsg"] = table[has["epsg"].name] if "epsg" in has else None
         clear_unplaced(path, found, ["x", "y"])
+    _refuse_repeated(path, found)
     return found.reset_index(drop=True)
+
+
+def _refuse_repeated(path: Path, trees: pd.DataFrame) -> None:
+    """Refuse one tree under two numbers, and a list that stands there twice.
+
+    Raises:
+        InputError: the rows.
+    """
+    place = next((list(pair) for pair in (("azimuth_deg", "distance_m"), ("x", "y")) if set(pair) <= set(trees)), [])
+    if place:
+        known = trees[trees[[*place, "dbh_cm"]].notna().all(axis=1) & (trees[place] != 0).any(axis=1)]
+        for _, same in known[known.duplicated(["plot_id", *place, "dbh_cm"], keep=False)].groupby([*place, "dbh_cm"]):
+            raise InputError(
+                f"{path}, line {same['line'].iloc[1]}: is line {same['line'].iloc[0]} again (place and DBH): the tree "
+                "would count twice; delete one of them."
+            )
+        return
+    half = len(trees) // 2
+    cells = trees[["dbh_cm", "height_m"]].to_numpy(float)
+    if half >= _LIST and len(trees) == 2 * half and np.array_equal(cells[:half], cells[half:], equal_nan=True):
+        raise InputError(
+            f"{path}: from line {trees['line'].iloc[half]} on the list of DBHs stands there a second time: its trees "
+            "would count twice; delete one of both."
+        )
 
 
 #: What a tally may hold.

@@ -11,12 +11,19 @@ import pyproj
 
 from ..core.columns import columns, numbers, places, require
 from ..core.errors import InputError
-from ..core.plausible import odd_diameters
+from ..core.frames import suggest_utm
+from ..core.plausible import odd_diameters, refuse_height_units
 from ..core.tables import is_table, read_table
 from ..core.wrong_units import wrong_unit
 from .field_trees import dbh_in_cm
 from .reviewed import COLUMNS as DECIDED
 from .tree_reading import plain_flags, read_trees
+
+#: A layer was moved as a whole where its points lie this far from their rows' x, y, m: more than datums differ, less
+#: than CRSs do; all alike within so much.
+_MOVED_M, _ALIKE_M = (2.5, 1000.0), 0.3
+#: A DBH and that of its basal area differ by rounding only, up to this share and this, cm.
+_SAME_SHARE, _SAME_CM = 0.02, 0.3
 
 
 def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") -> gpd.GeoDataFrame:
@@ -43,15 +50,46 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
         trees = gpd.GeoDataFrame(trees, geometry=gpd.points_from_xy(trees["x"], trees["y"]), crs=crs)
     else:
         trees = read_trees(path)
+        if trees.crs is not None and trees.crs.is_geographic and len(trees):
+            # As GeoJSON has it: distances need metres.
+            trees = trees.to_crs(suggest_utm(float(trees.geometry.x.mean()), float(trees.geometry.y.mean())))
+        moved = _moved_m(trees)
         trees["x"], trees["y"] = trees.geometry.x, trees.geometry.y
+        trees.attrs["moved_m"] = moved
     if trees["tree_id"].duplicated().any() or trees["tree_id"].isna().any():
         raise InputError(f"{path}: a tree_id is missing or appears twice; give every measured tree its own tree_id.")
     trees["tree_id"] = trees["tree_id"].astype(int)
     _refuse_edited(path, trees)
+    if "height_m" in trees:
+        refuse_height_units(
+            pd.to_numeric(trees["height_m"]).to_numpy(float),
+            pd.to_numeric(trees["dbh_cm"]).to_numpy(float),
+            lambda odd: f"{path}: tree {trees['tree_id'][odd].iloc[0]}",
+            "give them in metres",
+        )
     for name in ("qc_flag", "dbh_lo_cm", "dbh_hi_cm"):
         if name not in trees:
             trees[name] = None
     return trees.reset_index(drop=True)
+
+
+def _moved_m(trees: gpd.GeoDataFrame) -> float:
+    """How far the points lie from where their rows' ``x, y`` say, all alike; 0 where they do not, or not alike."""
+    if not {"x", "y"} <= set(trees) or len(trees) < 3:
+        return 0.0
+    away = np.column_stack([trees.geometry.x - pd.to_numeric(trees["x"]), trees.geometry.y - pd.to_numeric(trees["y"])])
+    middle = np.nanmedian(away, axis=0)
+    alike = np.nanmedian(np.hypot(*(away - middle).T)) < _ALIKE_M
+    return float(np.hypot(*middle)) if alike and _MOVED_M[0] < np.hypot(*middle) < _MOVED_M[1] else 0.0
+
+
+def edited(trees: pd.DataFrame) -> np.ndarray:
+    """(N,) trees with a DBH that is not that of their basal area: somebody typed it over the measured one."""
+    if "ba_m2" not in trees:
+        return np.zeros(len(trees), bool)
+    dbh = pd.to_numeric(trees["dbh_cm"]).to_numpy(float)
+    own = np.sqrt(pd.to_numeric(trees["ba_m2"]).to_numpy(float) * 4e4 / np.pi)
+    return np.abs(dbh - own) > np.maximum(_SAME_SHARE * own, _SAME_CM)
 
 
 def _refuse_edited(path: Path, trees: pd.DataFrame) -> None:
@@ -75,7 +113,7 @@ def _refuse_edited(path: Path, trees: pd.DataFrame) -> None:
         )
     decided = trees["rev_flag"].notna().to_numpy() if "rev_flag" in trees else np.zeros(len(trees), bool)
     odd, why = odd_diameters(dbh)
-    odd &= ~decided & ~np.isfinite(own)
+    odd &= ~decided & (~np.isfinite(own) | edited(trees))
     if odd.any():
         raise InputError(
             f"{path}: tree {trees['tree_id'][odd].iloc[0]} has a DBH of {dbh[odd][0]:g} cm: {why}; correct it, or "

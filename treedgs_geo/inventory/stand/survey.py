@@ -10,6 +10,7 @@ import pyproj
 from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
+from ...core.plausible import slenderness, thick_ones
 from ..reviewed import Reviewed
 from .equations import Equation
 from .estimate import (
@@ -27,6 +28,12 @@ from .taped import TapedTotals, TapeInput, correct_estimates, find_homes, scale_
 from .treelist import TreeList
 from .unmeasured import Gaps
 from .values import TreeValues, ValueOptions, count_of, tree_values
+
+#: Basal area that hardly a forest outside the redwoods' reaches, and slenderness (%) of whole stands (chosen, not set
+#: on data: dense pole stands reach 150, open parks 35).
+MOST_BASAL_AREA_M2_HA, SLENDER = 120.0, (30, 160)
+#: A live tree so few times as high as thick is broken off, or its height wrong.
+STUB = 10.0
 
 
 @dataclass
@@ -180,9 +187,44 @@ def _estimates(design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gap
     return found
 
 
+def _implausible(stand: Stand) -> list[str]:
+    """What no forest, or hardly one, has: diameters in another unit, plots of another size, one tree that is none."""
+    found = []
+    basal_area = stand.estimates["ba"].mean
+    if basal_area > MOST_BASAL_AREA_M2_HA:
+        found.append(
+            f"A basal area of {basal_area:,.0f} m²/ha, expected up to {MOST_BASAL_AREA_M2_HA:g}: look whether DBHs are "
+            "girths or in another unit, plots larger than given, or trees there twice."
+        )
+    counted = stand.rows["tree"].unique()
+    dbh, trees = stand.values.dbh[counted], stand.trees.iloc[counted]
+    slender = slenderness(trees["height_m"].to_numpy(float), dbh)
+    if not SLENDER[0] <= slender <= SLENDER[1] and np.isfinite(slender):
+        found.append(
+            f"The trees are {slender:.0f} times as high as they are thick (median), expected {SLENDER[0]} to "
+            f"{SLENDER[1]}: look whether DBHs are girths or in inches, or heights in feet."
+        )
+    stubs = trees[(trees["height_m"].to_numpy(float) < STUB * dbh / 100)]
+    if len(stubs):
+        named = ", ".join(f"{row.tree_id} ({row.height_m:.1f} m)" for row in stubs.head(5).itertuples())
+        found.append(
+            f"{count_of(len(stubs), 'live tree')} less than {STUB:g} times as high as thick (tree {named}): look "
+            "whether the height is right."
+        )
+    thick = trees[thick_ones(dbh, trees["species"].astype(str).to_numpy())]
+    if len(thick):
+        named = ", ".join(f"{row.tree_id} ({row.dbh_cm:.0f} cm, {row.species})" for row in thick.head(5).itertuples())
+        found.append(
+            f"{count_of(len(thick), 'tree')} far thicker than the next of {'its' if len(thick) == 1 else 'their'} "
+            f"species (tree {named}): look whether the DBH is right."
+        )
+    return found
+
+
 def _remark(stand: Stand, options: ValueOptions) -> None:
     """Sentences that a reader of the numbers needs."""
     design, values = stand.design, stand.values
+    stand.warnings += _implausible(stand)
     if design.census:
         stand.notes.append("Every tree of the stand was looked for: there is no sampling error, only measuring error.")
     elif design.n == 1:

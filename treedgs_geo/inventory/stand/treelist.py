@@ -14,9 +14,10 @@ from shapely.geometry.base import BaseGeometry
 from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
 from ...core.tables import is_table, read_table
+from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ...stems.quality.repeated import find_repeated
 from ..field_trees import FieldProtocol, read_field_trees
-from ..measured import read_measured
+from ..measured import edited, read_measured
 from ..readings import with_readings
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
@@ -25,8 +26,20 @@ from .values import count_of
 
 #: Stems whose axes are nearer than this share of their radii together are one.
 _INSIDE = 0.6
-_LIVE = {"", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"}
-_DEAD = {"dead", "d", "snag", "2", "standing dead", "mort", "ds"}
+_LIVE = {
+    *("", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"),
+    *("lebend", "lebendig", "vital", "gesund", "grün", "vivo", "viva", "sano", "sana"),
+}
+_DEAD = {
+    *("dead", "d", "snag", "2", "standing dead", "mort", "ds", "tot", "abgestorben", "dürr", "duerr", "dürrständer"),
+    *("stehend tot", "totholz", "muerto", "muerta", "seco", "seca", "muerto en pie"),
+}
+#: No tree stands there any more.
+_GONE = {
+    *("3", "removed", "cut", "harvested", "felled", "fallen", "down", "stump", "missing", "gone"),
+    *("gefällt", "gefaellt", "entnommen", "geerntet", "fehlt", "stumpf", "stubben", "stock", "liegend", "umgestürzt"),
+    *("talado", "talada", "cortado", "cortada", "caido", "caído", "tocon", "tocón", "falta"),
+}
 #: Columns of a tree list.
 COLUMNS = (
     "tree_id",
@@ -78,11 +91,21 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     """
     measured = read_measured(path, crs)
     _more_columns(Path(path), measured)
+    moved_m, typed = float(measured.attrs.get("moved_m", 0.0)), edited(measured)
+    if "rev_flag" in measured:
+        typed &= measured["rev_flag"].isna().to_numpy()
+    named = ", ".join(map(str, measured["tree_id"][typed].head(8)))
     measured, review = reviewed(measured, path)
     trees = pd.DataFrame({name: measured.get(name) for name in COLUMNS})
     for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
     trees["status"] = measured.get("status")
+    heights = trees["bh_m"].dropna()
+    if len(heights) and not LOWEST_BREAST_HEIGHT_M <= heights.median() <= HIGHEST_BREAST_HEIGHT_M:
+        raise InputError(
+            f"{path}: bh_m is {heights.median():g} m, expected {LOWEST_BREAST_HEIGHT_M:g} to "
+            f"{HIGHEST_BREAST_HEIGHT_M:g}; correct the column (4.5 feet are 1.37 m)."
+        )
     # A negative standard error is a mark for "not known" somewhere, never an error.
     trees["dbh_se_cm"] = trees["dbh_se_cm"].where(trees["dbh_se_cm"] >= 0)
     trees["height_m"] = trees["height_m"].where(trees["height_m"] > 0)
@@ -117,6 +140,17 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
             f"{count_of(by_hand, 'tree')} of {Path(path).name} with a DBH {'has' if by_hand == 1 else 'have'} qc_flag "
             "reject and count as stems without one; where no tree stands write 'no tree', or reject it by the verb "
             "review."
+        )
+    if typed.any():
+        found.warnings.append(
+            f"The DBH of {count_of(int(typed.sum()), 'tree')} of {Path(path).name} (tree {named}"
+            f"{', …' if typed.sum() > 8 else ''}) is not that of the basal area: typed over the measured one, and "
+            "counted with its error; give taped DBHs by the verb review, which keeps both."
+        )
+    if moved_m:
+        found.warnings.append(
+            f"The points of {Path(path).name} lie {moved_m:.1f} m from their rows' x, y: the layer was moved, or given "
+            "another CRS; they count where their points are."
         )
     found.warnings += _doubles(path, trees)
     for name, what in (("species", "Species"), ("status", "Status")):
@@ -213,8 +247,13 @@ def read_tally(path: Path, protocol: FieldProtocol, height_unit: str = "auto") -
 
 
 def settle_status(found: TreeList) -> None:
-    """Turn ``status`` into ``dead``; unknown words count as live and are named."""
+    """Turn ``status`` into ``dead``; trees that are gone count nowhere, unknown words as live: both are named."""
     words = found.trees.pop("status").map(_word)
+    gone = words.isin(_GONE)
+    if gone.any():
+        said = ", ".join(f"{word!r}" for word in words[gone].unique()[:5])
+        found.notes.append(f"Status {said}: {count_of(int(gone.sum()), 'tree')} stand no more and count nowhere.")
+        found.trees, words = found.trees[~gone].reset_index(drop=True), words[~gone].reset_index(drop=True)
     found.trees["dead"] = words.isin(_DEAD).to_numpy()
     odd = words[~words.isin(_LIVE | _DEAD)].value_counts()
     if len(odd):
