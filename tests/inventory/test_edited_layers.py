@@ -262,7 +262,7 @@ def _text(rows):
 def _stand_of(folder, rows, **settings):
     (folder / "tally.csv").write_text(_text(rows))
     (folder / "one.csv").write_text("plot_id,x,y,radius_m\np,611300,3718400,10\n")
-    return figures(folder, trees=None, field=folder / "tally.csv", plots=folder / "one.csv", **settings)
+    return figures(folder, trees=None, field=folder / "tally.csv", plots=folder / "one.csv", boundary=None, **settings)
 
 
 def test_some_heights_in_feet_are_refused_and_stubs_said(tmp_path):
@@ -272,7 +272,7 @@ def test_some_heights_in_feet_are_refused_and_stubs_said(tmp_path):
     with pytest.raises(InputError, match=r"line 2: heights: [45] of 26 values are 3.* as feet read as metres"):
         _stand_of(tmp_path, rows)
     rows = _crew()
-    rows[3][-1] = 2.0
+    rows[3][-2:] = [36.0, 2.0]
     assert any("tree 4 (2.0 m)): look whether the height" in text for text in _stand_of(tmp_path, rows)[1].warnings)
 
 
@@ -281,7 +281,10 @@ def test_some_heights_in_feet_are_refused_and_stubs_said(tmp_path):
     [
         (lambda row: [*row[:3], round(row[3] * np.pi, 1), row[4]], "expected up to 120: look whether DBHs are girths"),
         (lambda row: [*row[:3], round(row[3] / 2.54, 1), row[4]], "as high as they are thick .median., expected 30 to"),
-        (lambda row: [*row[:3], 120 if row[0] == 1 else row[3], row[4]], "tree 1 .120 cm, PITA.: look whether the DBH"),
+        (
+            lambda row: [*row[:3], 120 if row[0] == 1 else row[3], row[4]],
+            "tree 1 .120 cm, PITA..: look whether the DBH",
+        ),
     ],
 )
 def test_what_hardly_a_forest_has_is_said(tmp_path, change, says):
@@ -307,7 +310,7 @@ def test_status_in_three_languages(tmp_path):
     lines = [f"{text[0]},status"] + [f"{line},{(words + [''] * 99)[k]}" for k, line in enumerate(text[1:])]
     (tmp_path / "tally.csv").write_text("\n".join(lines), encoding="utf-8")
     (tmp_path / "one.csv").write_text("plot_id,x,y,radius_m\np,611300,3718400,10\n")
-    stand, _ = figures(tmp_path, trees=None, field=tmp_path / "tally.csv", plots=tmp_path / "one.csv")
+    stand, _ = figures(tmp_path, trees=None, field=tmp_path / "tally.csv", plots=tmp_path / "one.csv", boundary=None)
     assert (len(stand.dead), stand.plot_rows["n_trees"].sum()) == (3, 20)
     assert any("3 trees stand no more and count nowhere" in note for note in stand.notes)
 
