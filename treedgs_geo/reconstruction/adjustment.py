@@ -58,6 +58,9 @@ class Known:
     between flights, relative. travel_sd_m: of the readout travel that speed and readout time do not explain. control:
     control and check points, in the local frame. gimbal: (N, 3, 3) world -> camera by the gimbal's angles, NaN unknown.
     taken_s: (N,) when each photo was taken, seconds from any instant, NaN unknown; empty where no time is known.
+    late_s: (F,) seconds by which the geotags of each flight were moved along its velocities. late_sd_s: (F,) seconds by
+    which they may still be those of another instant than the exposures. doubted: (N,) bool, geotags whose ``sd`` was
+    raised as the photos contradict them. One of each for all where nobody looks.
     """
 
     xyz: np.ndarray
@@ -71,6 +74,9 @@ class Known:
     control: ControlPoints | None = None
     gimbal: np.ndarray | None = None
     taken_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    late_s: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    late_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    doubted: np.ndarray = field(default_factory=lambda: np.zeros(1, bool))
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,14 @@ class Adjusted:
     problem: Problem
     state: State
     sigma_px: float
+
+    @property
+    def off_geotags_m(self) -> np.ndarray:
+        """(N, 3) m from the geotags, less what those of a flight share, to the cameras; NaN without either."""
+        self.problem.linearise(self.state)
+        weights = self.problem.weigh(self.state, self.sigma_px, TAG_LOSS)
+        off = self.problem.off_tags(self.state, self.problem.flight_error(self.state, weights.tags))
+        return np.where(self.problem.tagged[:, None], off, np.nan)
 
 
 def adjust(
@@ -176,6 +190,7 @@ def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> t
         drift_sd=known.drift_sd if "drift" in free else 0.0,
         centres=known.xyz,
         centre_sd=known.sd,
+        late_sd=known.late_sd_s,
         taken_s=_times_s(known),
         travel_sd=np.full(len(posed), known.travel_sd_m if "travel" in free else 0.0),
         rotations=_aimed(known),

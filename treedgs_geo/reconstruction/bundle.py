@@ -50,7 +50,8 @@ class Priors:
     A standard deviation of 0 holds a number, one of infinity leaves it to the photos.
 
     shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
-    first's. centres, centre_sd: (N, 3) m, NaN = no geotag. taken_s: (N,) when, seconds. travel_sd: (N,) m, of
+    first's. centres, centre_sd: (N, 3) m, NaN = no geotag. late_sd: (F,) or (1,) seconds, of the instant that a
+    flight's geotags belong to, less that of its exposures. taken_s: (N,) when, seconds. travel_sd: (N,) m, of
     ``Sensor.extra_travel_m``. rotations: (N, 3, 3) world -> camera, NaN = none; rotation_sd: (2,) radians, of their
     vertical and of their north; mounting_sd: radians, of a turn that all photos share. held: (N,) bool, photos whose
     pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground control), infinite for the others.
@@ -61,6 +62,7 @@ class Priors:
     drift_sd: float
     centres: np.ndarray
     centre_sd: np.ndarray
+    late_sd: np.ndarray
     taken_s: np.ndarray
     travel_sd: np.ndarray
     rotations: np.ndarray
@@ -196,12 +198,18 @@ class Problem:
             [np.zeros(self.photos * N_POSE), priors.shared, np.zeros(self.shared - FIRST_FLIGHT)]
         )
         self.tagged = used & np.isfinite(priors.centres).all(axis=1) & np.isfinite(priors.centre_sd).all(axis=1)
-        # Errors of a flight's PPK hardly change within it: half of what is stated counts as common to all its geotags.
-        self.flight_sd = np.full((len(sensor.drift), 3), 1.0)
+        # What the geotags of a flight share: errors of a PPK hardly change within it, half of what is stated counts as
+        # common; and an instant beside the exposures, which moves each along its velocity.
+        self.flight_sd = np.ones((len(sensor.drift), 4))
+        self.flight_sd[:, 3] = priors.late_sd
         for flight in range(len(sensor.drift)):
             own = self.tagged & (sensor.flight == flight)
             if own.any():
-                self.flight_sd[flight] = np.median(priors.centre_sd[own], axis=0)
+                self.flight_sd[flight, :3] = np.median(priors.centre_sd[own], axis=0)
+        # (N, 3, 4) how a geotag follows what its flight shares.
+        self.follows = np.concatenate(
+            [np.broadcast_to(np.eye(3), (self.photos, 3, 3)), sensor.velocity_m_s[:, :, None]], axis=2
+        )
         self.aimed = np.flatnonzero(used & np.isfinite(priors.rotations).all(axis=(1, 2)))
         self.point_weight = np.where(np.isfinite(priors.point_sd), 1 / priors.point_sd**2, 0.0)
         self.point_xyz = np.where(np.isfinite(priors.point_sd), priors.point_xyz, 0.0)
@@ -227,12 +235,12 @@ class Problem:
         self.linear.residual[lost] = 0
         tags = self.tagged.astype(float)
         for _ in range(2):
-            shift = self._flight_shift(x, tags)
-            off = (x.centres - shift[self.sensor.flight] - self.priors.centres) / self.priors.centre_sd
+            shared = self.flight_error(x, tags)
+            off = self.off_tags(x, shared) / self.priors.centre_sd
             square = np.where(self.tagged, np.einsum("nk,nk->n", off, off), 0.0)
             loss, weight, _ = _soft_l1(square, tag_loss)
             tags = np.where(self.tagged, weight, 0.0)
-        cost += float(loss.sum()) + float(np.sum((shift / self.flight_sd) ** 2))
+        cost += float(loss.sum()) + float(np.sum((shared / np.maximum(self.flight_sd, 1e-12)) ** 2))
         away, aim, _, mounting = self._aim(x)
         cost += float(np.einsum("ni,nij,nj->", away, aim, away) + np.sum((mounting / self.priors.mounting_sd) ** 2))
         cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
@@ -297,36 +305,55 @@ class Problem:
             matrix[own, own] += each
             right[own] += each @ off
 
-    def _flight_shift(self, x: State, tags: np.ndarray) -> np.ndarray:
-        """(F, 3) m: what the geotags of a flight are most likely off by together."""
-        weight = np.where(self.tagged[:, None], tags[:, None] / self.priors.centre_sd**2, 0.0)
-        pull = np.where(self.tagged[:, None], weight * (x.centres - self.priors.centres), 0.0)
-        total, sums = np.zeros_like(self.flight_sd), np.zeros_like(self.flight_sd)
-        np.add.at(total, self.sensor.flight, weight)
-        np.add.at(sums, self.sensor.flight, pull)
-        return sums / (total + 1 / self.flight_sd**2)
+    def off_tags(self, x: State, shared: np.ndarray) -> np.ndarray:
+        """(N, 3) m from the geotags, less what their flights share (F, 4), to the centres."""
+        return x.centres - self.priors.centres - np.einsum("nij,nj->ni", self.follows, shared[self.sensor.flight])
+
+    def flight_error(self, x: State, tags: np.ndarray) -> np.ndarray:
+        """(F, 4): by what the geotags of a flight are most likely off together, three metres and the seconds."""
+        found = np.zeros_like(self.flight_sd)
+        for flight, (own, _weight, pulled, covariance) in enumerate(self._by_flight(tags)):
+            found[flight] = covariance @ (pulled.T @ (x.centres - self.priors.centres)[own].ravel())
+        return found
+
+    def flight_error_sd(self, tags: np.ndarray, centres: np.ndarray) -> np.ndarray:
+        """(F, 4) standard errors of :meth:`flight_error`, where the centres have a covariance (3 N, 3 N)."""
+        found = np.zeros_like(self.flight_sd)
+        for flight, (own, _, pulled, covariance) in enumerate(self._by_flight(tags)):
+            at = (own[:, None] * 3 + np.arange(3)).ravel()
+            moved = covariance @ pulled.T
+            found[flight] = np.sqrt(np.diag(covariance + moved @ centres[np.ix_(at, at)] @ moved.T))
+        return found
+
+    def _by_flight(self, tags: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """By flight: its K tagged photos, the weights of their geotags (3 K,), those times how they follow what the
+        flight shares (3 K, 4), and the covariance (4, 4) of that where the centres are known."""
+        for flight in range(len(self.flight_sd)):
+            own = np.flatnonzero(self.tagged & (self.sensor.flight == flight))
+            weight = (tags[own, None] / self.priors.centre_sd[own] ** 2).ravel()
+            design = self.follows[own].reshape(-1, 4)
+            pulled = weight[:, None] * design
+            # A number that is held has no variance: divided by its square it would be infinite.
+            sd = self.flight_sd[flight]
+            inner = np.eye(4) + sd[:, None] * (design.T @ pulled) * sd
+            yield own, weight, pulled, sd[:, None] * np.linalg.inv(inner) * sd
 
     def _add_tags(self, x: State, tags: np.ndarray, matrix: np.ndarray, right: np.ndarray) -> None:
-        """The geotags in the normal equations, the error that a flight's geotags share marginalised."""
-        shift = self._flight_shift(x, tags)
-        for own, axis, weight, precision in self.tag_precisions(tags):
-            at = own * N_POSE + 3 + axis
+        """The geotags in the normal equations, the errors that a flight's geotags share marginalised."""
+        off = self.off_tags(x, self.flight_error(x, tags))
+        for own, weight, precision in self.tag_precisions(tags):
+            at = (own[:, None] * N_POSE + 3 + np.arange(3)).ravel()
             # Rows of a flight stand in their order: the upper triangle is filled with the lower.
             matrix[np.ix_(at, at)] += precision
-            off = x.centres[own, axis] - shift[self.sensor.flight[own], axis] - self.priors.centres[own, axis]
-            right[at] -= weight * off
+            right[at] -= weight * off[own].ravel()
 
-    def tag_precisions(self, tags: np.ndarray) -> Iterator[tuple[np.ndarray, int, np.ndarray, np.ndarray]]:
-        """By flight and axis: its K tagged photos, the axis, their weights (K,) and inverse covariance (K, K), 1/m2.
+    def tag_precisions(self, tags: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """By flight: its K tagged photos, the weights (3 K,) of their geotags and inverse covariance (3 K, 3 K), 1/m2.
 
         tags: (N,) share of each geotag that is believed.
         """
-        for flight in range(len(self.flight_sd)):
-            own = np.flatnonzero(self.tagged & (self.sensor.flight == flight))
-            for axis in range(3):
-                weight = tags[own] / self.priors.centre_sd[own, axis] ** 2
-                taken = 1 / (1 / self.flight_sd[flight, axis] ** 2 + weight.sum())
-                yield own, axis, weight, np.diag(weight) - np.outer(weight, weight) * taken
+        for own, weight, pulled, covariance in self._by_flight(tags):
+            yield own, weight, np.diag(weight) - pulled @ covariance @ pulled.T
 
     def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int, tolerance: float) -> State:
         """Levenberg-Marquardt from ``x``; ends when a step moves the cameras by less than ``tolerance``."""

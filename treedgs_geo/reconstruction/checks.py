@@ -17,6 +17,7 @@ from .bundle_kernels import CX, CY, READOUT
 from .calibration import Calibration, lens_sd_of
 from .control import control_residuals, rms_of
 from .covariance import posterior_of
+from .geotag_errors import usual_speed_m_s
 from .incremental_block import Joined
 from .tracks import Block
 
@@ -29,6 +30,8 @@ RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
 CONTROL_REFUSE_SD = 6.0
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
+#: Warned when a flight's geotags are not of the exposures' instants by this many standard errors, and metres.
+LATE_WARN_SD, LATE_WARN_M = 3.0, 0.03
 #: Warned when the standard error of the block's scale exceeds this (1.5 mm in 30 cm).
 SCALE_WARN = 0.005
 
@@ -83,7 +86,7 @@ def check_block(
     block, xyz, warnings = joined.block, joined.known.xyz, list[str]()
     _check_registered(block, stations, warnings)
     geotags = _against_geotags(block, stations, xyz)
-    _check_geotags(geotags, stations, warnings)
+    _check_geotags(geotags, warnings)
     focal = 0.5 * (block.camera.fx + block.camera.fy)
     _check_focal(focal, calibration, "focal" in joined.free, warnings)
     height_ratio = _height_ratio(block, stations)
@@ -91,6 +94,9 @@ def check_block(
     ties = _ties(block, len(stations))
     _check_ties(ties, warnings)
     posterior = posterior_of(joined.adjusted, geotags.factor)
+    late_s, late_sd_s = joined.known.late_s + posterior.late_s, posterior.late_sd_s
+    _note_late(late_s, late_sd_s, usual_speed_m_s(block.sensor), warnings)
+    doubted = _note_doubted(joined, stations, warnings)
     scale = float(np.hypot(posterior.scale, _held_drift(joined)))
     control = _check_control(joined, warnings)
     if readout.is_known and readout.seconds > 0 and not joined.tested_shutter and not block.sensor.readout_s:
@@ -121,6 +127,9 @@ def check_block(
         "geotag_rms_e_n_u_m": [round(float(v), 4) for v in geotags.rms],
         "geotag_median_m": round(geotags.median_m, 4),
         "geotag_stated_sd_m": round(float(geotags.stated_m), 4),
+        "geotag_late_s": [round(float(value), 4) for value in late_s],
+        "geotag_late_sd_s": [round(float(value), 4) for value in late_sd_s],
+        "geotag_doubted": doubted,
         "focal_px": round(focal, 2),
         "focal_metadata_px": round(calibration.focal_px, 2),
         "focal_source": calibration.source,
@@ -206,7 +215,7 @@ def _against_geotags(block: Block, stations: Stations, xyz: np.ndarray) -> _Geot
     return _Geotags(best, chosen, rms, median, float(stated), away)
 
 
-def _check_geotags(geotags: _Geotags, stations: Stations, warnings: list[str]) -> None:
+def _check_geotags(geotags: _Geotags, warnings: list[str]) -> None:
     median, stated, precise = geotags.median_m, geotags.stated_m, geotags.quality in ("fix", "float")
     if median > RESIDUAL_REFUSE_SD * stated + RESIDUAL_SLACK_M:
         raise ReconstructionError(
@@ -216,13 +225,35 @@ def _check_geotags(geotags: _Geotags, stations: Stations, warnings: list[str]) -
         )
     if precise and median > 2.5 * stated + 0.03:
         warnings.append(f"Cameras are {median * 100:.0f} cm (median) from geotags that claim {stated * 100:.0f} cm.")
-    stray = np.flatnonzero((geotags.away_m > max(10 * stated, 0.5)) & precise)
-    if len(stray):
+
+
+def _note_late(late_s: np.ndarray, late_sd_s: np.ndarray, speed_m_s: np.ndarray, warnings: list[str]) -> None:
+    """Say by how much the geotags of each flight, (F,), were taken before or after its photos."""
+    along_m = np.abs(late_s) * speed_m_s
+    for flight in np.flatnonzero((np.abs(late_s) > LATE_WARN_SD * late_sd_s) & (along_m > LATE_WARN_M)):
         warnings.append(
-            f"{len(stray)} photos stand up to {geotags.away_m.max():.1f} m from geotags that claim "
-            f"{stated * 100:.0f} cm ({shorten([stations.names[i] for i in stray])}): they may be placed wrong, and "
-            "stems seen in them too."
+            f"The geotags of flight {flight} belong to places {1000 * abs(late_s[flight]):.0f} ms "
+            f"{'before' if late_s[flight] > 0 else 'after'} its photos (standard error "
+            f"{1000 * late_sd_s[flight]:.0f} ms), {along_m[flight]:.2f} m along the flight: lines flown in several "
+            "directions show it, and the block was corrected; look at the times of the PPK solution, or give the "
+            "camera's delay (--camera-delay-ms)."
         )
+
+
+def _note_doubted(joined: Joined, stations: Stations, warnings: list[str]) -> list[str]:
+    """Say which geotags count less than they state; their photos' names."""
+    known = joined.known
+    off = np.linalg.norm(joined.adjusted.off_geotags_m, axis=1)
+    rows = np.flatnonzero(joined.block.is_posed & known.doubted)
+    names = [stations.names[i] for i in rows]
+    if names:
+        stated = np.median(np.linalg.norm(stations.sd[rows], axis=1))
+        warnings.append(
+            f"{len(rows)} photos stand {off[rows].min():.2f} to {off[rows].max():.2f} m from geotags that claim "
+            f"{100 * stated:.0f} cm ({shorten(names)}): the other photos and their geotags contradict these, which "
+            "count less; they may be float solutions that are labelled fixed: process the PPK again."
+        )
+    return names
 
 
 def _check_focal(focal: float, calibration: Calibration, free: bool, warnings: list[str]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from .adjustment import TAG_LOSS, Adjusted
-from .bundle import Linear, PointNormals, Problem
+from .bundle import Linear, PointNormals, Problem, State
 from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE, Model, Seen, linearise
 from .cameras import OBLIQUE_DEG
 
@@ -30,7 +30,8 @@ class Posterior:
 
     scale: relative, of lengths across the line of sight at the ground (and so of diameters). focal: relative.
     shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose. poses_px:
-    (N,) of a place on the ground in each photo against the others (``_poses_px``), NaN where none is seen.
+    (N,) of a place on the ground in each photo against the others (``_poses_px``), NaN where none is seen. late_s,
+    late_sd_s: (F,) seconds by which the geotags of a flight are too early for its exposures; held ones included.
     """
 
     scale: float
@@ -38,6 +39,8 @@ class Posterior:
     shared_sd: np.ndarray
     centres_m: np.ndarray
     poses_px: np.ndarray
+    late_s: np.ndarray
+    late_sd_s: np.ndarray
 
 
 def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
@@ -75,7 +78,25 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     drifting = _drift_sd(problem, weights.tags, follow) * max(geotag_factor, 1.0)
     shared = np.hypot(sd[problem.photos * N_POSE :], drifting[1:])
     poses_px = SYSTEMATIC * _poses_px(adjusted, inverse)
-    return Posterior(float(np.hypot(scale, drifting[0])), float(shared[LOG_F]), shared, centres, poses_px)
+    late_s, late_sd_s = _lateness(problem, state, weights.tags, inverse)
+    return Posterior(
+        float(np.hypot(scale, drifting[0])), float(shared[LOG_F]), shared, centres, poses_px, late_s, late_sd_s
+    )
+
+
+def _lateness(problem: Problem, state: State, tags: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) seconds by which the geotags of a flight are too early for its exposures, and their standard errors.
+
+    tags: (N,) share of each geotag that is believed. inverse: (K, K) covariance of the free unknowns.
+    """
+    where = np.full(problem.photos * N_POSE + problem.shared, -1)
+    where[problem.free] = np.arange(len(problem.free))
+    covariance = np.zeros((3 * problem.photos, 3 * problem.photos))
+    at = where[: problem.photos * N_POSE].reshape(-1, N_POSE)[:, 3:6].ravel()
+    known = np.flatnonzero(at >= 0)
+    covariance[np.ix_(known, known)] = inverse[np.ix_(at[known], at[known])]
+    found, sd = problem.flight_error(state, tags)[:, 3], problem.flight_error_sd(tags, covariance)[:, 3]
+    return found, SYSTEMATIC * sd
 
 
 def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
@@ -148,11 +169,13 @@ def _drift_sd(problem: Problem, tags: np.ndarray, follow: np.ndarray) -> np.ndar
         follow: (S, G) products of the inverse normal matrix and the gradients of G numbers.
     """
     variance = np.zeros(follow.shape[1])
-    for own, axis, _, precision in problem.tag_precisions(tags):
-        pull = precision @ follow[own * N_POSE + 3 + axis]
+    for own, _, precision in problem.tag_precisions(tags):
+        at = (own[:, None] * N_POSE + 3 + np.arange(3)).ravel()
+        pulls = (precision @ follow[at]).reshape(len(own), 3, -1)
         apart_s = np.abs(np.subtract.outer(problem.priors.taken_s[own], problem.priors.taken_s[own]))
-        sd = problem.priors.centre_sd[own, axis]
-        variance += np.einsum("ig,ij,jg->g", pull, np.outer(sd, sd) * np.exp(-apart_s / GEOTAG_DRIFT_S), pull)
+        for axis in range(3):
+            sd, pull = problem.priors.centre_sd[own, axis], pulls[:, axis]
+            variance += np.einsum("ig,ij,jg->g", pull, np.outer(sd, sd) * np.exp(-apart_s / GEOTAG_DRIFT_S), pull)
     return np.sqrt(np.maximum(variance, 0))
 
 

@@ -17,6 +17,7 @@ from .control import align_to_control
 from .covariance import posterior_of
 from .features import FeatureStore
 from .georeference import Placement, as_stored
+from .geotag_errors import as_photos_say, in_time, tell_the_time
 from .outlier_photos import leave_out, leave_out_unsure, set_loose
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
 from .rolling_shutter import settle_lens, settle_shutter
@@ -25,6 +26,8 @@ from .tracks import Block, triangulate
 
 #: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.
 MAPPED_SHARE = 0.35
+#: Rounds in which geotags come to count less: a wrong one pulls those beside it.
+_DOUBTS = 3
 
 
 class Joined(NamedTuple):
@@ -67,6 +70,7 @@ def join_photos(
         mapped = placement.mapped[:, None, None]
         known = replace(known, gimbal=as_stored(np.where(mapped, placement.rotations, np.nan), known.gimbal))
     block = _first_block(placement, store, known, replace(sensor, camera=placement.camera), free, reporter)
+    known = _in_time(block, known, free)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
     greys = GreyPhotos(stations.paths)
@@ -90,6 +94,12 @@ def join_photos(
     _keep_proven(block)
     known, free = _settle(block, known, free)
     adjusted = _refine_strictly(block, known, free)
+    for _ in range(_DOUBTS):
+        doubted = as_photos_say(known, adjusted)
+        if doubted is known:
+            break
+        known = doubted
+        adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
     if leave_out(block, known, stations.names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if leave_out_unsure(block, posterior_of(adjusted).poses_px, stations.names, reporter):
@@ -121,10 +131,24 @@ def _first_block(
     return block
 
 
+def _in_time(block: Block, known: Known, free: frozenset[str]) -> Known:
+    """:func:`.geotag_errors.in_time`, until nothing changes: velocities hold for short times only."""
+    for _ in range(3):
+        adjusted = adjust(block, known, free, iterations=30)
+        timed = in_time(known, adjusted, posterior_of(adjusted))
+        if timed is known:
+            break
+        known = timed
+        _refine(block, known, free, 4.0)
+    return known
+
+
 def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
     """Which parts of lens and shutter stay free for the last adjustment."""
     adjusted = adjust(block, known, free, final=True, tolerance=GOOD)
     posterior = posterior_of(adjusted)
+    known = in_time(known, adjusted, posterior)
+    known = replace(known, late_sd_s=np.where(tell_the_time(adjusted, posterior), known.late_sd_s, 0.0))
     known, free = settle_shutter(block, known, free, posterior)
     return known, settle_lens(block, known, free, posterior)
 

@@ -12,13 +12,17 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations
-from .adjustment import Known
+from .adjustment import Known, geotags_are_precise
 from .calibration import Calibration, calibration_of
 from .camera_model import Sensor
 from .matching_levels import can_guide
 from .pairs import ground_below
 from .poses import rotation_from_gimbal
 from .rolling_shutter import free_shutter, lens_sd, sensor_of
+
+#: By how much a flight's geotags may be those of another instant than its exposures, seconds: what positions of metres
+#: do not show where the geotags are made (:data:`..geotags.timing.ROUGH_LEAST_S`).
+LATE_SD_S = 0.3
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,9 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
         gimbal=rotations,
         taken_s=stations.utc,
     )
+    if geotags_are_precise(known):
+        flights = len(np.unique(stations.flight))
+        known = replace(known, late_s=np.zeros(flights), late_sd_s=np.full(flights, LATE_SD_S))
     height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0
     known, sensor, shutter = free_shutter(
         known, sensor_of(stations, calibration.camera), stations, readout, float(height)

@@ -1,0 +1,62 @@
+"""Geotags that the photos contradict: a flight's that are those of another instant, and those worse than they state."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .adjustment import Adjusted, Known
+from .camera_model import Sensor
+from .covariance import Posterior
+
+#: When a flight's geotags were taken is left to the photos where these tell it to so many metres along the flight, or
+#: where it is so many standard errors from the exposures; else clocks are believed.
+TOLD_M, CERTAIN_SD = 0.05, 6.0
+#: Geotags are moved along the velocities by this at least, metres; so large a share of it may be wrong, as the speed
+#: changes meanwhile.
+LEAST_M, MOVED_SHARE = 0.02, 0.1
+#: A geotag counts less where its photo stands so many times as far off as it states, and so many metres.
+DOUBT_TIMES, DOUBT_M = 3.0, 0.05
+
+
+def usual_speed_m_s(sensor: Sensor) -> np.ndarray:
+    """(F,) median speed of each flight at its exposures."""
+    speed = np.linalg.norm(sensor.velocity_m_s, axis=1)
+    return np.array([np.median(speed[sensor.flight == flight]) for flight in range(len(sensor.drift))])
+
+
+def tell_the_time(adjusted: Adjusted, posterior: Posterior) -> np.ndarray:
+    """(F,) bool: flights whose photos tell when their geotags were taken.
+
+    Where lines are flown both ways or cross, geotags of another instant lie behind their cameras on one line and before
+    them on the next. Flown one way only they move the block as a whole, which nothing in the photos tells.
+    """
+    told = posterior.late_sd_s * usual_speed_m_s(adjusted.problem.sensor) < TOLD_M
+    return (posterior.late_sd_s > 0) & (told | (np.abs(posterior.late_s) > CERTAIN_SD * posterior.late_sd_s))
+
+
+def in_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
+    """What is known, with the geotags of each flight moved along its velocities to when its photos were taken."""
+    sensor = adjusted.problem.sensor
+    late_s = np.where(tell_the_time(adjusted, posterior), posterior.late_s, 0.0)
+    late_s[np.abs(late_s) * usual_speed_m_s(sensor) < LEAST_M] = 0.0
+    if not late_s.any():
+        return known
+    moved = late_s[sensor.flight, None] * sensor.velocity_m_s
+    return replace(
+        known, xyz=known.xyz + moved, sd=np.hypot(known.sd, MOVED_SHARE * np.abs(moved)), late_s=known.late_s + late_s
+    )
+
+
+def as_photos_say(known: Known, adjusted: Adjusted) -> Known:
+    """What is known, with standard errors of geotags as large as their distance from where the photos hold the camera,
+    where that is far more than they state (float solutions that are labelled fixed)."""
+    off = adjusted.off_geotags_m
+    times = np.linalg.norm(off / known.sd, axis=1) / np.sqrt(3)
+    with np.errstate(invalid="ignore"):
+        doubted = (times > DOUBT_TIMES) & (np.linalg.norm(off, axis=1) > DOUBT_M)
+    if not doubted.any():
+        return known
+    sd = np.where(doubted[:, None], known.sd * times[:, None], known.sd)
+    return replace(known, sd=sd, doubted=known.doubted | doubted)
