@@ -38,7 +38,7 @@ def _one_way() -> tuple[list[View], np.ndarray]:
 
 
 def _adjusted(flight, late_s: float, error: np.ndarray | float = 0.0, seed: int = 0) -> tuple:
-    """Block, what held it, its adjustment and posterior, true cameras: geotags late by so much, and off by ``error``."""
+    """Block, what held it, adjustment, posterior and true cameras: geotags late by so much, and off by ``error``."""
     views, velocity = flight
     rng = np.random.default_rng(seed)
     low = np.column_stack([rng.uniform(-22, 22, (900, 2)), rng.uniform(0, 1, 900)])

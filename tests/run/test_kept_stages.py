@@ -98,10 +98,29 @@ def test_photos_that_were_moved_are_the_same_photos(flight):
     again, said = geotag(moved, moved / "a_solution")
     assert "geotag: unchanged since the last run, kept" in said
     assert again.digest() == before.digest() and all(path.is_file() for path in again.paths)
-    # But not the same photos under other names, nor one that was changed.
+    # But not one that was changed.
     photo = list_photos(moved / "photos")[0]
     photo.write_bytes(photo.read_bytes() + b"\0")
     assert "unchanged" not in geotag(moved, moved / "a_solution")[1]
+
+
+def test_photos_that_were_renamed_are_the_same_photos(flight):
+    before, _ = geotag(flight, flight / "ppk")
+    photos = list_photos(flight / "photos")
+    pictures = [path.read_bytes() for path in photos]
+    (flight / "photos" / "second half").mkdir()
+    for k, path in enumerate(photos):  # in another order, and half of them in a sub-folder
+        folder = path.parent / "second half" if k % 2 else path.parent
+        path.rename(folder / f"plot 7 {len(photos) - k:03d}.JPG")
+    again, said = geotag(flight, flight / "ppk")
+    assert "geotag: unchanged since the last run, kept" in said
+    assert f"{len(photos)} of {len(photos)} photos have other names" in said
+    assert again.names == before.names and again.digest() == before.digest()
+    assert [path.read_bytes() for path in again.paths] == pictures
+    # One that is missing, or another picture under an old name: other photos.
+    again.paths[3].write_bytes(pictures[3] + b"\0")
+    other, said = geotag(flight, flight / "ppk")
+    assert "unchanged" not in said and other.names != before.names
 
 
 def test_a_ruined_stations_layer_is_made_again_and_an_edited_one_is_taken(flight):

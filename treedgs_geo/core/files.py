@@ -353,12 +353,19 @@ def fingerprint(paths: Iterable[Path]) -> str:
         InputError: a file that cannot be read.
     """
     files = [Path(p) for p in paths]
+    parts = sorted(f"{path.name}:{content}:" for path, content in zip(files, content_hashes(files), strict=True))
+    return hashlib.sha256("".join(parts).encode("utf-8", "surrogateescape")).hexdigest()[:16]
+
+
+def content_hashes(paths: Iterable[Path]) -> list[str]:
+    """SHA-256 of each file, whole.
+
+    Raises:
+        InputError: a file that cannot be read.
+    """
     # Hashing and reading both leave Python to the other threads.
     with ThreadPoolExecutor(min(8, os.cpu_count() or 1)) as pool:
-        parts = sorted(
-            f"{path.name}:{content}:" for path, content in zip(files, pool.map(content_hash, files), strict=True)
-        )
-    return hashlib.sha256("".join(parts).encode("utf-8", "surrogateescape")).hexdigest()[:16]
+        return list(pool.map(content_hash, paths))
 
 
 def content_hash(path: Path) -> str:

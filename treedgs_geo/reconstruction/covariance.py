@@ -171,7 +171,7 @@ def _drift_sd(problem: Problem, tags: np.ndarray, follow: np.ndarray) -> np.ndar
     variance = np.zeros(follow.shape[1])
     for own, _, precision in problem.tag_precisions(tags):
         at = (own[:, None] * N_POSE + 3 + np.arange(3)).ravel()
-        pulls = (precision @ follow[at]).reshape(len(own), 3, -1)
+        pulls = (precision @ follow[at]).reshape(len(own), 3, follow.shape[1])
         apart_s = np.abs(np.subtract.outer(problem.priors.taken_s[own], problem.priors.taken_s[own]))
         for axis in range(3):
             sd, pull = problem.priors.centre_sd[own, axis], pulls[:, axis]

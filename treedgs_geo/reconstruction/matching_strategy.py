@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -191,9 +193,21 @@ def _guide(survey: Survey, former: Joined | None = None) -> Guide:
     return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))
 
 
-def _photo_root(stations: Stations) -> Path:
+def _photo_root(stations: Stations, cache: Path) -> Path:
+    """The folder in which the photos have their names: their own, or one of links where they were renamed."""
     path, name = stations.paths[0], stations.names[0]
-    return Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
+    root = Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
+    if all(root / name == path for name, path in zip(stations.names, stations.paths, strict=True)):
+        return root
+    for name, path in zip(stations.names, stations.paths, strict=True):
+        link = cache / "photos" / name
+        link.parent.mkdir(parents=True, exist_ok=True)
+        link.unlink(missing_ok=True)
+        try:
+            os.link(path, link)
+        except OSError:  # another disk
+            shutil.copyfile(path, link)
+    return cache / "photos"
 
 
 def extract_features(
@@ -213,7 +227,7 @@ def extract_features(
     camera = calibration.camera
     job = {
         "database": str(database),
-        "photos": str(_photo_root(stations)),
+        "photos": str(_photo_root(stations, cache)),
         "names": stations.names,
         "threads": threads,
         "camera_params": ",".join(

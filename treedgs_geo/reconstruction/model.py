@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,8 +105,12 @@ def _open(sfm_folder: Path):
         ) from None
 
 
-def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[View]]:
+def load_views(
+    sfm_folder: Path, photos_folder: Path, files: Mapping[str, Path] | None = None
+) -> tuple[LocalFrame, list[View]]:
     """The registered photos, sorted by name, in the local frame.
+
+    files: name -> photo where it is not called so in the folder any more.
 
     Raises:
         InputError: no model, no ``frame.json``, a photo that is gone, an unsupported camera model.
@@ -118,7 +123,7 @@ def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[
     for image in model.images.values():
         if not image.has_pose:
             continue
-        path = Path(photos_folder) / image.name
+        path = (files or {}).get(image.name, Path(photos_folder) / image.name)
         if not path.is_file():
             raise InputError(
                 f"{path}: is part of the reconstruction but not there; give the photo folder that was reconstructed."

@@ -11,6 +11,7 @@ import numpy as np
 from ..core import workspace as names
 from ..core.crs import LocalFrame
 from ..core.errors import InputError
+from ..core.files import content_hashes
 from ..core.map_scale import zone_that_fits
 from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
@@ -28,6 +29,7 @@ from ..reconstruction.pipeline import reconstruct_photos
 from ..terrain.dtm import GROUND_WARN_M, Dtm, height_above, read_dtm, require_coverage, require_same_heights, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse, with_gaps_filled
 from .context import Aligned, Flight, Run, Site
+from .photo_files import photo_files
 from .published_plot import is_published
 from .search_forecast import (
     LEAST_OBLIQUE,
@@ -98,14 +100,16 @@ def _geotag(run: Run, photos: list[Path]) -> Stations:
         write_stations(layer, stations)
         return {"photos": len(stations), "positions": stations.counts()}
 
-    # By what the files are, not by where: photos that were moved are the same photos.
-    own = [path.relative_to(settings.photos).as_posix() for path in photos]
-    used = {"photos": own, "geotags": settings.geotags is not None, "crs": settings.crs, "frame": settings.geotags_crs}
+    # By what the files are, not by where: photos that were moved or renamed are the same photos.
+    files = photo_files(run.space, settings.photos, photos, run.steps.reporter)
+    contents = dict(zip(files, content_hashes(files.values()), strict=True))
+    geotags, frame = settings.geotags is not None, settings.geotags_crs
+    used = {"photos": contents, "geotags": geotags, "crs": settings.crs, "frame": frame}
     given = find_geotags(settings.geotags, settings.photos).all() if settings.geotags else []
     # People may move a camera by hand: the layer is taken as it is.
-    run.steps.run("geotag", used, photos + given, [layer], work, readable=lambda: read_stations_layer(layer))
+    run.steps.run("geotag", used, given, [layer], work, readable=lambda: read_stations_layer(layer))
     stations = read_stations_layer(layer)
-    return replace(stations, paths=[settings.photos / name for name in stations.names])
+    return replace(stations, paths=[files.get(name, settings.photos / name) for name in stations.names])
 
 
 def check_cover(settings: PhotosToDbhSettings, flight: Flight, dtm: Dtm | None) -> None:
@@ -153,7 +157,7 @@ def _reconstruct(run: Run, stations: Stations, control: ControlPoints | None) ->
         outputs,
         lambda reporter: reconstruct_photos(stations, options, sfm, reporter, control, calibration),
     )
-    frame, views = load_views(sfm, run.settings.photos)
+    frame, views = load_views(sfm, run.settings.photos, dict(zip(stations.names, stations.paths, strict=True)))
     return Aligned(frame, views, load_points(sfm).xyz, report)
 
 

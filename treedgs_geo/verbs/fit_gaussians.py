@@ -43,13 +43,13 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
 
 
 def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
-    from ..reconstruction.model import load_views
+    from ..run.photo_files import views_of
     from ..stems.splats.ply import frame_path, write_field
     from ..stems.splats.seeds import read_seeds
     from ..stems.splats.train import fit_with_report
     from ..terrain.dtm import read_dtm
 
-    frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
+    frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
     dtm_file = space.path(names.DTM)
     if not dtm_file.exists():
         raise InputError(f"{dtm_file}: not found; run the terrain step first (treedgs terrain) or copy a DTM there.")
@@ -148,8 +148,9 @@ def photo_folder(space, given: Path | None) -> Path:
     candidates = [space.record.get("parameters") or {}]
     candidates += [stage.get("settings") or {} for stage in space.record["stages"].values()]
     for candidate in candidates:
-        if isinstance(candidate, dict) and candidate.get("photos") and Path(candidate["photos"]).is_dir():
-            return Path(candidate["photos"])
+        folder = candidate.get("photos") if isinstance(candidate, dict) else None
+        if folder and isinstance(folder, str) and Path(folder).is_dir():
+            return Path(folder)
     raise InputError(f"{space.folder}: run.json does not say where the photos are (or they moved); give --photos.")
 
 

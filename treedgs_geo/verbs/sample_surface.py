@@ -43,12 +43,12 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
 def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
-    from ..reconstruction.model import load_views
+    from ..run.photo_files import views_of
     from ..stems.splats.ply import read_field
     from ..stems.splats.sample import sample_surface as sample
     from .fit_gaussians import photo_folder
 
-    frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
+    frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
     field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
     field, field_frame = read_field(field_file)
     if field_frame is not None and (
