@@ -78,7 +78,7 @@ def test_a_flight_in_one_direction_does_not_tell_the_time() -> None:
     assert in_time(known, adjusted, posterior) is known
 
 
-def _doubted(known: Known, block: Block, adjusted: Adjusted) -> tuple[Known, Adjusted]:
+def _contradicted(known: Known, block: Block, adjusted: Adjusted) -> tuple[Known, Adjusted]:
     for _ in range(3):
         found = as_photos_say(known, adjusted)
         if found is known:
@@ -92,14 +92,14 @@ def test_float_solutions_labelled_fixed_count_less() -> None:
     wrong[[4, 5, 6, 20]] = [[0.25, 0.1, 0.1], [0.25, 0.12, 0.1], [0.24, 0.1, 0.12], [-0.1, 0.2, 0.3]]
     block, known, adjusted, _, truth = _adjusted(_rings(), 0.0, wrong, seed=6)
     before = np.linalg.norm(block.centres - truth, axis=1)
-    known, adjusted = _doubted(known, block, adjusted)
-    assert np.flatnonzero(known.doubted).tolist() == [4, 5, 6, 20]
+    known, adjusted = _contradicted(known, block, adjusted)
+    assert np.flatnonzero(known.contradicted).tolist() == [4, 5, 6, 20]
     after = np.linalg.norm(block.centres - truth, axis=1)
     assert after[[4, 5, 6]].max() < 0.6 * before[[4, 5, 6]].max() and after.max() < 0.05
     off = np.linalg.norm(adjusted.off_geotags_m, axis=1)
     np.testing.assert_allclose(off[[4, 5, 6, 20]], np.linalg.norm(wrong[[4, 5, 6, 20]], axis=1), atol=0.06)
 
 
-def test_good_geotags_are_not_doubted() -> None:
+def test_good_geotags_are_not_contradicted() -> None:
     _, known, adjusted, _, _ = _adjusted(_rings(), 0.0, seed=7)
     assert as_photos_say(known, adjusted) is known

@@ -59,8 +59,8 @@ class Known:
     control and check points, in the local frame. gimbal: (N, 3, 3) world -> camera by the gimbal's angles, NaN unknown.
     taken_s: (N,) when each photo was taken, seconds from any instant, NaN unknown; empty where no time is known.
     late_s: (F,) seconds by which the geotags of each flight were moved along its velocities. late_sd_s: (F,) seconds by
-    which they may still be those of another instant than the exposures. doubted: (N,) bool, geotags whose ``sd`` was
-    raised as the photos contradict them. One of each for all where nobody looks.
+    which they may still be those of another instant than the exposures. contradicted: (N,) bool, geotags whose ``sd``
+    was raised as the photos contradict them. One of each for all where nobody looks.
     """
 
     xyz: np.ndarray
@@ -76,7 +76,7 @@ class Known:
     taken_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
     late_s: np.ndarray = field(default_factory=lambda: np.zeros(1))
     late_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(1))
-    doubted: np.ndarray = field(default_factory=lambda: np.zeros(1, bool))
+    contradicted: np.ndarray = field(default_factory=lambda: np.zeros(1, bool))
 
 
 @dataclass(frozen=True)

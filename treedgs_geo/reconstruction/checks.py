@@ -96,7 +96,7 @@ def check_block(
     posterior = posterior_of(joined.adjusted, geotags.factor)
     late_s, late_sd_s = joined.known.late_s + posterior.late_s, posterior.late_sd_s
     _note_late(late_s, late_sd_s, usual_speed_m_s(block.sensor), warnings)
-    doubted = _note_doubted(joined, stations, warnings)
+    contradicted = _note_contradicted(joined, stations, warnings)
     scale = float(np.hypot(posterior.scale, _held_drift(joined)))
     control = _check_control(joined, warnings)
     if readout.is_known and readout.seconds > 0 and not joined.tested_shutter and not block.sensor.readout_s:
@@ -129,7 +129,7 @@ def check_block(
         "geotag_stated_sd_m": round(float(geotags.stated_m), 4),
         "geotag_late_s": [round(float(value), 4) for value in late_s],
         "geotag_late_sd_s": [round(float(value), 4) for value in late_sd_s],
-        "geotag_doubted": doubted,
+        "geotag_contradicted": contradicted,
         "focal_px": round(focal, 2),
         "focal_metadata_px": round(calibration.focal_px, 2),
         "focal_source": calibration.source,
@@ -240,11 +240,11 @@ def _note_late(late_s: np.ndarray, late_sd_s: np.ndarray, speed_m_s: np.ndarray,
         )
 
 
-def _note_doubted(joined: Joined, stations: Stations, warnings: list[str]) -> list[str]:
+def _note_contradicted(joined: Joined, stations: Stations, warnings: list[str]) -> list[str]:
     """Say which geotags count less than they state; their photos' names."""
     known = joined.known
     off = np.linalg.norm(joined.adjusted.off_geotags_m, axis=1)
-    rows = np.flatnonzero(joined.block.is_posed & known.doubted)
+    rows = np.flatnonzero(joined.block.is_posed & known.contradicted)
     names = [stations.names[i] for i in rows]
     if names:
         stated = np.median(np.linalg.norm(stations.sd[rows], axis=1))

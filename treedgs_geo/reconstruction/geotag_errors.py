@@ -17,7 +17,7 @@ TOLD_M, CERTAIN_SD = 0.05, 6.0
 #: changes meanwhile.
 LEAST_M, MOVED_SHARE = 0.02, 0.1
 #: A geotag counts less where its photo stands so many times as far off as it states, and so many metres.
-DOUBT_TIMES, DOUBT_M = 3.0, 0.05
+CONTRADICTED_TIMES, CONTRADICTED_M = 3.0, 0.05
 
 
 def usual_speed_m_s(sensor: Sensor) -> np.ndarray:
@@ -55,8 +55,8 @@ def as_photos_say(known: Known, adjusted: Adjusted) -> Known:
     off = adjusted.off_geotags_m
     times = np.linalg.norm(off / known.sd, axis=1) / np.sqrt(3)
     with np.errstate(invalid="ignore"):
-        doubted = (times > DOUBT_TIMES) & (np.linalg.norm(off, axis=1) > DOUBT_M)
-    if not doubted.any():
+        contradicted = (times > CONTRADICTED_TIMES) & (np.linalg.norm(off, axis=1) > CONTRADICTED_M)
+    if not contradicted.any():
         return known
-    sd = np.where(doubted[:, None], known.sd * times[:, None], known.sd)
-    return replace(known, sd=sd, doubted=known.doubted | doubted)
+    sd = np.where(contradicted[:, None], known.sd * times[:, None], known.sd)
+    return replace(known, sd=sd, contradicted=known.contradicted | contradicted)

@@ -26,8 +26,8 @@ from .tracks import Block, triangulate
 
 #: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.
 MAPPED_SHARE = 0.35
-#: Rounds in which geotags come to count less: a wrong one pulls those beside it.
-_DOUBTS = 3
+#: Rounds in which geotags are moved in time, and come to count less: a wrong one pulls those beside it.
+_ROUNDS = 3
 
 
 class Joined(NamedTuple):
@@ -94,11 +94,10 @@ def join_photos(
     _keep_proven(block)
     known, free = _settle(block, known, free)
     adjusted = _refine_strictly(block, known, free)
-    for _ in range(_DOUBTS):
-        doubted = as_photos_say(known, adjusted)
-        if doubted is known:
+    for _ in range(_ROUNDS):
+        former, known = known, as_photos_say(known, adjusted)
+        if known is former:
             break
-        known = doubted
         adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
     if leave_out(block, known, stations.names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
@@ -133,12 +132,11 @@ def _first_block(
 
 def _in_time(block: Block, known: Known, free: frozenset[str]) -> Known:
     """:func:`.geotag_errors.in_time`, until nothing changes: velocities hold for short times only."""
-    for _ in range(3):
+    for _ in range(_ROUNDS):
         adjusted = adjust(block, known, free, iterations=30)
-        timed = in_time(known, adjusted, posterior_of(adjusted))
-        if timed is known:
+        former, known = known, in_time(known, adjusted, posterior_of(adjusted))
+        if known is former:
             break
-        known = timed
         _refine(block, known, free, 4.0)
     return known
 
