@@ -21,6 +21,7 @@ from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
 from treedgs_geo.reconstruction.camera_model import Sensor
 from treedgs_geo.reconstruction.checks import check_block
+from treedgs_geo.reconstruction.geotag_errors import as_photos_say
 from treedgs_geo.reconstruction.incremental_block import Joined
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.reconstruction.options import ReconstructOptions
@@ -88,9 +89,11 @@ def test_geotags_worse_than_they_state_widen_the_scale() -> None:
 def test_a_photo_metres_from_its_geotag_is_named() -> None:
     joined, stations, calibration = _case()
     joined.known.xyz[4] += [0.0, 2.5, 0.0]
-    report = check_block(joined, stations, calibration, READOUT, Reporter())
-    assert len(report["warnings"]) == 1 and "1 photos stand up to 2.5 m" in report["warnings"][0]
-    assert "4.jpg" in report["warnings"][0]
+    known = as_photos_say(joined.known, joined.adjusted)
+    adjusted = adjust(joined.block, known, joined.free)
+    report = check_block(joined._replace(known=known, adjusted=adjusted), stations, calibration, READOUT, Reporter())
+    assert len(report["warnings"]) == 1 and "1 photos stand 2.5" in report["warnings"][0]
+    assert "4.jpg" in report["warnings"][0] and report["geotag_contradicted"] == ["4.jpg"]
 
 
 def test_movements_by_photo_need_geotags_that_hold_the_block() -> None:

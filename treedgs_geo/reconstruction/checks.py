@@ -94,7 +94,8 @@ def check_block(
     ties = _ties(block, len(stations))
     _check_ties(ties, warnings)
     posterior = posterior_of(joined.adjusted, geotags.factor)
-    late_s, late_sd_s = joined.known.late_s + posterior.late_s, posterior.late_sd_s
+    late_s = joined.known.late_s + posterior.late_s
+    late_sd_s = np.where(joined.known.late_sd_s > 0, posterior.late_sd_s, np.nan)
     _note_late(late_s, late_sd_s, usual_speed_m_s(block.sensor), warnings)
     contradicted = _note_contradicted(joined, stations, warnings)
     scale = float(np.hypot(posterior.scale, _held_drift(joined)))
@@ -128,7 +129,7 @@ def check_block(
         "geotag_median_m": round(geotags.median_m, 4),
         "geotag_stated_sd_m": round(float(geotags.stated_m), 4),
         "geotag_late_s": [round(float(value), 4) for value in late_s],
-        "geotag_late_sd_s": [round(float(value), 4) for value in late_sd_s],
+        "geotag_late_sd_s": [_rounded(float(value), 4) for value in late_sd_s],
         "geotag_contradicted": contradicted,
         "focal_px": round(focal, 2),
         "focal_metadata_px": round(calibration.focal_px, 2),

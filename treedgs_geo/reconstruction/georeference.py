@@ -19,7 +19,7 @@ from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_GATE_DEG = 4.0
 #: A photo on its head: half a turn about the camera's axis.
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 
 @dataclass
@@ -205,7 +205,7 @@ def as_stored(rotations: np.ndarray, gimbal: np.ndarray) -> np.ndarray:
     Args:
         rotations: (N, 3, 3) world -> camera as reconstructed, NaN unknown.
     """
-    headlong = _HALF_TURN @ gimbal
+    headlong = HALF_TURN @ gimbal
     near, far = (np.einsum("nij,nij->n", rotations, each) for each in (gimbal, headlong))
     return np.where((far > near)[:, None, None], headlong, gimbal)
 
@@ -222,7 +222,7 @@ def _turned_to_gimbals(
     if known.sum() < 3:
         return rotations, centres
     middle, found = centres.mean(axis=0), []
-    for aimed in (gimbal[known], _HALF_TURN @ gimbal[known]):
+    for aimed in (gimbal[known], HALF_TURN @ gimbal[known]):
         turn = nearest_rotation((aimed.transpose(0, 2, 1) @ rotations[known]).sum(axis=0))
         moved = middle + (centres - middle) @ turn.T
         away = rotation_angle_deg(rotations[known] @ turn.T @ aimed.transpose(0, 2, 1))

@@ -49,6 +49,22 @@ def in_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
     )
 
 
+def settle_time(known: Known, adjusted: Adjusted, posterior: Posterior, given: Known) -> Known:
+    """What is known for the last adjustment: geotags of flights whose photos do not tell the time are as they were
+    given, and held there, for clocks are right unless they show otherwise.
+    """
+    told = tell_the_time(adjusted, posterior)
+    of_told = told[adjusted.problem.sensor.flight, None]
+    known = in_time(known, adjusted, posterior)
+    return replace(
+        known,
+        xyz=np.where(of_told, known.xyz, given.xyz),
+        sd=np.where(of_told, known.sd, given.sd),
+        late_s=np.where(told, known.late_s, 0.0),
+        late_sd_s=np.where(told, known.late_sd_s, 0.0),
+    )
+
+
 def as_photos_say(known: Known, adjusted: Adjusted) -> Known:
     """What is known, with standard errors of geotags as large as their distance from where the photos hold the camera,
     where that is far more than they state (float solutions that are labelled fixed)."""

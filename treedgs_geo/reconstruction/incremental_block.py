@@ -17,7 +17,7 @@ from .control import align_to_control
 from .covariance import posterior_of
 from .features import FeatureStore
 from .georeference import Placement, as_stored
-from .geotag_errors import as_photos_say, in_time, tell_the_time
+from .geotag_errors import as_photos_say, in_time, settle_time
 from .outlier_photos import leave_out, leave_out_unsure, set_loose
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
 from .rolling_shutter import settle_lens, settle_shutter
@@ -70,7 +70,7 @@ def join_photos(
         mapped = placement.mapped[:, None, None]
         known = replace(known, gimbal=as_stored(np.where(mapped, placement.rotations, np.nan), known.gimbal))
     block = _first_block(placement, store, known, replace(sensor, camera=placement.camera), free, reporter)
-    known = _in_time(block, known, free)
+    given, known = known, _in_time(block, known, free)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
     greys = GreyPhotos(stations.paths)
@@ -92,7 +92,7 @@ def join_photos(
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
     _keep_proven(block)
-    known, free = _settle(block, known, free)
+    known, free = _settle(block, known, given, free)
     adjusted = _refine_strictly(block, known, free)
     for _ in range(_ROUNDS):
         former, known = known, as_photos_say(known, adjusted)
@@ -141,12 +141,11 @@ def _in_time(block: Block, known: Known, free: frozenset[str]) -> Known:
     return known
 
 
-def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
-    """Which parts of lens and shutter stay free for the last adjustment."""
+def _settle(block: Block, known: Known, given: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
+    """What holds the block (``given`` at first) in the last adjustment, and what is free of lens and shutter."""
     adjusted = adjust(block, known, free, final=True, tolerance=GOOD)
     posterior = posterior_of(adjusted)
-    known = in_time(known, adjusted, posterior)
-    known = replace(known, late_sd_s=np.where(tell_the_time(adjusted, posterior), known.late_sd_s, 0.0))
+    known = settle_time(known, adjusted, posterior, given)
     known, free = settle_shutter(block, known, free, posterior)
     return known, settle_lens(block, known, free, posterior)
 

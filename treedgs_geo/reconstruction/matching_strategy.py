@@ -15,12 +15,13 @@ from ..core.errors import ReconstructionError
 from ..core.files import fingerprint
 from ..core.machine import available_threads
 from ..core.progress import Reporter
+from ..geotags.photos import shorten
 from ..geotags.stations import Stations
 from .calibration import Calibration
 from .checks import check_block
 from .covariance import posterior_of
 from .features import FeatureStore, count_rows, run_task
-from .georeference import Placement, place_by_gimbal, place_photos
+from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided
 from .incremental_block import Joined, from_gimbal, join_photos
 from .matching import match_pairs
@@ -127,6 +128,7 @@ def at_level(
         if level.guided:
             guide = _guide(survey, former if level.again else None)
             match_guided(store, pairs, guide, options.seed, work.threads, reporter)
+            guide = _with_turned(store, pairs, guide, work, reporter)
         else:
             match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
             store = FeatureStore.read(database, stations.names)
@@ -135,7 +137,7 @@ def at_level(
         if (kept := kept_poses(former, survey, level.again)) is not None:
             placement = kept
         elif level.guided:
-            start = place_by_gimbal(camera, survey.known.xyz, survey.rotations)
+            start = place_by_gimbal(camera, survey.known.xyz, guide.rotations)
             placement = from_gimbal(start, store, survey.known, survey.sensor)
         else:
             placement = place_photos(
@@ -167,7 +169,7 @@ def kept_poses(former: Joined | None, survey: Survey, all_poses: bool = False) -
     if sure.sum() < max(3, KEPT_SHARE * len(sure)):
         return None
     kept = former.block.is_posed if all_poses else sure
-    start = place_by_gimbal(former.block.camera, survey.known.xyz, survey.rotations)
+    start = place_by_gimbal(former.block.camera, survey.known.xyz, _gimbal(survey, former))
     return replace(
         start,
         rotations=np.where(kept[:, None, None], former.block.rotations, start.rotations),
@@ -182,15 +184,40 @@ def _sure(joined: Joined) -> np.ndarray:
         return joined.block.is_posed & (posterior_of(joined.adjusted).poses_px <= KEPT_SURE_PX)
 
 
+def _with_turned(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work, reporter: Reporter) -> Guide:
+    """The guide, with photos that match no other turned on their heads where they then do; their matches, too.
+
+    A gimbal's roll of 180 degrees does not say whether the picture was stored turned, and programs turn pictures.
+    """
+    found = store.matches
+    alone = ~np.isin(np.arange(len(guide.rotations)), np.array([*found, (-1, -1)]))
+    again = pairs[alone[pairs].any(axis=1)]
+    if not len(again):
+        return guide
+    turned = replace(guide, rotations=np.where(alone[:, None, None], HALF_TURN @ guide.rotations, guide.rotations))
+    match_guided(store, again, turned, work.options.seed, work.threads, reporter)
+    store.matches = found | store.matches
+    right = alone & np.isin(np.arange(len(alone)), np.array([*store.matches, (-1, -1)]))
+    if right.any():
+        names = shorten([work.stations.names[i] for i in np.flatnonzero(right)])
+        reporter.info(f"{right.sum()} photos are stored turned by 180 degrees against their gimbal angles: {names}.")
+    return replace(guide, rotations=np.where(right[:, None, None], turned.rotations, guide.rotations))
+
+
 def _guide(survey: Survey, former: Joined | None = None) -> Guide:
     """Features lie between somewhat below the take-off point and the tops of the crowns. former: a block whose sure
     poses say more than gimbals do."""
     low = survey.ground - LOW_SHARE * survey.height
     high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
-    guide = Guide(survey.rotations, survey.known.xyz, survey.calibration.camera, low, high)
+    guide = Guide(_gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high)
     if former is None:
         return guide
     return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))
+
+
+def _gimbal(survey: Survey, former: Joined | None) -> np.ndarray:
+    """(N, 3, 3) what the gimbals say, of pictures as they are stored where a block tells that."""
+    return survey.rotations if former is None or former.known.gimbal is None else former.known.gimbal
 
 
 def _photo_root(stations: Stations, cache: Path) -> Path:
