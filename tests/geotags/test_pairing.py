@@ -98,8 +98,10 @@ def test_a_clock_that_was_set_back_in_flight(tmp_path: Path) -> None:
     _written(flight, tmp_path)
     for path in sorted((tmp_path / "images").iterdir())[14:]:
         path.write_bytes(path.read_bytes().replace(b"2026:03:12", b"2020:01:01"))
-    found, _ = _read(flight, tmp_path)
+    found, warnings = _read(flight, tmp_path)
     assert found.is_placed.all() and _worst_m(found, flight.camera) < 0.3, "their own positions say which is which"
+    assert len(warnings) == 1 and "the clock of 14 of 28 photos is -195436800 s off" in warnings[0], "and it is said"
+    assert "DJI_0015.JPG" in warnings[0]
 
 
 def test_photos_of_another_day_by_the_same_plan_get_no_geotag_of_this_one(tmp_path: Path) -> None:

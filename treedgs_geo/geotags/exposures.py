@@ -14,7 +14,7 @@ from ..core.progress import Reporter
 from .datum import decimal_year
 from .gpstime import gps_to_utc
 from .mrk import Marks
-from .pairing import pair_photos
+from .pairing import MOST_CLOCK_ERROR_S, pair_photos
 from .photos import Photo, shorten
 from .rtklib import Trajectory, read_pos
 from .timing import (
@@ -29,6 +29,20 @@ from .timing import (
 )
 from .trajectory import Interpolated, interpolate
 from .velocity import turned_to_grid
+
+
+def note_clock(marks: Marks, names: list[str], apart_s: np.ndarray, reporter: Reporter) -> None:
+    """Say which paired photos have another clock than the others. apart_s: (N,) clock less exposure, the clock's usual
+    error taken out, NaN unknown."""
+    with np.errstate(invalid="ignore"):
+        other = np.flatnonzero(np.abs(apart_s) > MOST_CLOCK_ERROR_S)
+    if len(other):
+        reporter.warn(
+            f"{marks.path.name}: the clock of {len(other)} of {len(names)} photos is "
+            f"{np.median(apart_s[other]):+.0f} s off that of the others, as if it had been set in flight "
+            f"({shorten([names[i] for i in other])}); they were paired with their exposures by their own GPS "
+            "positions: check that all photos are of this flight."
+        )
 
 
 def note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:

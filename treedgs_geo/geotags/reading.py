@@ -18,7 +18,7 @@ from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
 from .agreement import check_agreement
 from .datum import check_frame, decimal_year, geotags_frame
-from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_spare
+from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import read_mrk
 from .own_tags import without_faults
@@ -318,6 +318,8 @@ def _from_marks(
             lost = [photos[i].name for i in np.array(group)[rows < 0]]
             reporter.warn(f"{each.path.name}: no exposure for {len(lost)} of {len(group)} photos: {shorten(lost)}.")
         note_spare(each, own, reporter)
+        apart_s = pairing.utc[rows >= 0] - gps_to_utc(each.gps_s[own])
+        note_clock(each, [photos[i].name for i in paired], apart_s, reporter)
         utc[np.array(group)[rows < 0]] = pairing.utc[rows < 0]
         utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:
