@@ -134,6 +134,28 @@ def test_dbh_never_decides(survey):
     assert first[["field_id", "tree_id", "margin"]].equals(second[["field_id", "tree_id", "margin"]])
 
 
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda d: np.roll(d, 1), "plot p: from tree .* has slipped down; hold the DBHs"),
+        (np.sort, "plot p: .* the column was sorted alone; hold the DBHs"),
+    ],
+)
+def test_dbhs_of_other_trees_are_refused(survey, change, says):
+    field = pd.read_csv(survey / "field.csv")
+    field["dbh_cm"] = change(field["dbh_cm"].to_numpy())
+    field.to_csv(survey / "field.csv", index=False)
+    with pytest.raises(InputError, match=says):
+        match(survey)
+    assert not (survey / "pairs.gpkg").exists()
+
+
+def test_a_tally_in_the_order_of_its_dbhs_is_paired(survey):
+    field = pd.read_csv(survey / "field.csv").sort_values("dbh_cm")
+    field.to_csv(survey / "field.csv", index=False)
+    assert match(survey)[0]["n_pairs"] >= 13
+
+
 def test_what_a_person_locked_survives(survey):
     match(survey)
     path = survey / "pairs.gpkg"

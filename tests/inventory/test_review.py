@@ -307,3 +307,14 @@ def tg_styles():
     from importlib.resources import files
 
     return files("treedgs_geo.core") / "styles"
+
+
+def test_decisions_that_slipped_by_a_row_are_refused(tmp_path):
+    measured = [18.0, 31.0, 24.0, 40.0, 12.0, 28.0, 35.0, 21.0]
+    path = write_trees(
+        tmp_path / "t.gpkg", [Tree(k + 1, EAST + 3 * k, NORTH, dbh_cm=d) for k, d in enumerate(measured)], CRS
+    )
+    rows = [f"{k + 2},dbh,{d + 0.3}" for k, d in enumerate(measured[:-1])]
+    with pytest.raises(InputError, match=r"from line 2 on .* 1 row above theirs .* has slipped down; hold the DBHs"):
+        tg.review_trees(path, table(tmp_path / "d.csv", "tree_id,decision,dbh_cm\n" + "\n".join(rows)))
+    assert "rev_flag" not in gpd.read_file(path) or gpd.read_file(path)["rev_flag"].isna().all()

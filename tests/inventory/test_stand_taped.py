@@ -109,7 +109,7 @@ def test_the_files_say_it_too(survey, tmp_path):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda t: t.assign(n_frame=50), "drawn from 50, but 91 living trees stand in the plots"),
+        (lambda t: t.assign(n_frame=50), "stand for 91 trees, expected the 50 that were drawn from"),
         (lambda t: t.drop(columns="prob"), "lacks stratum, prob, n_frame"),
         (
             lambda t: t.assign(taped_cm=t["taped_cm"].where(t["stratum"] != "no DBH")),

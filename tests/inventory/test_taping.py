@@ -173,6 +173,7 @@ OTHER_TREES = [
     (column(lambda tape: np.roll(tape, 1)), "fit the trees 1 row above theirs .* has slipped down"),
     (column(lambda tape: np.r_[np.nan, tape[:-1]]), "fit the trees 1 row above theirs .* has slipped down"),
     (column(lambda tape: np.r_[tape[2:], np.nan, np.nan]), "fit the trees 2 rows below theirs .* has slipped up"),
+    (column(lambda tape: np.r_[tape[:4], np.full(9, np.nanmax(tape)), tape[13:]]), "rows in turn, .* the cell was filled down"),
     (column(np.sort), "go from the smallest on, those measured do not: the column was sorted alone"),
 ]
 
@@ -212,6 +213,8 @@ def test_shuffled_tapes_blame_no_layer(drawn, tmp_path):
         (lambda t: t.drop(columns="taped_cm"), "expected tree_id and taped_cm"),
         (lambda t: pd.concat([t, pd.DataFrame([{"taped_cm": 20.0}])]), "no plot_id and no near_id"),
         (lambda t: pd.concat([t, pd.DataFrame([{"taped_cm": 20.0, "plot_id": "Z"}])]), "plot Z, where no tree"),
+        (lambda t: t.drop(index=[1, 4, 7]), "rows were deleted or chances changed"),
+        (lambda t: t.assign(prob=t["prob"] * 1.5), "rows were deleted or chances changed"),
         (lambda t: t.assign(x=t["x"] + 3), "stands 3.0 m from tree"),
         (lambda t: t.assign(dbh_cm=t["dbh_cm"] + 1), "have another DBH than when they were drawn"),
         (lambda t: t.assign(tree_id=t["tree_id"] + 5000), "not among the living trees"),

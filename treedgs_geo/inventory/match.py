@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
 
+from ..core.errors import InputError
 from ..core.plots import Plot
+from .double_sampling.other_trees import of_other_trees
 from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked
 
@@ -101,6 +104,30 @@ def match_plots(
         result.warnings += _remarks(plot, placed, rows, good, suggested)
     _finish(result, drawn, left_out, near_plot, plots)
     return result
+
+
+def tally_of_other_trees(pairs: list[dict], tally: pd.DataFrame, path: Path) -> list[str]:
+    """Warnings where a plot's DBHs, in the tally's order, hardly belong to the trees that they stand beside.
+
+    Raises:
+        InputError: they slipped by a row, were sorted alone, or filled down.
+    """
+    order = {(str(p), str(f)): k for k, (p, f) in enumerate(zip(tally["plot_id"], tally["field_id"], strict=True))}
+    rows = pd.DataFrame(pairs, columns=["plot_id", "field_id", "field_cm", "dbh_cm", "pair_status"])
+    rows = rows[rows["pair_status"] == "auto"]
+    rows["row"] = [order.get(key, -1) for key in zip(rows["plot_id"].astype(str), rows["field_id"], strict=True)]
+    warnings = []
+    for plot, mine in rows.sort_values("row").groupby("plot_id"):
+        d, t = (pd.to_numeric(mine[name]).to_numpy(float) for name in ("dbh_cm", "field_cm"))
+        names = np.array([f"tree {name}" for name in mine["field_id"]], object)
+        found = of_other_trees(t, d, np.full(len(t), np.nan), names)
+        if found is None:
+            continue
+        text = f"{path}, plot {plot}: {found.why}; hold the DBHs against the form and correct them."
+        if found.certain:
+            raise InputError(text)
+        warnings.append(text)
+    return warnings
 
 
 def _place(

@@ -56,7 +56,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.wrong_units import wrong_unit
     from ..inventory.azimuth_offset import is_stuck, turn_advice
     from ..inventory.field_trees import place, read_field_trees
-    from ..inventory.match import match_plots
+    from ..inventory.match import match_plots, tally_of_other_trees
     from ..inventory.measured import read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
     from ..inventory.reviewed import reviewed
@@ -91,6 +91,8 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
         if settings.dbh_unit == "auto":
             raise InputError(text)
         reporter.warn(text)
+    for sentence in tally_of_other_trees(matched.pairs, tally, settings.field):
+        reporter.warn(sentence)
     advice = turn_advice(
         matched.plots,
         plots,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import spearmanr
 
 from .tapes import Taped
 
@@ -19,6 +21,11 @@ _SLIPS = (1, -1, 2, -2, 3, -3)
 #: With so many tapes a table is refused that fits its trees no better than this share of exchanged ones, if half of it
 #: is off.
 _ENOUGH, _NO_BETTER, _DRAWS = 8, 0.05, 2000
+#: A column that was sorted alone goes with its trees in order less than this (rank correlation).
+_ORDERED = 0.7
+#: An error this many robust standard deviations from the median one is an outlier (Iglewicz and Hoaglin 1993); and no
+#: spread below what a tape itself errs by counts, cm.
+OUTLIER, LEAST_SPREAD_CM = 3.5, 0.3
 
 
 class OtherTrees(NamedTuple):
@@ -66,8 +73,19 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
                 f"column has slipped {'down' if rows > 0 else 'up'}",
                 True,
             )
+    if (same := _filled_down(taped_cm, off)) is not None:
+        return OtherTrees(
+            f"{len(same)} rows in turn, from {names[same[0]]} on, have the same {taped_cm[same[0]]:g} cm and do not "
+            "fit their trees: the cell was filled down",
+            True,
+        )
+    alike = float(spearmanr(t, d).statistic)
     for name, order in (("smallest", t), ("largest", -t)):
-        if (np.diff(order) >= 0).all() and not (np.diff(d) * (1 if name == "smallest" else -1) >= 0).all():
+        if (
+            alike < _ORDERED
+            and (np.diff(order) >= 0).all()
+            and not (np.diff(d) * (1 if name == "smallest" else -1) >= 0).all()
+        ):
             why = f"the taped values go from the {name} on, those measured do not: the column was sorted alone"
             return OtherTrees(why, True)
     if n >= _ENOUGH and off.sum() >= n / 2:
@@ -80,6 +98,52 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
                 False,
             )
     return None
+
+
+def _filled_down(taped: np.ndarray, off: np.ndarray) -> np.ndarray | None:
+    """Rows in turn with one value that fits few of them; ``None`` where there are none."""
+    start = 0
+    for k in range(1, len(taped) + 1):
+        if k < len(taped) and taped[k] == taped[start]:
+            continue
+        if off[start:k].sum() >= _OFF:
+            return np.arange(start, k)
+        start = k
+    return None
+
+
+def outliers(dbh_cm: np.ndarray, taped_cm: np.ndarray, names: np.ndarray) -> list[str | None]:
+    """Why a tree is worth a second look, in words; ``None`` for the others. All (N,), NaN: none."""
+    d, t = np.asarray(dbh_cm, float), np.asarray(taped_cm, float)
+    error = d - t
+    both = np.isfinite(error)
+    middle = float(np.median(error[both])) if both.any() else 0.0
+    spread = max(1.4826 * float(np.median(np.abs(error[both] - middle))) if both.any() else 0.0, LEAST_SPREAD_CM)
+    found: list[str | None] = []
+    for k in range(len(d)):
+        if not both[k] or abs(error[k] - middle) <= OUTLIER * spread:
+            found.append(None)
+            continue
+        text = f"measured {d[k]:.1f} cm, taped {t[k]:.1f} cm"
+        for j in np.flatnonzero(both):
+            if j != k and max(abs(d[k] - t[j] - middle), abs(d[j] - t[k] - middle)) <= OUTLIER * spread < abs(
+                error[j] - middle
+            ):
+                text += f"; perhaps exchanged with tree {names[j]}"
+                break
+        found.append(text)
+    return found
+
+
+def outlier_sentences(names: Iterable[Any], found: Iterable[str | None]) -> list[str]:
+    """One warning about what :func:`outliers` found; none where it found nothing."""
+    named = [f"tree {name} ({text})" for name, text in zip(names, found, strict=True) if isinstance(text, str)]
+    if not named:
+        return []
+    return [
+        f"Look again at {'; '.join(named[:8])}{'; …' if len(named) > 8 else ''}: a slip of the tape or of the number "
+        "counts as an error of the measurement. Leave a right value as it is."
+    ]
 
 
 def _spread(taped: np.ndarray, dbh: np.ndarray) -> float:

@@ -38,6 +38,8 @@ STATES = {
 }
 #: Columns of the draw, without which no total can be corrected.
 DRAWN = ("stratum", "prob", "n_frame")
+#: Chances that a spreadsheet rounded make up all trees within this share.
+_ROUNDING = 0.02
 #: A drawn tree is the layer's tree of that number within this distance.
 SAME_M = 0.5
 
@@ -209,12 +211,31 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
             f"the "
             "drawn tree that it stands nearest to."
         )
+    _check_draw(path, trees)
     slip = wrong_unit(trees["taped_cm"].to_numpy(float), trees["dbh_cm"].to_numpy(float))
     if slip is not None:
         odd = ", ".join(str(tree) for tree in trees["tree_id"][slip.rows].head(8))
         raise InputError(
             f"{path}: taped diameters: {slip.text()} (tree {odd}{', …' if slip.rows.sum() > 8 else ''}); correct them, "
             "or name the column of another unit taped_in, taped_mm or girth_cm."
+        )
+
+
+def _check_draw(path: Path, trees: pd.DataFrame) -> None:
+    """Where every tree of a stratum had the same chance, the drawn ones stand for exactly all.
+
+    Raises:
+        InputError: rows are missing, or chances were changed.
+    """
+    known = trees[["prob", "n_frame"]].notna().all(axis=None) and (trees["prob"] > 0).all()
+    if not known or (trees.groupby(trees["stratum"].astype(str))["prob"].transform("std").fillna(0) > 1e-6).any():
+        return
+    stands_for, n_frame = float((1 / trees["prob"]).sum()), float(trees["n_frame"].iloc[0])
+    if abs(stands_for - n_frame) > max(_ROUNDING * n_frame, 0.5):
+        raise InputError(
+            f"{path}: by their chances (prob) its {len(trees)} rows stand for {stands_for:,.0f} trees, expected the "
+            f"{n_frame:,.0f} that were drawn from (n_frame): rows were deleted or chances changed; leave every drawn "
+            "row (a tree that was not taped stays empty) and these columns as tape-sample wrote them."
         )
 
 

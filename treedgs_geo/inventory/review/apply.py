@@ -22,6 +22,7 @@ from ...core.wrong_units import wrong_unit
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ...stems.quality.tree import TREE_FIELDS
 from ..carried import kept_place, merge_note, merged_into
+from ..double_sampling.other_trees import of_other_trees
 from ..reviewed import COLUMNS, NO_TREE, decided
 from ..tree_layer import check_output, write_table
 from ..tree_reading import read_trees, typed
@@ -145,6 +146,11 @@ def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Pat
             f"measured at tree {first.tree}: {slip.text()}; correct it, or name the unit (column dbh_in, or "
             "--dbh-unit)."
         )
+    measured = np.array([known.get(decision.tree, np.nan) for decision in given], float)
+    names = np.array([f"line {decision.line}" for decision in given], object)
+    others = of_other_trees(taped, measured, np.full(len(given), np.nan), names) if given else None
+    if others is not None and others.certain:
+        raise InputError(f"{source}: {others.why}; hold the DBHs against the form and correct them.")
 
 
 def _refuse_large(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:

@@ -24,7 +24,7 @@ from ...report.blocks import Document
 from ...report.html import write_html
 from ...report.pdf import write_pdf
 from ..double_sampling.joining import join
-from ..double_sampling.other_trees import tapes_of_other_trees
+from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
 from ..field_trees import place
 from .corrections import missing_sentences
@@ -158,6 +158,8 @@ def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:
     rows, dbh_cm, notes = join(trees.trees, taped, settings.trees)
     if (others := tapes_of_other_trees(taped, trees.trees, rows, dbh_cm)) is not None:
         raise InputError(others.why)
+    names = taped.trees["tree_id"].to_numpy()
+    trees.warnings += outlier_sentences(names, outliers(dbh_cm[rows], taped.trees["taped_cm"].to_numpy(float), names))
     trees.trees["dbh_cm"] = dbh_cm
     trees.notes += notes
     n_open = int((~taped.answered).sum())

@@ -20,13 +20,11 @@ from ..double_sampling.estimators import (
     share_out,
     t_factor,
 )
+from ..double_sampling.other_trees import outlier_sentences, outliers
 from ..double_sampling.tapes import Taped
 from ..stand.values import BA, count_of
 from .frame import Frame
 
-#: An error this many robust standard deviations from the median one is an outlier (Iglewicz and Hoaglin 1993); and no
-#: spread below what a tape itself errs by counts, cm.
-OUTLIER, LEAST_SPREAD_CM = 3.5, 0.3
 #: Below this probability a difference of ``ok`` and ``check`` trees is more than chance.
 CHANCE = 0.1
 
@@ -65,7 +63,7 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
     known = both & (low <= table["dbh_cm"] + 1e-6).to_numpy() & (high >= table["dbh_cm"] - 1e-6).to_numpy()
     t = table["taped_cm"].to_numpy(float)
     table["inside"] = np.where(known, (t >= low) & (t <= high), None)
-    table["outlier"] = _outliers(table, both)
+    table["outlier"] = outliers(*(table[name].to_numpy() for name in ("dbh_cm", "taped_cm", "tree_id")))
     made = Checked(table, {}, {})
     answered = taped.answered
     if taped.n_frame:
@@ -137,28 +135,6 @@ def _flags(made: Checked, both: np.ndarray) -> None:
         made.figures["check_worse_p"] = float(test.pvalue)
 
 
-def _outliers(table: pd.DataFrame, both: np.ndarray) -> list[str | None]:
-    """Why a tree is named, in words; None for the others."""
-    error = table["error_cm"].to_numpy(float)
-    middle = float(np.median(error[both]))
-    spread = max(1.4826 * float(np.median(np.abs(error[both] - middle))), LEAST_SPREAD_CM)
-    d, t, ids = (table[name].to_numpy() for name in ("dbh_cm", "taped_cm", "tree_id"))
-    found: list[str | None] = []
-    for k in range(len(table)):
-        if not both[k] or abs(error[k] - middle) <= OUTLIER * spread:
-            found.append(None)
-            continue
-        text = f"measured {d[k]:.1f} cm, taped {t[k]:.1f} cm"
-        for j in np.flatnonzero(both):
-            if j != k and max(abs(d[k] - t[j] - middle), abs(d[j] - t[k] - middle)) <= OUTLIER * spread < abs(
-                error[j] - middle
-            ):
-                text += f"; perhaps exchanged with tree {ids[j]}"
-                break
-        found.append(text)
-    return found
-
-
 def _totals(
     made: Checked,
     frame: Frame,
@@ -215,13 +191,7 @@ def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
             f"The {100 * LEVEL:g} % intervals of the layer are {wrong}: {f['n_inside']} of {f['n_intervals']} hold the "
             f"tape ({level} interval of that share: {100 * f['inside_lo']:.0f} to {100 * f['inside_hi']:.0f} %)."
         )
-    named = [f"tree {row.tree_id} ({row.outlier})" for row in table[table["outlier"].notna()].itertuples()]
-    if named:
-        made.warnings.append(
-            f"Look again at {'; '.join(named[:8])}{'; …' if len(named) > 8 else ''}: a slip of the tape or of the "
-            f"number "
-            "counts as an error of the measurement. Leave a right value as it is."
-        )
+    made.warnings += outlier_sentences(table["tree_id"], table["outlier"])
     open_ = table["tree_id"][~answered]
     if len(open_):
         made.warnings.append(
