@@ -173,7 +173,10 @@ OTHER_TREES = [
     (column(lambda tape: np.roll(tape, 1)), "fit the trees 1 row above theirs .* has slipped down"),
     (column(lambda tape: np.r_[np.nan, tape[:-1]]), "fit the trees 1 row above theirs .* has slipped down"),
     (column(lambda tape: np.r_[tape[2:], np.nan, np.nan]), "fit the trees 2 rows below theirs .* has slipped up"),
-    (column(lambda tape: np.r_[tape[:4], np.full(9, np.nanmax(tape)), tape[13:]]), "rows in turn, .* the cell was filled down"),
+    (
+        column(lambda tape: np.r_[tape[:4], np.full(9, np.nanmax(tape)), tape[13:]]),
+        "rows in turn, .* the cell was filled down",
+    ),
     (column(np.sort), "go from the smallest on, those measured do not: the column was sorted alone"),
 ]
 
