@@ -143,10 +143,10 @@ class PhotosToDbhSettings(KeptWorkspace):
     stem_network: str = param(
         "auto",
         kind="choice",
-        help="What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; "
-        "low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full "
-        "where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.",
-        choices=("ivy", "auto", "full", "off", "low-confidence"),
+        help="A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how "
+        "wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, "
+        "which pixels show stems; off = nothing.",
+        choices=("auto", "off"),
         advanced=True,
     )
     seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)

@@ -127,9 +127,10 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     radius, views, ground = job["radius"] * plot.radius_m, plot.views(), plot.dtm.local(plot.frame).height
     area, seconds, count = Area.circle(0.0, 0.0, radius), list[float](), 0
     used = min(job["views"], len(views))
-    for asked in ("ivy", "full"):
+    for enough in (0.0, np.inf):
+        options = PhotoStemOptions(max_views=used, most_asked=0, enough_certain=enough)
         began = time.perf_counter()
-        count = len(stems_from_photos(views, ground, area, PhotoStemOptions(max_views=used, stem_network=asked)))
+        count = len(stems_from_photos(views, ground, area, options))
         seconds.append(time.perf_counter() - began)
     camera = views[0].camera
     crop = min(camera.width * camera.height, ((2 * radius + 6) / 0.0184) ** 2) / 1e6

@@ -1897,8 +1897,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammnetz</translation>
     </message>
     <message>
-      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.</source>
-      <translation>Was ein kleines, mit simulierten Fotos trainiertes Netz gefragt wird: ivy = welche gemessenen Stämme unter Efeu stehen; low-confidence = auch, wie dick Stämme mit geringer Sicherheit sind; full = auch, welche Pixel Stämme zeigen; auto = full, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen, sonst low-confidence; off = nichts.</translation>
+      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, which pixels show stems; off = nothing.</source>
+      <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt: auto = welche gemessenen Stämme unter Efeu stehen, wie dick Stämme mit geringer Sicherheit sind und, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen, welche Pixel Stämme zeigen; off = nichts.</translation>
     </message>
     <message>
       <source>Seed of every random choice.</source>

@@ -1895,8 +1895,8 @@ cero.&lt;/p&gt;
       <translation>Red de troncos</translation>
     </message>
     <message>
-      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.</source>
-      <translation>Qué se pregunta a una pequeña red entrenada con fotos simuladas: ivy = qué fustes medidos están bajo hiedra; low-confidence = también qué grosor tienen los fustes de baja confianza; full = también qué píxeles muestran fustes; auto = full donde sin ella demasiados fustes son inciertos, como en rodales densos; si no, low-confidence; off = nada.</translation>
+      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, which pixels show stems; off = nothing.</source>
+      <translation>Se pregunta a una pequeña red entrenada con fotos simuladas: auto = qué fustes medidos están bajo hiedra, qué grosor tienen los fustes de baja confianza y, donde sin ella demasiados fustes son inciertos, como en rodales densos, qué píxeles muestran fustes; off = nada.</translation>
     </message>
     <message>
       <source>Seed of every random choice.</source>

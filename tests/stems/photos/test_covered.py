@@ -70,7 +70,8 @@ def test_stems_under_ivy_are_refused_and_the_others_measured_as_before(tmp_path)
         SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, ivy_stems=2, bark_variety=True, seed=12)
     )
     views, frame, ground, area = plot_inputs(plot)
-    fits, plain = (stems_from_photos(views, ground, area, PhotoStemOptions(stem_network=how)) for how in ("ivy", "off"))
+    ways = PhotoStemOptions(most_asked=0, enough_certain=0.0), PhotoStemOptions(stem_network="off")
+    fits, plain = (stems_from_photos(views, ground, area, options) for options in ways)
     with open(plot / "truth" / "looks.csv", encoding="utf-8") as stream:
         ivy = {row["tree_id"]: float(row["ivy_m"]) for row in csv.DictReader(stream)}
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:

@@ -29,11 +29,11 @@ def scene(tmp_path_factory):
     plot = tmp_path_factory.mktemp("stand") / "plot"
     simulate_plot(SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, bark_variety=True, seed=14))
     views, _, ground, area = plot_inputs(plot)
-    options = PhotoStemOptions(stem_network="ivy")
+    options = PhotoStemOptions(most_asked=0, enough_certain=0.0)
     searched = search_photos(views, ground, area, options)
     tile, _ = split(area, options.margin_m)[0]
     grid, stack = photos_of(views, ground, tile, options, Reporter())
-    fitter = searched.looks[0].fitter(stack, grid, tile, options)
+    fitter = searched.looks[0].fitter(stack, grid, tile, PhotoStemOptions())
     return SimpleNamespace(
         fits=searched.fits, fitter=fitter, stack=stack, plumbs=grids_of(stack, grid, tile, options), tile=tile
     )

@@ -50,12 +50,14 @@ class PhotoStemOptions:
     stem_network: str = param(
         "auto",
         kind="choice",
-        help="what a small network (trained on simulated photos) is asked: ivy = which measured stems are under ivy; "
-        "low-confidence = how wide stems of low confidence are, too; full = where stems are and how wide all are; auto "
-        "= full where too many stems are not certain without it, else low-confidence; off = nothing",
-        choices=("ivy", "auto", "full", "off", "low-confidence"),
+        help="a small network (trained on simulated photos) is asked: auto = which measured stems are under ivy, how "
+        "wide stems of low confidence are and, where too many stems are not certain without it, where all stems are; "
+        "off = nothing",
+        choices=("auto", "off"),
         advanced=True,
     )
+    #: Share of the seen stems that are certain by their edges, from which the network is not asked where all stems are.
+    enough_certain: float = 0.75
     most_asked: int = param(
         16,
         kind="integer",

@@ -28,8 +28,6 @@ from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
 from .upper_stem import carried_down
 
-#: Share of the seen stems that are certain by their edges, from which the network is not asked for more (``auto``).
-ENOUGH_CERTAIN = 0.75
 #: Stems farther from a given place than this hide nothing there, m.
 _NEAR_M = 40.0
 
@@ -54,7 +52,7 @@ class TileSearch:
     #: Fits of stems that an earlier search found.
     earlier: list[PhotoFit] = field(default_factory=list)
 
-    #: What the network is asked in the end.
+    #: What the network is asked in the end: ``off``, ``low-confidence`` or ``full``.
     network: str = ""
     rng: np.random.Generator = field(init=False)
     grid: GroundGrid = field(init=False)
@@ -97,9 +95,9 @@ def calibrate(search: TileSearch) -> None:
 
 
 def fit_by_edges(search: TileSearch) -> None:
-    """Stems by their edges; how many are certain says what the network is asked (``auto``)."""
+    """Stems by their edges; how many are certain says what the network is asked."""
     search.fits = fits_of_edges(search.fitter, [], search.edges, search.reporter)
-    if search.network == "auto":
+    if search.network != "off":
         search.network = _asked(search)
 
 
@@ -174,9 +172,9 @@ def certain_stems(fits: list[PhotoFit], area: Area, min_dbh_cm: float) -> tuple[
 
 
 def _asked(search: TileSearch) -> str:
-    """What the network is asked on a piece of ground whose edges gave these fits (``auto``)."""
+    """What the network is asked on a piece of ground whose edges gave these fits."""
     certain, seen = certain_stems(search.fits, search.tile, search.options.min_dbh_cm)
-    if certain >= ENOUGH_CERTAIN * seen:
+    if certain >= search.options.enough_certain * seen:
         return "low-confidence"
     search.reporter.info(
         f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well."

@@ -44,11 +44,21 @@ def hard_options(seed: int) -> list[str]:
     return [*size.split(), "--seed", str(seed), *_STANDS[seed % 3].split()]
 
 
+#: What the network is asked: nothing, ivy, how wide stems of low confidence are too, as the chain does, everything.
+MODES: dict[str, dict] = {
+    "off": {"stem_network": "off"},
+    "ivy": {"enough_certain": 0.0, "most_asked": 0},
+    "low-confidence": {"enough_certain": 0.0},
+    "auto": {},
+    "full": {"enough_certain": np.inf},
+}
+
+
 def run(plot: Path, workspace: Path | None, mode: str) -> dict:
     """Find and fit the stems of a plot; the figures of its in-plot stems."""
     views, frame, ground, area = plot_inputs(plot, workspace)
     began = time.perf_counter()
-    fits = stems_from_photos(views, ground, area, PhotoStemOptions(stem_network=mode))
+    fits = stems_from_photos(views, ground, area, PhotoStemOptions(**MODES[mode]))
     seconds = time.perf_counter() - began
     figures = score(fits, plot, frame)
     wrong = [t for t in figures["trees"] if t.get("flag") == "ok" and abs(t["error_cm"]) > 2]
@@ -66,9 +76,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", nargs="+", type=Path)
     parser.add_argument("--workspaces", type=Path, help="folder of the chain's workspaces")
-    parser.add_argument(
-        "--modes", nargs="+", default=["off", "ivy", "full"], choices=("off", "ivy", "low-confidence", "auto", "full")
-    )
+    parser.add_argument("--modes", nargs="+", default=["off", "ivy", "full"], choices=list(MODES))
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
     results: dict[str, dict] = {}
