@@ -35,8 +35,8 @@ def main() -> int:
         | QgsMapLayer.Rendering
     )
     made = (
-        trees.trees, trees.circles, trees.sections, flight.stations, pairs.pairs, pairs.suggested, pairs.field_trees,
-        pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees, tapes.tapes,
+        trees.trees, trees.circles, trees.sections, trees.searched, flight.stations, pairs.pairs, pairs.suggested,
+        pairs.field_trees, pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees, tapes.tapes,
         tapes.tape_check, change.change, plan.plan_photos, plan.plan_line, plan.plan_footprints, plan.plan_plots,
     )  # fmt: skip
     for layer in (make() for make in made):

@@ -24,6 +24,8 @@ from .words import declarations, in_qgis_words, qgis_name
 
 ICONS = Path(__file__).with_name("icons")
 ICON = ICONS / "treedgs.svg"
+#: Results that are a page to read, the first one there is.
+PAGES = ("REPORT", "PAGE")
 HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "technician" / "qgis.md").as_uri()
 
 
@@ -90,6 +92,8 @@ class EngineAlgorithm(BaseAlgorithm):
     LAYER_NAME = ""
     #: Search words beside those in the title.
     TAGS: tuple[str, ...] = ()
+    #: Of the last run.
+    _results: dict[str, Any] = {}
 
     @property
     def declaration(self) -> dict[str, Any]:
@@ -266,4 +270,13 @@ class EngineAlgorithm(BaseAlgorithm):
             )
             feedback.pushWarning(text.format(names=", ".join(lost)))
         loading.load_results(results, self.tr(self.LAYER_NAME), context)
+        loading.load_folder(results, context)
+        self._results = results
         return results
+
+    def postProcessAlgorithm(self, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> dict:
+        """Offer the page that was written, in the message bar."""
+        page = next((self._results[key] for key in PAGES if self._results.get(key)), "")
+        if page and self.offer() is not None:
+            self.offer().page(page, self.displayName())
+        return {}

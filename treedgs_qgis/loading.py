@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
+import qgis.utils
 from qgis.core import (
     QgsEditorWidgetSetup,
     QgsLayerTreeGroup,
@@ -34,8 +35,22 @@ COMPANIONS = {
         ("measured_trees", "Measured trees"),
         ("field_trees", "Field trees"),
     ),
-    "Trees": (("sections", "Stem sections"), ("circles", "Stem circles"), ITSELF),
+    "Trees": (("searched", "Plots searched"), ("sections", "Stem sections"), ("circles", "Stem circles"), ITSELF),
 }
+#: Layers of files that verbs write into a folder, bottom first: table -> name in the project.
+IN_FOLDERS = (
+    ("plan_footprints", "Ground in the photos"),
+    ("plan_plots", "Plots of the flight plan"),
+    ("plan_line", "Flight line"),
+    ("plan_photos", "Planned photos"),
+    ("stand_plots", "Stand by plot"),
+    ("stand_trees", "Trees of the stand table"),
+    ("change", "Trees at two dates"),
+    ("tape_check", "Taped trees"),
+    ("tapes", "Trees to tape"),
+)
+#: Of these (tables, or the layer asked for) the map shows the extent once they are loaded.
+IN_VIEW = ("searched", "plan_photos", "stand_plots", "change", "tape_check", "tapes", "geotags")
 #: How near a line's end has to come to a tree to catch it.
 SNAP_PIXELS = 12
 
@@ -65,6 +80,28 @@ def load_results(results: dict[str, Any], name: str, context: QgsProcessingConte
                         _add_companion(sources[rank], tr(title), details.project, context, sources, rank)
                 _in_order(details, sources, companions.index(ITSELF))
                 context.addLayerToLoadOnCompletion(value, details)
+
+
+def load_folder(results: dict[str, Any], context: QgsProcessingContext) -> None:
+    """Bring the layers of a GeoPackage that a verb wrote into its output folder, and the ground of a workspace beneath
+    its trees."""
+    project = context.project()
+    if project is None:
+        return
+    for value in results.values():
+        if not isinstance(value, str) or context.willLoadLayerOnCompletion(value) or not os.path.exists(value):
+            continue
+        if value.lower().endswith(".gpkg"):
+            sources = [f"{value}|layername={table}" for table, _ in IN_FOLDERS]
+            for rank, (_, title) in enumerate(IN_FOLDERS):
+                _add_companion(sources[rank], tr(title), project, context, sources, rank)
+        ground = os.path.join(value, "dtm.tif")
+        if os.path.isfile(os.path.join(value, "run.json")) and os.path.isfile(ground):
+            details = QgsProcessingContext.LayerDetails(tr("Ground"), project, tr("Ground"))
+            details.setPostProcessor(DefaultStyle.make())
+            if hasattr(details, "layerSortKey"):
+                details.layerSortKey = -1
+            context.addLayerToLoadOnCompletion(ground, details)
 
 
 def _add_companion(
@@ -132,8 +169,20 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
             in_the_users_language(layer)
         layer.triggerRepaint()
         stack(QgsProject.instance(), self.sources)
+        if layer.source().partition("|layername=")[2] in IN_VIEW:
+            show_on_map(layer)
         if os.path.basename(layer.source()).endswith("|layername=field_trees") or _is_pairs(layer):
             snap_to_trees(QgsProject.instance())
+
+
+def show_on_map(layer: QgsMapLayer) -> None:
+    """Zoom the map, where there is one, to a layer and what stands about it."""
+    if qgis.utils.iface is None or layer.extent().isEmpty():
+        return
+    canvas = qgis.utils.iface.mapCanvas()
+    extent = canvas.mapSettings().layerExtentToOutputExtent(layer, layer.extent())
+    canvas.setExtent(extent.buffered(0.1 * max(extent.width(), extent.height())))
+    canvas.refresh()
 
 
 def in_the_users_language(layer: QgsVectorLayer) -> None:

@@ -16,7 +16,8 @@ from qgis.core import (
     QgsProcessingFeedback,
     QgsSettings,
 )
-from qgis.PyQt.QtCore import QObject, pyqtSignal
+from qgis.PyQt.QtCore import QObject, QUrl, pyqtSignal
+from qgis.PyQt.QtGui import QDesktopServices
 from qgis.PyQt.QtWidgets import QApplication, QHBoxLayout, QProgressBar, QPushButton, QWidget
 
 from . import engine, environment, extras
@@ -204,6 +205,19 @@ class Offer(QObject):
         label = tr("Set up again") if problem.broken else tr("Add it now") if problem.parts else tr("Set up now")
         item.layout().addWidget(Controls(self.job, item, label, values))
         bar.pushWidget(item, LOG_WARNING)
+
+    def page(self, path: str, title: str) -> None:
+        """On the main window's message bar: the page that a run wrote, with a button that opens it."""
+        bar = self.iface.messageBar()
+        item = bar.createMessage("TreeDGS", title)
+        button = QPushButton(tr("Open the report"), item)
+        button.clicked.connect(functools.partial(self.open_page, path))
+        item.layout().addWidget(button)
+        bar.pushWidget(item, LOG_SUCCESS)
+
+    def open_page(self, path: str, *_: Any) -> None:
+        """In the program that shows web pages."""
+        QDesktopServices.openUrl(QUrl.fromLocalFile(path))
 
     def dialog(self, algorithm: Any, problem: EngineMissing) -> Any:
         """QGIS' own dialog of an algorithm, with the offer above its parameters."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from qgis.core import (
     QgsAttributeEditorContainer,
     QgsAttributeEditorField,
+    QgsAttributeTableConfig,
     QgsEditFormConfig,
     QgsMarkerSymbol,
     QgsPalLayerSettings,
@@ -130,6 +131,16 @@ def labels(expression: str, colour: str, least_scale: int, middle: bool = False)
     settings.maximumScale = 0
     settings.setFormat(text)
     return QgsVectorLayerSimpleLabeling(settings)
+
+
+def begin_with(layer: QgsVectorLayer, names: tuple[str, ...]) -> None:
+    """The columns that the attribute table begins with; the others follow in their order."""
+    config = QgsAttributeTableConfig()
+    config.update(layer.fields())
+    columns = config.columns()
+    first = [column for name in names for column in columns if column.name == name]
+    config.setColumns(first + [column for column in columns if column.name not in names])
+    layer.setAttributeTableConfig(config)
 
 
 def write_on_top(layer: QgsVectorLayer, fields: list[str], title: str, written: tuple[str, ...], rest: str) -> None:

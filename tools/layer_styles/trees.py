@@ -9,8 +9,11 @@ from qgis.core import (
     QgsEditorWidgetSetup,
     QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
+    QgsProperty,
     QgsRendererCategory,
     QgsRendererRange,
+    QgsSingleSymbolRenderer,
+    QgsSymbol,
     QgsVectorLayer,
 )
 
@@ -23,6 +26,7 @@ from .common import (
     RED,
     ROOT,
     TREE_SIZE,
+    begin_with,
     file_url,
     in_language,
     labels,
@@ -72,7 +76,7 @@ TREES = {
 }
 #: Folder of the evidence sheets from the layer on: ``treedgs_geo.inventory.tree_layer.SHEETS_FOLDER``, which is
 #: replaced when a layer is written; and how wide a sheet is shown, pixels.
-SHEETS_FOLDER, SHEET_WIDTH = "folder-of-the-sheets", 760
+SHEETS_FOLDER, SHEET_WIDTH = "folder-of-the-sheets", 500
 #: What a person writes; the rest is measured.
 WRITTEN = ("rev_flag", "rev_dbh_cm", "rev_note", "rev_by", "rev_at", "species", "status", "note")
 #: decision -> how the form says it; the keys are those of treedgs_geo/inventory/reviewed.py
@@ -86,6 +90,10 @@ DECISIONS = {
 #: The DBH that counts, as an expression: a person's before the measured one.
 COUNTED = """CASE WHEN "rev_flag" IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce("rev_dbh_cm", "dbh_cm") END"""
 COUNTED_SIZE = TREE_SIZE.replace('"dbh_cm"', 'coalesce("rev_dbh_cm", "dbh_cm")')
+#: Columns that the attribute table begins with.
+FIRST_COLUMNS = ("tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag", "qc_reason", "species", "status")
+#: Opacity, per cent: trees outside the plots are pale, where there are plots.
+PALE_OUTSIDE = """if(coalesce("plot_id", '') = '' AND count("plot_id") > 0, 35, 100)"""
 #: How a tree is drawn: by its quality, or by what a person decided.
 DRAWN_AS = (
     """CASE WHEN "rev_flag" IN ('reject', 'merge') THEN 'out' WHEN "rev_dbh_cm" IS NOT NULL THEN 'decided' """
@@ -97,6 +105,15 @@ CIRCLES = {
     "dbh_cm": ("double", "DBH [cm]"),
     "dbh_se_cm": ("double", "DBH standard error [cm]"),
     "qc_flag": ("string", "Quality"),
+}
+SEARCHED = {
+    "plot_id": ("string", "Plot"),
+    "x": ("double", "Easting of the middle [m]"),
+    "y": ("double", "Northing of the middle [m]"),
+    "radius_m": ("double", "Radius [m]"),
+    "area_m2": ("double", "Area searched [m²]"),
+    "share": ("double", "Share of the plot searched"),
+    "flown": ("string", "Day of the photos or points"),
 }
 SECTIONS = {
     "tree_id": ("integer", "Tree"),
@@ -171,6 +188,9 @@ def trees() -> QgsVectorLayer:
             DRAWN_AS, [QgsRendererCategory(value, symbol, text) for value, (text, symbol) in looks.items()]
         )
     )
+    for category in layer.renderer().categories():
+        category.symbol().setDataDefinedProperty(QgsSymbol.PropertyOpacity, QgsProperty.fromExpression(PALE_OUTSIDE))
+    begin_with(layer, FIRST_COLUMNS)
     layer.setLabeling(labels(f"format_number({COUNTED}, 1)", "#1b1b1b", 3000))
     layer.setLabelsEnabled(True)
     layer.setDisplayExpression(
@@ -235,6 +255,19 @@ def circles() -> QgsVectorLayer:
     layer.setMapTipTemplate(
         f"""<b>[% {said("Tree")} %] [% "tree_id" %]</b><br>[% {said("DBH")} %] [% format_number("dbh_cm", 1) %]"""
         f"""[% coalesce(' ± ' || format_number("dbh_se_cm", 1), '') %] cm, [% {said("drawn at true scale")} %]"""
+    )
+    return layer
+
+
+def searched() -> QgsVectorLayer:
+    """Where stems were looked for: the plots' outlines, dashed, with nothing inside."""
+    layer = memory_layer(SEARCHED, "searched", "MultiPolygon")
+    outline = {"style": "no", "outline_color": GREY, "outline_style": "dash", "outline_width": "0.5"}
+    layer.setRenderer(QgsSingleSymbolRenderer(QgsFillSymbol.createSimple(outline)))
+    layer.setDisplayExpression(f"""{said("Plot")} || ' ' || "plot_id\"""")
+    layer.setMapTipTemplate(
+        f"""<b>[% {said("Plot")} %] [% "plot_id" %]</b>"""
+        f"""[% coalesce('<br>' || {said("searched")} || ' ' || round(100 * "share") || ' %', '') %]"""
     )
     return layer
 

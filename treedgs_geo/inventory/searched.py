@@ -15,6 +15,7 @@ import shapely
 from shapely.geometry import MultiPolygon, Point, box
 from shapely.geometry.base import BaseGeometry
 
+from ..core.geopackage import save_style
 from ..core.plots import Plot
 
 #: Name of the layer, and the columns by which it is known as ours.
@@ -72,6 +73,7 @@ def add_searched(geopackage: Path, table: gpd.GeoDataFrame | None) -> None:
     if table is None or not len(table):
         return
     table.to_file(geopackage, layer=SEARCHED, driver="GPKG", engine="pyogrio", mode="a", geometry_type="MultiPolygon")
+    save_style(geopackage, SEARCHED)
 
 
 def read_searched(path: Path) -> gpd.GeoDataFrame | None:

@@ -417,6 +417,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>maßstäblich gezeichnet</translation>
     </message>
     <message>
+      <source>searched</source>
+      <translation>abgesucht</translation>
+    </message>
+    <message>
       <source>at</source>
       <translation>in</translation>
     </message>
@@ -929,12 +933,52 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Feldbäume</translation>
     </message>
     <message>
+      <source>Plots searched</source>
+      <translation>Abgesuchte Flächen</translation>
+    </message>
+    <message>
       <source>Stem sections</source>
       <translation>Stammquerschnitte</translation>
     </message>
     <message>
       <source>Stem circles</source>
       <translation>Stammkreise</translation>
+    </message>
+    <message>
+      <source>Ground in the photos</source>
+      <translation>Boden in den Fotos</translation>
+    </message>
+    <message>
+      <source>Plots of the flight plan</source>
+      <translation>Flächen des Flugplans</translation>
+    </message>
+    <message>
+      <source>Flight line</source>
+      <translation>Flugweg</translation>
+    </message>
+    <message>
+      <source>Planned photos</source>
+      <translation>Geplante Fotos</translation>
+    </message>
+    <message>
+      <source>Stand by plot</source>
+      <translation>Bestand je Fläche</translation>
+    </message>
+    <message>
+      <source>Trees of the stand table</source>
+      <translation>Bäume der Bestandestabelle</translation>
+    </message>
+    <message>
+      <source>Trees at two dates</source>
+      <translation>Bäume zu zwei Zeitpunkten</translation>
+    </message>
+    <message>
+      <source>Taped trees</source>
+      <translation>Gemessene Bäume (Maßband)</translation>
+    </message>
+    <message>
+      <source>Ground</source>
+      <translation>Gelände</translation>
     </message>
     <message>
       <source>temporary</source>
@@ -979,6 +1023,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Set up again</source>
       <translation>Neu einrichten</translation>
+    </message>
+    <message>
+      <source>Open the report</source>
+      <translation>Bericht öffnen</translation>
     </message>
     <message>
       <source>Stop</source>
@@ -5167,6 +5215,26 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>needs a hand check</source>
       <translation>von Hand zu prüfen</translation>
+    </message>
+    <message>
+      <source>Easting of the middle [m]</source>
+      <translation>Ostwert der Mitte [m]</translation>
+    </message>
+    <message>
+      <source>Northing of the middle [m]</source>
+      <translation>Nordwert der Mitte [m]</translation>
+    </message>
+    <message>
+      <source>Area searched [m²]</source>
+      <translation>Abgesuchte Fläche [m²]</translation>
+    </message>
+    <message>
+      <source>Share of the plot searched</source>
+      <translation>Abgesuchter Anteil der Fläche</translation>
+    </message>
+    <message>
+      <source>Day of the photos or points</source>
+      <translation>Tag der Fotos oder Punkte</translation>
     </message>
     <message>
       <source>Diameter [cm]</source>

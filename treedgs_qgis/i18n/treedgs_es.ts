@@ -415,6 +415,10 @@ cero.&lt;/p&gt;
       <translation>dibujado a escala real</translation>
     </message>
     <message>
+      <source>searched</source>
+      <translation>buscado</translation>
+    </message>
+    <message>
       <source>at</source>
       <translation>a</translation>
     </message>
@@ -927,12 +931,52 @@ cero.&lt;/p&gt;
       <translation>Árboles de campo</translation>
     </message>
     <message>
+      <source>Plots searched</source>
+      <translation>Parcelas buscadas</translation>
+    </message>
+    <message>
       <source>Stem sections</source>
       <translation>Secciones del fuste</translation>
     </message>
     <message>
       <source>Stem circles</source>
       <translation>Círculos del tronco</translation>
+    </message>
+    <message>
+      <source>Ground in the photos</source>
+      <translation>Suelo en las fotos</translation>
+    </message>
+    <message>
+      <source>Plots of the flight plan</source>
+      <translation>Parcelas del plan de vuelo</translation>
+    </message>
+    <message>
+      <source>Flight line</source>
+      <translation>Línea de vuelo</translation>
+    </message>
+    <message>
+      <source>Planned photos</source>
+      <translation>Fotos planeadas</translation>
+    </message>
+    <message>
+      <source>Stand by plot</source>
+      <translation>Rodal por parcela</translation>
+    </message>
+    <message>
+      <source>Trees of the stand table</source>
+      <translation>Árboles de la tabla de rodal</translation>
+    </message>
+    <message>
+      <source>Trees at two dates</source>
+      <translation>Árboles en dos fechas</translation>
+    </message>
+    <message>
+      <source>Taped trees</source>
+      <translation>Árboles medidos con cinta</translation>
+    </message>
+    <message>
+      <source>Ground</source>
+      <translation>Terreno</translation>
     </message>
     <message>
       <source>temporary</source>
@@ -977,6 +1021,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Set up again</source>
       <translation>Instalar de nuevo</translation>
+    </message>
+    <message>
+      <source>Open the report</source>
+      <translation>Abrir el informe</translation>
     </message>
     <message>
       <source>Stop</source>
@@ -5165,6 +5213,26 @@ cero.&lt;/p&gt;
     <message>
       <source>needs a hand check</source>
       <translation>por revisar a mano</translation>
+    </message>
+    <message>
+      <source>Easting of the middle [m]</source>
+      <translation>Este del centro [m]</translation>
+    </message>
+    <message>
+      <source>Northing of the middle [m]</source>
+      <translation>Norte del centro [m]</translation>
+    </message>
+    <message>
+      <source>Area searched [m²]</source>
+      <translation>Superficie buscada [m²]</translation>
+    </message>
+    <message>
+      <source>Share of the plot searched</source>
+      <translation>Parte buscada de la parcela</translation>
+    </message>
+    <message>
+      <source>Day of the photos or points</source>
+      <translation>Día de las fotos o de los puntos</translation>
     </message>
     <message>
       <source>Diameter [cm]</source>

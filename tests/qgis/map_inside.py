@@ -1,0 +1,89 @@
+"""Runs inside QGIS (``--code``) for ``test_map_after_run.py``: a cloud is measured and a stand table made as the dialog
+does it; what the map and the message bar then show goes to ``TREEDGS_MAP/seen.json``, with pictures beside it.
+Not imported by anything.
+"""
+
+import gc
+import json
+import os
+import time
+import traceback
+
+from qgis.core import QgsProject, QgsRectangle
+from qgis.PyQt.QtCore import QObject, Qt, QTimer, QUrl, pyqtSlot
+from qgis.PyQt.QtGui import QDesktopServices
+from qgis.PyQt.QtTest import QTest
+from qgis.PyQt.QtWidgets import QApplication, QPushButton
+from qgis.utils import iface
+
+import processing
+
+seen = {"opened": []}
+folder = os.environ["TREEDGS_MAP"]
+
+
+class Browser(QObject):
+    @pyqtSlot(QUrl)
+    def opened(self, url):
+        seen["opened"].append(url.toLocalFile())
+
+
+def rest(seconds=1.0):
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        QApplication.processEvents()
+        QTest.qWait(20)
+    gc.collect()
+
+
+def names():
+    return [node.name() for node in QgsProject.instance().layerTreeRoot().findLayers()]
+
+
+def layer(name):
+    return QgsProject.instance().mapLayersByName(name)[0]
+
+
+def main():
+    browser = Browser()
+    QDesktopServices.setUrlHandler("file", browser.opened)
+    iface.mainWindow().showMaximized()
+    given = {"INPUT": f"{folder}/cloud.laz", "PLOTS": f"{folder}/plots.csv", "CRS": "EPSG:32617"}
+    processing.runAndLoadResults(
+        "treedgs:pointcloudtodbh", {**given, "OUTPUT": f"{folder}/trees.gpkg", "REPORT": f"{folder}/run.html"}
+    )
+    rest(3.0)
+    seen["trees"] = names()
+    trees = layer("Trees")
+    seen["columns"] = [column.name for column in trees.attributeTableConfig().columns()][:7]
+    extent, plot = iface.mapCanvas().extent(), layer("Plots searched").extent()
+    seen["in_view"] = QgsRectangle(extent).contains(plot) and extent.width() < 4 * plot.width()
+    iface.mapCanvas().saveAsImage(f"{folder}/map.png")
+    iface.mainWindow().grab().save(f"{folder}/window.png")
+    bar = iface.messageBar()
+    buttons = {found.text(): found for found in bar.findChildren(QPushButton) if found.isVisible()}
+    seen["buttons"] = sorted(buttons)
+    button = buttons["Open the report"]
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    rest(0.5)
+    bar.clearWidgets()
+    processing.runAndLoadResults(
+        "treedgs:standtable",
+        {"TREES": f"{folder}/trees.gpkg", "PLOTS": f"{folder}/plots.csv", "OUTPUT": f"{folder}/stand"},
+    )
+    rest(3.0)
+    seen["stand"] = [name for name in names() if name not in seen["trees"]]
+    iface.mainWindow().grab().save(f"{folder}/stand.png")
+
+
+def run():
+    try:
+        main()
+    except BaseException:
+        seen["error"] = traceback.format_exc()
+    with open(f"{folder}/seen.json", "w", encoding="utf-8") as file:
+        json.dump(seen, file)
+    os._exit(0)
+
+
+QTimer.singleShot(3000, run)
