@@ -234,10 +234,10 @@ print("ORDER", [node.name() for node in QgsProject.instance().layerTreeRoot().fi
         tmp_path / "cloud.laz",
         tmp_path / "trees.gpkg",
     )
-    assert "NAMES ['Stem circles', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
-    assert "['categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
+    assert "NAMES ['Plots searched', 'Stem circles', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
+    assert "['singleSymbol', 'categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
     assert "HEIGHTS 17 True True" in done.stdout, done.stdout + done.stderr
-    assert "ORDER ['Trees', 'Stem circles', 'Stem sections']" in done.stdout, "the trees' colours are hidden"
+    assert "ORDER ['Trees', 'Stem circles', 'Stem sections', 'Plots searched']" in done.stdout, "the trees' colours are hidden"
 
 
 def test_the_order_of_layers_is_kept_among_the_users_own(qgis, tmp_path):
@@ -263,9 +263,9 @@ ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "")
         tmp_path / "cloud.laz",
         tmp_path,
     )
-    three = ["Trees", "Stem circles", "Stem sections"]
-    assert f"ORDER {['Own 1', *three, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
-    assert f"GROUP {three} 12" in done.stdout, done.stdout + done.stderr
+    four = ["Trees", "Stem circles", "Stem sections", "Plots searched"]
+    assert f"ORDER {['Own 1', *four, 'Own 0', *four, 'Own']}" in done.stdout, done.stdout + done.stderr
+    assert f"GROUP {four} 15" in done.stdout, done.stdout + done.stderr
 
 
 def test_terrain_opens_as_a_hillshade(qgis, tmp_path):
