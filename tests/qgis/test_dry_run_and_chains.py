@@ -234,10 +234,14 @@ print("ORDER", [node.name() for node in QgsProject.instance().layerTreeRoot().fi
         tmp_path / "cloud.laz",
         tmp_path / "trees.gpkg",
     )
-    assert "NAMES ['Plots searched', 'Stem circles', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
+    assert "NAMES ['Plots searched', 'Stem circles', 'Stem sections', 'Trees']" in done.stdout, (
+        done.stdout + done.stderr
+    )
     assert "['singleSymbol', 'categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
     assert "HEIGHTS 17 True True" in done.stdout, done.stdout + done.stderr
-    assert "ORDER ['Trees', 'Stem circles', 'Stem sections', 'Plots searched']" in done.stdout, "the trees' colours are hidden"
+    assert "ORDER ['Trees', 'Stem circles', 'Stem sections', 'Plots searched']" in done.stdout, (
+        "the trees' colours are hidden"
+    )
 
 
 def test_the_order_of_layers_is_kept_among_the_users_own(qgis, tmp_path):
