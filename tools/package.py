@@ -41,7 +41,7 @@ ANSWER_S = 10
 #: What may lie in the zip; everything else is a binary or a script to the repository.
 TEXT = {".py", ".txt", ".md", ".json", ".html", ".qml", ".svg", ".ts", ".csv", ".model3", ".css", ""}
 PICTURES = {".png", ".qm", ".jpg"}
-MOST_BYTES = 25 * 1024 * 1024
+MAX_BYTES = 25 * 1024 * 1024
 #: Findings of Bandit that the plugin repository does not let anybody waive.
 BLOCKING = {
     "B102", "B103", "B202", "B301", "B302", "B307", "B308", "B602", "B604", "B605", "B609", "B615", "B701", "B702",
@@ -172,7 +172,7 @@ def write_zip(files: list[str], target: Path) -> None:
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, (ROOT / name).read_bytes())
-    if target.stat().st_size > MOST_BYTES:
+    if target.stat().st_size > MAX_BYTES:
         raise PackageError(f"{target.name}: {target.stat().st_size / 1e6:.1f} MB, at most 25 MB are taken")
 
 

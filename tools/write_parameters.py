@@ -38,8 +38,8 @@ def parameters_text() -> str:
     review = {
         "decisions": reviewed.DECISIONS,
         "reasons": REASONS,
-        "least_taped_cm": reviewed.LEAST_TAPED_CM,
-        "most_taped_cm": reviewed.MOST_TAPED_CM,
+        "least_taped_cm": reviewed.MIN_TAPED_CM,
+        "most_taped_cm": reviewed.MAX_TAPED_CM,
         "single_cm": ONE_CM,
         "near": NEAR,
         "large_cm": LARGE_CM,

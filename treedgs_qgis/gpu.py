@@ -13,7 +13,7 @@ from .pythons import find_program, no_window
 from .words import tr
 
 #: Driver of CUDA 12 (525 for Linux, 528 for Windows); GeForce GTX 9xx; room for the field of one plot.
-OLDEST_DRIVER, OLDEST_CARD, LEAST_MEMORY_MB = 525, (5, 2), 2000
+OLDEST_DRIVER, OLDEST_CARD, MIN_MEMORY_MB = 525, (5, 2), 2000
 QUERY = ["--query-gpu=name,driver_version,memory.total,compute_cap", "--format=csv,noheader,nounits"]
 
 
@@ -66,8 +66,8 @@ def choose(code: int | None, answer: str) -> Choice:
             problem = tr("{name} is too old for the engine (compute capability {card}, expected {least})").format(
                 **values, least=".".join(map(str, OLDEST_CARD))
             )
-        elif 0 < _number(memory) < LEAST_MEMORY_MB:
-            problem = tr("{name} has {memory} MB of memory, expected {least}").format(**values, least=LEAST_MEMORY_MB)
+        elif 0 < _number(memory) < MIN_MEMORY_MB:
+            problem = tr("{name} has {memory} MB of memory, expected {least}").format(**values, least=MIN_MEMORY_MB)
         else:
             return Choice("cuda", tr("{name}, driver {driver}").format(**values))
     return Choice("cpu", problem)

@@ -16,7 +16,7 @@ import pytest
 from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
 from treedgs_geo.campaign.engine_process import explain
 from treedgs_geo.campaign.inputs import content_key, input_files
-from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
+from treedgs_geo.campaign.record import MAX_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.core import folder_lock as leases
 from treedgs_geo.core.costs import CostModel, fit, makespan
 from treedgs_geo.core.errors import InputError
@@ -86,7 +86,7 @@ def test_three_failures_end_it_and_deaths_of_workers_do_not(tmp_path):
     record.attempts.append(attempt("crash"))
     assert not record.may_run("s:k", 1)
     assert record.may_run("s:other", 1) and record.may_run("s:k", 2)
-    assert not Record(tmp_path, attempts=[attempt(None)] * (MOST_INTERRUPTIONS + 1)).may_run("s:k", 1)
+    assert not Record(tmp_path, attempts=[attempt(None)] * (MAX_INTERRUPTIONS + 1)).may_run("s:k", 1)
     assert not Record(tmp_path, attempts=[attempt("input")]).may_run("s:k", 1)
     assert Record(tmp_path, attempts=[attempt("disk"), attempt("missing")] * 9).may_run("s:k", 1)
 

@@ -54,7 +54,7 @@ def test_words_and_limits_are_the_engine_s():
     known = json.loads((ROOT / "treedgs_qgis" / "parameters.json").read_text(encoding="utf-8"))["review"]
     assert known["decisions"] == engine.DECISIONS and list(known["decisions"]) == list(engine.DECISIONS)
     assert {key: tuple(pair) for key, pair in known["reasons"].items()} == REASONS
-    assert (known["least_taped_cm"], known["most_taped_cm"]) == (engine.LEAST_TAPED_CM, engine.MOST_TAPED_CM)
+    assert (known["least_taped_cm"], known["most_taped_cm"]) == (engine.MIN_TAPED_CM, engine.MAX_TAPED_CM)
     assert (known["near"], known["single_cm"]) == (wrong_units.NEAR, list(wrong_units.ONE_CM))
     assert (known["large_cm"], known["gap"]) == (plausible.LARGE_CM, plausible.GAP)
     assert (known["beside_m"], known["far_m"]) == (BESIDE_M, FAR_M)

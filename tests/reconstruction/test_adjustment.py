@@ -13,7 +13,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.reconstruction import bundle_kernels as kernels
 from treedgs_geo.reconstruction.adjustment import (
-    LEAST_OBSERVATIONS,
+    MIN_OBSERVATIONS,
     PHOTO_GAP_S,
     PHOTO_PARTS,
     TRACKS_A_PART,
@@ -181,7 +181,7 @@ def test_a_photo_whose_few_points_lie_close_together_is_held_by_all_of_them() ->
     own = int((block.image == 3).sum())
     assert 6 < own < 60
     chosen = block.long_tracks(*PHOTO_PARTS, TRACKS_A_PART)
-    assert chosen[block.point[block.image == 3]].sum() < LEAST_OBSERVATIONS, "too few to move the photo by"
+    assert chosen[block.point[block.image == 3]].sum() < MIN_OBSERVATIONS, "too few to move the photo by"
     turn = rotation_from_gimbal(0.3, 0.2, 0.0) @ rotation_from_gimbal(0, 0, 0).T
     right = block.rotations[3].copy()
     block.rotations[3] = turn @ right

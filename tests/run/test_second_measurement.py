@@ -10,7 +10,7 @@ import pytest
 from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.run.second_measurement import MOST_MEASURED_AGAIN, stems_to_measure_again, with_second_measurements
+from treedgs_geo.run.second_measurement import MAX_MEASURED_AGAIN, stems_to_measure_again, with_second_measurements
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 from treedgs_geo.stems.splats.primitive.fit import PrimitiveFit
@@ -53,7 +53,7 @@ def test_only_stems_of_low_confidence_are_measured_again_the_clearest_first():
     assert stems_to_measure_again(fits, inside) == [2, 1]
     assert stems_to_measure_again(fits, inside, everyone=True) == [2, 1, 0]
     many = [edges(2 * k, 30, "reject", "ambiguous", llr=50 + k) for k in range(30)]
-    assert stems_to_measure_again(many, np.ones(30, bool)) == list(range(29, 29 - MOST_MEASURED_AGAIN, -1))
+    assert stems_to_measure_again(many, np.ones(30, bool)) == list(range(29, 29 - MAX_MEASURED_AGAIN, -1))
 
 
 def test_a_stem_with_another_at_its_side_is_not_measured_again():

@@ -26,9 +26,9 @@ from .state import Campaign, Plan, job_of
 #: Seconds until a plot that somebody else runs just now, or that failed, is looked at again.
 BUSY_S, AGAIN_S = 3.0, 1.0
 #: A plot whose worker died under it is handed out again this often by one coordinator.
-MOST_TURNS = 40
+MAX_TURNS = 40
 #: Plots given up because their host is not set up, none having been done, after which the start is broken off.
-MOST_STUCK = 4
+MAX_STUCK = 4
 
 
 class SchedulerLost(TreeDGSError):
@@ -211,7 +211,7 @@ class Coordinator:
             return
         if outcome == "interrupted":
             self.tally.interrupted += 1
-            if running.turns < MOST_TURNS and answer.get("may_retry", True):
+            if running.turns < MAX_TURNS and answer.get("may_retry", True):
                 self._later(running, AGAIN_S)
                 return
         elif running.turns < RETRIES if outcome in ELSEWHERE else answer.get("may_retry"):
@@ -222,7 +222,7 @@ class Coordinator:
         self._give_up(running.index, plot_id, message)
         if outcome in ("setup", "missing"):
             self._stuck += 1
-            if self._stuck >= MOST_STUCK and not self.tally.done:
+            if self._stuck >= MAX_STUCK and not self.tally.done:
                 raise SchedulerLost(f"No plot can be run: {message}; correct that and run again.")
 
     def _later(self, running: _Running, seconds: float, count: bool = True) -> None:

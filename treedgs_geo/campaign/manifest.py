@@ -21,7 +21,7 @@ ROUTES = {"photos": "photos-to-dbh", "cloud": "pointcloud-to-dbh"}
 _OWN = {"workspace", "output", "stems_output", "input", "trees", "dry_run"}
 _PATHS = ("file", "folder", "files")
 #: How many rows are explained in one error.
-_MOST_REPORTED = 8
+_MAX_REPORTED = 8
 
 
 @dataclass(frozen=True)
@@ -84,17 +84,17 @@ class Checker:
                 yield self._check(line, cells)
             except TreeDGSError as problem:
                 self.n_bad += 1
-                if len(self.problems) < _MOST_REPORTED:
+                if len(self.problems) < _MAX_REPORTED:
                     self.problems.append(f"line {line}{f' ({name})' if name else ''}: {problem}")
 
     def conclude(self) -> None:
         """Refuse the manifest when any row cannot be run.
 
         Raises:
-            InputError: every problem (the first ``_MOST_REPORTED`` in full), or no plot at all.
+            InputError: every problem (the first ``_MAX_REPORTED`` in full), or no plot at all.
         """
         if self.problems:
-            more = f"; and {self.n_bad - _MOST_REPORTED} more" if self.n_bad > _MOST_REPORTED else ""
+            more = f"; and {self.n_bad - _MAX_REPORTED} more" if self.n_bad > _MAX_REPORTED else ""
             listed = "; ".join(problem.rstrip(".;") for problem in self.problems)
             rows = "1 row" if self.n_bad == 1 else f"{self.n_bad} rows"
             raise InputError(f"{self.manifest}: {rows} cannot be used, nothing was started: {listed}{more}.")

@@ -14,7 +14,7 @@ from .places import RECORD, TREES
 #: A plot that fails is tried again at most this often.
 RETRIES = 2
 #: An attempt cut short because its worker or coordinator died is not the plot's fault; but there is an end to it.
-MOST_INTERRUPTIONS = 12
+MAX_INTERRUPTIONS = 12
 #: Endings that another try at once cannot change.
 _FINAL = {"input"}
 #: Endings that are not the plot's: a full disk, a host without a library. They do not use up its attempts.
@@ -88,7 +88,7 @@ class Record:
         ended = [a for a in self.attempts if a.get("outcome") not in (None, "interrupted")]
         last = ended[-1] if ended else {}
         final = last.get("series") == series and last.get("key") == key and last.get("outcome") in _FINAL
-        return failed <= RETRIES and cut <= MOST_INTERRUPTIONS and not final
+        return failed <= RETRIES and cut <= MAX_INTERRUPTIONS and not final
 
     def last_problem(self) -> str:
         """What the last attempt said."""

@@ -23,8 +23,8 @@ FEATURES = {"photos": ("photos", "megapixels"), "cloud": ("points_m",)}
 MEASURES = ("seconds", "memory_gb", "disk_gb")
 #: A route is refitted from a campaign's own runs when there are this many plots of it.
 FEWEST_RUNS = 8
-#: Memory is declared this much above the prediction, and never below :data:`LEAST_GB`.
-HEADROOM, LEAST_GB = 1.3, 0.35
+#: Memory is declared this much above the prediction, and never below :data:`MIN_GB`.
+HEADROOM, MIN_GB = 1.3, 0.35
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class CostModel:
         x = np.array([1.0, *(float(sizes[name]) for name in FEATURES[route])])
         values = {name: float(np.dot(entry[name], x)) for name in MEASURES}
         outside = any(value > 1.5 * most for value, most in zip(x[1:], entry["largest"], strict=True))
-        memory = max(values["memory_gb"] * HEADROOM, LEAST_GB)
+        memory = max(values["memory_gb"] * HEADROOM, MIN_GB)
         return Need(max(values["seconds"], 0.5), memory, max(values["disk_gb"], 0.002), outside)
 
     def refit(self, runs: Iterable[dict[str, Any]]) -> CostModel:

@@ -19,7 +19,7 @@ _SLENDER, _SLENDER_STAND, _THIN_CM = 4.0, 2.0, 5.0
 #: A tree from this DBH on, so many times as thick as the next of its species, is worth a second look.
 _LOOKED_AT_CM, _THICKER = 60.0, 1.8
 #: Nobody can have measured a DBH on a lower tree, m.
-_LEAST_HEIGHT_M = 1.3
+_MIN_HEIGHT_M = 1.3
 
 
 def odd_diameters(dbh_cm: np.ndarray) -> tuple[np.ndarray, str]:
@@ -130,7 +130,7 @@ def refuse_odd_heights(
         slender = np.where(d >= _THIN_CM, h / d, np.nan)
         checks = (
             (h > 120, "expected up to 120"),
-            (np.isfinite(d) & (h < _LEAST_HEIGHT_M), "so low that it has no DBH, but one is given"),
+            (np.isfinite(d) & (h < _MIN_HEIGHT_M), "so low that it has no DBH, but one is given"),
             (slender > _SLENDER, "too much for its DBH"),
         )
     for bad, why in checks:

@@ -27,7 +27,7 @@ from .machine import available_threads, free_memory
 from .progress import Reporter
 
 #: More processes than this wait for each other's modules. Each takes up to so many bytes.
-MOST_PROCESSES, PROCESS_BYTES = 4, 1.0e9
+MAX_PROCESSES, PROCESS_BYTES = 4, 1.0e9
 
 
 @dataclass
@@ -48,14 +48,14 @@ def listed() -> dict[str, dict[str, Any]]:
 
 def compile_ahead(reporter: Reporter | None = None, processes: int | None = None) -> Compiled:
     """Compile the list, several modules at once. processes: default one a core, as memory allows,
-    :data:`MOST_PROCESSES` at most.
+    :data:`MAX_PROCESSES` at most.
 
     A module waits for those whose functions it calls, so that nothing is compiled twice and no two processes write
     the same cache file.
     """
     reporter, modules = reporter or Reporter(), listed()
     found, done, left = Compiled(0, 0, []), set[str](), dict(modules)
-    usual = min(available_threads(), MOST_PROCESSES, int(free_memory() / PROCESS_BYTES))
+    usual = min(available_threads(), MAX_PROCESSES, int(free_memory() / PROCESS_BYTES))
     children = [_Child() for _ in range(processes or max(usual, 1))]
     answers: queue.Queue[tuple[_Child, str]] = queue.Queue()
     for child in children:

@@ -25,7 +25,7 @@ DISTRUST_M, MAX_DISTANCE_M = 20.0, 40.0
 #: Where the path jumps by more than this, the photo's own position is the better one, metres.
 OWN_BETTER_M = 5.0
 #: Sea level lies at most this far from the ellipsoid, metres (India -107, New Guinea +86).
-MOST_GEOID_M = 110.0
+MAX_GEOID_M = 110.0
 
 
 def check_agreement(
@@ -188,7 +188,7 @@ def _note_heights(stations: Stations, own: Stations, marked: np.ndarray, source:
         apart, whose = float(np.nanmedian(from_own)), "the photos' EXIF"
         geoid = _geoid_m(stations)
         explained = [0.0, geoid, -geoid] if np.isfinite(geoid) else [0.0]
-        if min(abs(apart - value) for value in explained) <= (1.5 * DISTRUST_M if np.isfinite(geoid) else MOST_GEOID_M):
+        if min(abs(apart - value) for value in explained) <= (1.5 * DISTRUST_M if np.isfinite(geoid) else MAX_GEOID_M):
             return
     reporter.warn(
         f"{source}: its heights are {apart:+.0f} m (median) from those of {whose}, expected within {DISTRUST_M:.0f} m; "

@@ -14,17 +14,17 @@ from ..core.progress import Reporter
 from .datum import decimal_year
 from .gpstime import gps_to_utc
 from .mrk import Marks
-from .pairing import MOST_CLOCK_ERROR_S, pair_photos
+from .pairing import MAX_CLOCK_ERROR_S, pair_photos
 from .photos import Photo, shorten
 from .rtklib import Trajectory, read_pos
 from .timing import (
-    EXIF_LEAST_S,
+    EXIF_MIN_S,
     GPS_UTC_S,
-    LEAST_WITNESSES,
+    MIN_WITNESSES,
     NEAR_S,
-    PRECISE_LEAST_S,
     PRECISE_M,
-    ROUGH_LEAST_S,
+    PRECISE_MIN_S,
+    ROUGH_MIN_S,
     find_shift,
 )
 from .trajectory import Interpolated, interpolate
@@ -35,7 +35,7 @@ def note_clock(marks: Marks, names: list[str], apart_s: np.ndarray, reporter: Re
     """Say which paired photos have another clock than the others. apart_s: (N,) clock less exposure, the clock's usual
     error taken out, NaN unknown."""
     with np.errstate(invalid="ignore"):
-        other = np.flatnonzero(np.abs(apart_s) > MOST_CLOCK_ERROR_S)
+        other = np.flatnonzero(np.abs(apart_s) > MAX_CLOCK_ERROR_S)
     if len(other):
         reporter.warn(
             f"{marks.path.name}: the clock of {len(other)} of {len(names)} photos is "
@@ -176,14 +176,14 @@ def in_time(
     track = tracks[over[0]]
     path = lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s))
     seen = (marks.flag[rows] != 0) & (marks.lat_deg[rows] != 0)
-    witness, least_s, whose = own, EXIF_LEAST_S, "the photos' own GPS positions"
-    if seen.sum() >= LEAST_WITNESSES:
+    witness, least_s, whose = own, EXIF_MIN_S, "the photos' own GPS positions"
+    if seen.sum() >= MIN_WITNESSES:
         lon, lat, height = (values[rows] for values in (marks.lon_deg, marks.lat_deg, marks.height_m))
         camera = lonlat_to_project(crs, lon, lat, height, source, decimal_year(marks.gps_s))
         witness = (camera - turned_to_grid(marks.offset_enu[rows], _convergence(crs, track)))[:, :2]
         witness[~seen] = np.nan
         precise = np.nan_to_num(np.median(marks.sd[rows][seen].max(axis=1)), nan=np.inf) <= PRECISE_M
-        least_s, whose = PRECISE_LEAST_S if precise else ROUGH_LEAST_S, f"the positions in {marks.path.name}"
+        least_s, whose = PRECISE_MIN_S if precise else ROUGH_MIN_S, f"the positions in {marks.path.name}"
     shift = find_shift(track.gps_s, path[:, :2], at, witness, least_s)
     if shift is None or not shift.certain:
         return tracks, 0.0

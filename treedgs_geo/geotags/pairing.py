@@ -19,9 +19,9 @@ from .photos import Photo
 
 QUARTER_HOUR_S = 900.0
 #: A clock is off by its zone (quarter hours, within 14 h) plus at most this, seconds.
-MOST_CLOCK_ERROR_S = 60.0
+MAX_CLOCK_ERROR_S = 60.0
 #: Photos of another clock error than the others' (set back in flight) are paired from this number on.
-LEAST_OF_ANOTHER_CLOCK = 3
+MIN_OF_ANOTHER_CLOCK = 3
 #: A share of the photos that is enough without their positions' word.
 ENOUGH_SHARE = 0.5
 #: Probability that a pair has to reach.
@@ -114,7 +114,7 @@ def pair_photos(photos: list[Photo], marks: Marks) -> Pairing:
     rows, shared = _likeliest(sorted_seen)
     paired = rows >= 0
     sure = _agree_in_place(sorted_seen, rows, shared)
-    if not paired.any() or (paired.mean() < ENOUGH_SHARE and sure.sum() < LEAST_OF_ANOTHER_CLOCK):
+    if not paired.any() or (paired.mean() < ENOUGH_SHARE and sure.sum() < MIN_OF_ANOTHER_CLOCK):
         times = seen.time_s[np.isfinite(seen.time_s)]
         first, last = (describe_utc(t)[:-4] for t in (times.min(), times.max())) if len(times) else ("unknown",) * 2
         raise GeotagError(
@@ -196,7 +196,7 @@ def _rows(pairs: np.ndarray, least: float) -> np.ndarray:
     return np.where(pairs.max(axis=1) >= least, pairs.argmax(axis=1), -1)
 
 
-def _clock_errors(seen: _Evidence, most_s: float = MOST_CLOCK_ERROR_S) -> list[float]:
+def _clock_errors(seen: _Evidence, most_s: float = MAX_CLOCK_ERROR_S) -> list[float]:
     """The most common differences of photo times and mark times that a clock may have; NaN alone without times."""
     times = seen.time_s[np.isfinite(seen.time_s)]
     if not len(times):
@@ -288,7 +288,7 @@ def _prior(seen: _Evidence, shared: _Shared) -> float:
     total = 0.0
     if np.isfinite(shared.clock_s):
         rest = float(_beyond_zone(np.array(shared.clock_s), seen.zoned))
-        total += float(np.log(np.exp(-0.5 * (rest / 0.5) ** 2) / (0.5 * np.sqrt(2 * np.pi)) + 0.5 / MOST_CLOCK_ERROR_S))
+        total += float(np.log(np.exp(-0.5 * (rest / 0.5) ** 2) / (0.5 * np.sqrt(2 * np.pi)) + 0.5 / MAX_CLOCK_ERROR_S))
     if seen.knows_places:
         square = float(shared.offset @ shared.offset)
         total += float(np.logaddexp(-0.5 * square / 0.09 - np.log(0.09), -0.5 * square / 9 - np.log(9)))
@@ -334,12 +334,12 @@ def _with_another_clock(seen: _Evidence, rows: np.ndarray, shared: _Shared) -> n
     rest = seen.part(photos, marks)
     # Photos of another day's flight by the same plan have the same places, and the same numbers.
     repeated = np.isin(rest.number, seen.number[rows >= 0]).any()
-    if repeated or len(photos) < LEAST_OF_ANOTHER_CLOCK or not len(marks) or not rest.knows_places:
+    if repeated or len(photos) < MIN_OF_ANOTHER_CLOCK or not len(marks) or not rest.knows_places:
         return rows
     found = rows.copy()
     for clock_s in _clock_errors(replace(rest, zoned=False), np.inf)[:1]:
         other = _rows(_sum_up(_gains(rest, replace(shared, clock_s=clock_s)))[1], NO_DOUBT)
         agree = _agree_in_place(rest, other, shared)
-        if agree.sum() >= LEAST_OF_ANOTHER_CLOCK:
+        if agree.sum() >= MIN_OF_ANOTHER_CLOCK:
             found[photos[agree]] = marks[other[agree]]
     return found

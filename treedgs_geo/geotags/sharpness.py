@@ -17,7 +17,7 @@ BLUR_FRACTION = 0.25
 #: ... and below this it is blur whatever the rest looks like.
 BLUR_FLOOR = 0.09
 #: Photos that are decoded at once: a large one takes 80 MB.
-MOST_READERS = 4
+MAX_READERS = 4
 
 
 def measure_detail(path: Path) -> tuple[float, float]:
@@ -45,7 +45,7 @@ def measure_detail(path: Path) -> tuple[float, float]:
 
 def find_defects(paths: list[Path]) -> dict[Path, str]:
     """Photos to leave out, with the reason."""
-    with ThreadPoolExecutor(min(MOST_READERS, os.cpu_count() or 1)) as readers:
+    with ThreadPoolExecutor(min(MAX_READERS, os.cpu_count() or 1)) as readers:
         measured = dict(zip(paths, readers.map(_detail, paths), strict=True))
     found = {path: "cannot be decoded" for path, seen in measured.items() if seen is None}
     detail = {path: seen for path, seen in measured.items() if seen is not None}

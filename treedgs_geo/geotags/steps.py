@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 #: Faster than this between two epochs is no drone (m/s): fixed wings with the wind behind them; climbs and descents.
-MOST_SPEED_M_S, MOST_CLIMB_M_S = 40.0, 15.0
+MAX_SPEED_M_S, MAX_CLIMB_M_S = 40.0, 15.0
 #: Harder than this no mapping drone brakes or turns (m/s2): full tilt of 45 degrees is 10.
-MOST_ACCELERATION_M_S2 = 15.0
+MAX_ACCELERATION_M_S2 = 15.0
 #: Epochs further apart than this (s) say nothing about each other's velocity: speed alone is asked there.
 NEAR_S = 3.0
 #: What noise and a swaying antenna may do to a displacement between fixed epochs, metres.
@@ -49,7 +49,7 @@ def path_offsets(times: np.ndarray, xyz: np.ndarray, fixed: np.ndarray) -> np.nd
     sizes = np.linalg.norm(jump, axis=1)
     usual = min(float(np.median(np.diff(times[own][chosen]))), NEAR_S)
     least = 0.5 * float(sizes[sizes > 0].min(initial=np.inf))
-    place[np.linalg.norm(place, axis=1) <= min(least, MOST_ACCELERATION_M_S2 * usual**2 + NOISE_M)] = 0.0
+    place[np.linalg.norm(place, axis=1) <= min(least, MAX_ACCELERATION_M_S2 * usual**2 + NOISE_M)] = 0.0
     offset[own] = place
     return offset
 
@@ -81,11 +81,11 @@ def _jumps(times: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     known = np.isfinite(beside).any(axis=0).all(axis=1)
     usual[known] = np.nanmedian(beside[:, known], axis=0)
     excess = moved - usual * dt[:, None]
-    fast = (np.linalg.norm(moved[:, :2], axis=1) > MOST_SPEED_M_S * dt + NOISE_M) | (
-        np.abs(moved[:, 2]) > MOST_CLIMB_M_S * dt + NOISE_M
+    fast = (np.linalg.norm(moved[:, :2], axis=1) > MAX_SPEED_M_S * dt + NOISE_M) | (
+        np.abs(moved[:, 2]) > MAX_CLIMB_M_S * dt + NOISE_M
     )
     near = known & (longest <= NEAR_S)
-    hard = near & (np.linalg.norm(excess, axis=1) > MOST_ACCELERATION_M_S2 * longest**2 + NOISE_M)
+    hard = near & (np.linalg.norm(excess, axis=1) > MAX_ACCELERATION_M_S2 * longest**2 + NOISE_M)
     bad, noisy = fast | hard, np.linalg.norm(excess, axis=1) > NOISE_M
     # The way back of a jump may hide half behind a manoeuvre.
     for jump in excess[bad]:

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 #: Shifts that are looked for, seconds: GPS time read as UTC is 18 s off.
-MOST_SHIFT_S = 30.0
+MAX_SHIFT_S = 30.0
 #: A shift counts from this many standard errors on ...
 CERTAIN_SD = 6.0
 #: ... and from so many seconds, by what the witnesses are: precise positions of the drone (RTK) at the exposure itself;
 #: its navigation, which drifts by decimetres over a line of photos; EXIF, which may be a second old on some drones.
-PRECISE_LEAST_S, ROUGH_LEAST_S, EXIF_LEAST_S = 0.02, 0.3, 0.7
+PRECISE_MIN_S, ROUGH_MIN_S, EXIF_MIN_S = 0.02, 0.3, 0.7
 #: Positions with standard deviations below this are precise, metres.
 PRECISE_M = 0.1
 #: Photos that have to bear witness, and the share of them that the shifted path has to cover.
-LEAST_WITNESSES, LEAST_COVERED = 5, 0.8
+MIN_WITNESSES, MIN_COVERED = 5, 0.8
 #: GPS time is this far ahead of UTC since 2017; a shift within this of it is taken for it, seconds.
 GPS_UTC_S, NEAR_S = 18.0, 0.5
 _STEP_S, _ROUNDS = 0.1, 8
@@ -43,10 +43,10 @@ def find_shift(
         least_s: shorter shifts say nothing.
     """
     known = np.isfinite(witness).all(axis=1)
-    if known.sum() < LEAST_WITNESSES:
+    if known.sum() < MIN_WITNESSES:
         return None
     at, witness = at[known], witness[known]
-    tried = np.arange(-MOST_SHIFT_S, MOST_SHIFT_S + 0.5 * _STEP_S, _STEP_S)
+    tried = np.arange(-MAX_SHIFT_S, MAX_SHIFT_S + 0.5 * _STEP_S, _STEP_S)
     away = np.array([_away(_at(times, path, at + shift) - witness) for shift in tried])
     if not np.isfinite(away).any():
         return None
@@ -74,7 +74,7 @@ def _at(times: np.ndarray, path: np.ndarray, instants: np.ndarray) -> np.ndarray
 def _away(residual: np.ndarray) -> float:
     """Median distance from the median; NaN where too few are known."""
     known = np.isfinite(residual).all(axis=1)
-    if known.sum() < max(LEAST_WITNESSES, LEAST_COVERED * len(residual)):
+    if known.sum() < max(MIN_WITNESSES, MIN_COVERED * len(residual)):
         return float("nan")
     residual = residual[known]
     return float(np.median(np.hypot(*(residual - np.median(residual, axis=0)).T)))
@@ -89,7 +89,7 @@ def _refined(
         place = _at(times, path, at + shift)
         velocity = (_at(times, path, at + shift + 0.25) - _at(times, path, at + shift - 0.25)) / 0.5
         known = np.isfinite(place + velocity).all(axis=1)
-        if known.sum() < LEAST_WITNESSES:
+        if known.sum() < MIN_WITNESSES:
             return None
         step, sd_s, _ = along_velocity((witness - place)[known], velocity[known])
         speed = float(np.median(np.linalg.norm(velocity[known], axis=1)))

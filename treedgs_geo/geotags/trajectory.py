@@ -9,7 +9,7 @@ from scipy.interpolate import PchipInterpolator
 
 from .rtklib import FIX, FLOAT, Trajectory
 from .steps import path_offsets
-from .velocity import MOST_GAP_S, path_velocities
+from .velocity import MAX_GAP_S, path_velocities
 
 #: Least standard deviation that is believed, metres (E, N, U): a fixed epoch; anything else.
 FIX_FLOOR_M = np.array([0.01, 0.01, 0.02])
@@ -18,7 +18,7 @@ SINGLE_FLOOR_M = np.array([1.5, 1.5, 3.0])
 
 #: A fix held for less than this (seconds) between floats is no fix: in a real drive through a town
 #: (``ppk_matrtklib``, 5 Hz) 117 of 448 such epochs were more than 0.2 m wrong, of 1351 longer held ones none.
-LEAST_FIX_S = 5.0
+MIN_FIX_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ def interpolate(
             quality[i], floor = "single", SINGLE_FLOOR_M
         sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
     velocity = np.full((count, 3), np.nan)
-    near = np.flatnonzero(inside & (gap <= MOST_GAP_S))
+    near = np.flatnonzero(inside & (gap <= MAX_GAP_S))
     velocity[near] = path_velocities(times, xyz, trajectory.quality, segment, gps_s[near], own)
     return Interpolated(position, sd, quality, off_m, velocity)
 
 
 def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:
-    """(T,) RTKLIB's Q, with fixes that were held for less than :data:`LEAST_FIX_S` turned into floats."""
+    """(T,) RTKLIB's Q, with fixes that were held for less than :data:`MIN_FIX_S` turned into floats."""
     fixed = quality == FIX
     # A run ends where epochs are missing, too.
     joined = fixed[1:] & fixed[:-1] & (np.diff(times) <= 3.0)
@@ -109,6 +109,6 @@ def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:
     ends = np.flatnonzero(fixed & ~np.r_[joined, False])
     believed = quality.copy()
     for start, end in zip(starts, ends, strict=True):
-        if times[end] - times[start] < LEAST_FIX_S:
+        if times[end] - times[start] < MIN_FIX_S:
             believed[start : end + 1] = FLOAT
     return believed

@@ -10,24 +10,24 @@ import pyproj
 from ..core.crs import grid_convergence_deg, horizontal
 from .photos import Photo
 from .stations import Stations
-from .steps import MOST_ACCELERATION_M_S2, MOST_SPEED_M_S
+from .steps import MAX_ACCELERATION_M_S2, MAX_SPEED_M_S
 
 #: Epochs this far on both sides of an exposure give its velocity, seconds: long enough to average the epochs' noise
 #: (1 cm at 5 Hz: 1 cm/s), short enough that a drone's acceleration is constant in it.
 HALF_WINDOW_S = 0.5
 #: Epochs further apart say nothing about the velocity between them, seconds.
-MOST_GAP_S = 1.0
+MAX_GAP_S = 1.0
 #: Epochs that a velocity needs, and the qualities (RTKLIB's Q: fix, float, PPP) whose errors change slowly enough.
-_LEAST_EPOCHS, _SMOOTH = 4, (1, 2, 6)
+_MIN_EPOCHS, _SMOOTH = 4, (1, 2, 6)
 #: Epochs that lie further (RMS) beside a parabola wander: an ambiguity changed, or nothing is fixed, metres.
-MOST_MISFIT_M = 0.1
+MAX_MISFIT_M = 0.1
 #: Photos further apart say nothing about the velocity between them: the drone may stop for each, seconds.
-MOST_PHOTO_GAP_S = 3.0
+MAX_PHOTO_GAP_S = 3.0
 #: Positions worse than this (E, N) are too rough for a velocity over seconds, metres.
-MOST_PHOTO_SD_M = 0.1
+MAX_PHOTO_SD_M = 0.1
 #: Where the velocities between the photos around one differ by more, the drone turned or stopped: m/s, or share of the
 #: speed. Two intervals that agree are not enough: on ``plot_h`` they did by chance and were 1.4 m/s wrong.
-MOST_CHANGE_M_S, MOST_CHANGE = 0.3, 0.1
+MAX_CHANGE_M_S, MAX_CHANGE = 0.3, 0.1
 
 
 def turned_to_grid(enu: np.ndarray, convergence_deg: float) -> np.ndarray:
@@ -64,7 +64,7 @@ def path_velocities(
         doppler = np.column_stack([np.interp(at, times, axis) for axis in own.T])
         right = np.clip(np.searchsorted(times, at), 1, len(times) - 1)
         change = np.linalg.norm(own[right] - own[right - 1], axis=1)
-        doppler[change > MOST_ACCELERATION_M_S2 * (times[right] - times[right - 1])] = np.nan
+        doppler[change > MAX_ACCELERATION_M_S2 * (times[right] - times[right - 1])] = np.nan
         velocity = np.where(np.isfinite(velocity), velocity, doppler)
     return velocity
 
@@ -76,11 +76,11 @@ def _slope(times: np.ndarray, xyz: np.ndarray, quality: np.ndarray, segment: np.
     the interpolating curve would be noisier, and zero at every small peak.
     """
     piece = segment[np.argmin(np.abs(times - at))]
-    for half in (HALF_WINDOW_S, MOST_GAP_S):
+    for half in (HALF_WINDOW_S, MAX_GAP_S):
         first, last = np.searchsorted(times, [at - half - 1e-6, at + half + 1e-6])
         near = np.arange(first, last)
         near = near[(segment[near] == piece) & np.isin(quality[near], _SMOOTH)]
-        if len(near) >= _LEAST_EPOCHS:
+        if len(near) >= _MIN_EPOCHS:
             break
     else:
         return np.full(3, np.nan)
@@ -89,8 +89,8 @@ def _slope(times: np.ndarray, xyz: np.ndarray, quality: np.ndarray, segment: np.
     design = np.column_stack([t, t * t, quality[near][:, None] == kinds])
     found, _, rank, _ = np.linalg.lstsq(design, xyz[near], rcond=None)
     misfit = np.sqrt(np.mean(np.sum((design @ found - xyz[near]) ** 2, axis=1)))
-    hard = np.linalg.norm(2 * found[1]) > MOST_ACCELERATION_M_S2
-    return np.full(3, np.nan) if rank < design.shape[1] or misfit > MOST_MISFIT_M or hard else found[0]
+    hard = np.linalg.norm(2 * found[1]) > MAX_ACCELERATION_M_S2
+    return np.full(3, np.nan) if rank < design.shape[1] or misfit > MAX_MISFIT_M or hard else found[0]
 
 
 def with_velocities(stations: Stations, photos: list[Photo], track: np.ndarray) -> Stations:
@@ -119,7 +119,7 @@ def _of_drone(photos: list[Photo], crs: pyproj.CRS) -> np.ndarray:
     All zero in several photos means that nobody wrote them: a drone that stands in the air reads tenths.
     """
     ned = np.array([[_speed(photo, axis) for axis in "XYZ"] for photo in photos]).reshape(-1, 3)
-    ned[np.linalg.norm(ned, axis=1) > MOST_SPEED_M_S] = np.nan
+    ned[np.linalg.norm(ned, axis=1) > MAX_SPEED_M_S] = np.nan
     known = np.isfinite(ned).all(axis=1)
     placed = np.array([photo.has_position for photo in photos], bool)
     if not placed.any() or known.sum() >= 3 and not ned[known].any():
@@ -141,7 +141,7 @@ def _of_neighbours(stations: Stations) -> np.ndarray:
     velocity = np.full((len(stations), 3), np.nan)
     # Times of whole seconds are no times: at 5 m/s they are metres.
     sharp = np.isfinite(stations.utc) & (np.abs(stations.utc - np.round(stations.utc)) > 1e-6)
-    precise = stations.is_placed & (stations.sd[:, :2].max(axis=1) <= MOST_PHOTO_SD_M)
+    precise = stations.is_placed & (stations.sd[:, :2].max(axis=1) <= MAX_PHOTO_SD_M)
     for flight in np.unique(stations.flight):
         own = np.flatnonzero((stations.flight == flight) & np.isfinite(stations.utc))
         if np.mean(sharp[own]) < 0.5:
@@ -150,11 +150,11 @@ def _of_neighbours(stations: Stations) -> np.ndarray:
         for middle in range(2, len(own) - 2):
             five = own[middle - 2 : middle + 3]
             dt = np.diff(stations.utc[five])
-            if not precise[five].all() or dt.min() < 0.1 or dt.max() >= MOST_PHOTO_GAP_S:
+            if not precise[five].all() or dt.min() < 0.1 or dt.max() >= MAX_PHOTO_GAP_S:
                 continue
             between = np.diff(stations.xyz[five], axis=0) / dt[:, None]
             mean = (between[1] * dt[2] + between[2] * dt[1]) / (dt[1] + dt[2])
             away = np.linalg.norm(between - mean, axis=1).max()
-            if away <= max(MOST_CHANGE_M_S, MOST_CHANGE * np.linalg.norm(mean)):
+            if away <= max(MAX_CHANGE_M_S, MAX_CHANGE * np.linalg.norm(mean)):
                 velocity[own[middle]] = mean
     return velocity

@@ -28,7 +28,7 @@ NO_TREE, A_TREE = ("reject", "merge"), ("accept", "dbh", "stem")
 #: Standard error of a DBH by tape or calliper, cm.
 TAPE_SE_CM = 0.3
 #: Diameters that a tape can have read, cm.
-LEAST_TAPED_CM, MOST_TAPED_CM = 0.5, 500.0
+MIN_TAPED_CM, MAX_TAPED_CM = 0.5, 500.0
 
 _Table = TypeVar("_Table", bound=pd.DataFrame)
 
@@ -147,12 +147,12 @@ def _taped(table: pd.DataFrame, name: str | Path) -> np.ndarray:
         return np.full(len(table), np.nan)
     taped = pd.to_numeric(table["rev_dbh_cm"], errors="coerce").to_numpy(float)
     written = table["rev_dbh_cm"].map(lambda value: not pd.isna(value) and str(value).strip() != "").to_numpy(bool)
-    bad = written & ~((taped >= LEAST_TAPED_CM) & (taped <= MOST_TAPED_CM))
+    bad = written & ~((taped >= MIN_TAPED_CM) & (taped <= MAX_TAPED_CM))
     if bad.any():
         row = int(np.flatnonzero(bad)[0])
         raise InputError(
             f"{name}: tree {table['tree_id'].iloc[row]} has a rev_dbh_cm of {table['rev_dbh_cm'].iloc[row]}, expected "
-            f"{LEAST_TAPED_CM:g} to {MOST_TAPED_CM:g} cm; correct it."
+            f"{MIN_TAPED_CM:g} to {MAX_TAPED_CM:g} cm; correct it."
         )
     # What the verb or the panel wrote, they looked at.
     by_hand = taped if "rev_at" not in table else np.where(table["rev_at"].isna(), taped, np.nan)

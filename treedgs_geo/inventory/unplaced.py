@@ -10,7 +10,7 @@ import pandas as pd
 from ..core.errors import InputError
 
 #: Of a table's trees this share may lack a bearing or a distance; with more it is the table that is wrong.
-_MOST_UNPLACED = 0.5
+_MAX_UNPLACED = 0.5
 
 
 def drop_unplaced(trees: pd.DataFrame, path: Path) -> tuple[pd.DataFrame, list[str]]:
@@ -40,7 +40,7 @@ def where_said(table: pd.DataFrame, name: str, found: pd.DataFrame) -> pd.Series
 def clear_unplaced(path: Path, found: pd.DataFrame, columns: list[str]) -> None:
     """Half a place is none; a table in which most trees lack theirs is refused."""
     lacking = (found["lacks"] != "").to_numpy()
-    if lacking.mean() > _MOST_UNPLACED or lacking.all():
+    if lacking.mean() > _MAX_UNPLACED or lacking.all():
         first = found[lacking].iloc[0]
         raise InputError(
             f"{path}, line {first['line']}: {first['lacks']}, expected a number; {int(lacking.sum())} of {len(found)} "

@@ -29,7 +29,7 @@ VIEWS_OF_HEIGHT = 6.0
 #: The lower of two heights over the higher.
 LOWER = 0.75
 #: More photos than this are no plan for one day.
-MOST_PHOTOS = 3000
+MAX_PHOTOS = 3000
 #: How many photos "a few more" are.
 MORE = 20
 
@@ -203,7 +203,7 @@ def choose(
     plans: list[JudgedFlight] = []
     refused: dict[tuple[str, str], int] = {}
     flights = [
-        flight for flight in candidates(site, camera, heights, heading_deg, pattern) if 0 < len(flight) <= MOST_PHOTOS
+        flight for flight in candidates(site, camera, heights, heading_deg, pattern) if 0 < len(flight) <= MAX_PHOTOS
     ]
     for number, flight in enumerate(flights):
         try:

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 #: More clear views than this count as this many.
-_MOST_VIEWS = 90
+_MAX_VIEWS = 90
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def outcome(curves: Curves, clear: np.ndarray, gsd_cm: np.ndarray, dbh_m: np.nda
 @numba.njit(parallel=True, cache=True)
 def view_odds(clear):
     """(S, P) chances -> (S, K) chance of exactly so many clear views (independent views, not equally likely)."""
-    most = _MOST_VIEWS
+    most = _MAX_VIEWS
     odds = np.zeros((clear.shape[0], most + 1))
     for s in numba.prange(clear.shape[0]):
         odds[s, 0] = 1.0

@@ -11,7 +11,7 @@ from .drones import DroneCamera
 from .missions import PlanFlight
 
 #: Blur within an exposure and travel within a rolling shutter's readout, pixels on the ground.
-MOST_BLUR_PX, MOST_READOUT_PX = 0.5, 3.0
+MAX_BLUR_PX, MAX_READOUT_PX = 0.5, 3.0
 #: The way between two photos is checked every so many metres.
 CHECK_M = 3.0
 
@@ -116,10 +116,10 @@ def speed_of(flight: PlanFlight, camera: DroneCamera, limits: Limits) -> tuple[f
     if len(gaps):
         options.append((float(gaps.min()) / camera.interval_s, f"one photo every {camera.interval_s:g} s"))
     if limits.exposure_ms > 0:
-        blur = f"blur below {MOST_BLUR_PX:g} px at 1/{1000 / limits.exposure_ms:.0f} s"
-        options.append((MOST_BLUR_PX * gsd_m / (limits.exposure_ms / 1000), blur))
+        blur = f"blur below {MAX_BLUR_PX:g} px at 1/{1000 / limits.exposure_ms:.0f} s"
+        options.append((MAX_BLUR_PX * gsd_m / (limits.exposure_ms / 1000), blur))
     if camera.readout_ms > 0:
         options.append(
-            (MOST_READOUT_PX * gsd_m / (camera.readout_ms / 1000), f"rolling shutter of {camera.readout_ms:g} ms")
+            (MAX_READOUT_PX * gsd_m / (camera.readout_ms / 1000), f"rolling shutter of {camera.readout_ms:g} ms")
         )
     return min(options)

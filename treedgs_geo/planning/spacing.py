@@ -7,14 +7,14 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 
 #: Naturally grown trees stand no nearer to each other than this, m, or than this share of their mean distance.
-LEAST_DISTANCE_M, LEAST_SHARE = 1.2, 0.45
+MIN_DISTANCE_M, MIN_SHARE = 1.2, 0.45
 #: Spread of the logarithm of natural density from place to place, and the size of those places, m.
 CLUSTER_SPREAD, CLUSTER_M = 0.5, 6.0
 
 
 def least_distance(stems_per_ha: float) -> float:
     """The least distance between naturally grown trees, m."""
-    return min(LEAST_DISTANCE_M, LEAST_SHARE * 100 / np.sqrt(stems_per_ha))
+    return min(MIN_DISTANCE_M, MIN_SHARE * 100 / np.sqrt(stems_per_ha))
 
 
 def natural(rng: np.random.Generator, stems_per_ha: float, stand_radius_m: float) -> np.ndarray:

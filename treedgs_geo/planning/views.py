@@ -20,7 +20,7 @@ from scipy.stats import beta
 from .stand import CELL_M, Scene
 
 #: A view is clear with this share of the band showing, from no steeper than this (sine of the angle to the stem).
-CLEAR_SHARE, LEAST_SINE = 0.7, 0.35
+CLEAR_SHARE, MIN_SINE = 0.7, 0.35
 #: The band of a stem whose visibility counts, m above the ground.
 BAND_M = (1.0, 1.8)
 #: Stems farther from the one looked at are no longer in a ray's way below the canopy, m.
@@ -164,7 +164,7 @@ def framed_views(
     size: (2,) width and height, px; the principal point is the middle, the lens without distortion.
 
     Returns:
-        (S, P) bool in the frame and seen from no steeper than :data:`LEAST_SINE`; (S, P) depth, m.
+        (S, P) bool in the frame and seen from no steeper than :data:`MIN_SINE`; (S, P) depth, m.
     """
     ok = np.ones((len(points), len(cameras)), bool)
     for height in BAND_M:
@@ -176,4 +176,4 @@ def framed_views(
         ok &= np.abs(focal * local[..., 1] / depth) + margin < size[1] / 2
     middle = cameras[None] - points[:, None] - [0, 0, 1.37]
     sine = np.hypot(middle[..., 0], middle[..., 1]) / np.linalg.norm(middle, axis=-1)
-    return ok & (sine > LEAST_SINE), depth
+    return ok & (sine > MIN_SINE), depth

@@ -22,7 +22,7 @@ from .survey import Extent, Survey
 _POINTS_A_TILE = 4_000_000
 _SIDES_M = (10, 200)
 #: More tiles are no cloud of one block: each of them is a file.
-_MOST_TILES = 400_000
+_MAX_TILES = 400_000
 #: Clouds up to this size are worked on as a whole.
 WHOLE_CLOUD_POINTS = 4_000_000
 
@@ -197,7 +197,7 @@ def sort_into_tiles(
             store = TileStore(folder, side, np.floor(piece.xyz[:, :2].min(axis=0)), scale, offset, kept, place)
         store.add(piece.xyz, piece.attributes)
         survey.add(piece.xyz)
-        if len(store.counts) > _MOST_TILES:
+        if len(store.counts) > _MAX_TILES:
             span = store.high - store.low
             raise InputError(
                 f"{path}: spans {span[0]:,.0f} x {span[1]:,.0f} m with few points everywhere, expected a "

@@ -30,9 +30,9 @@ PARTS = {
 #: Standard error of a mark of a control point, pixels.
 MARK_PX = 0.7
 #: A photo with fewer observations than this stays where it is.
-LEAST_OBSERVATIONS = 6
+MIN_OBSERVATIONS = 6
 #: Photos are never sharper than this, pixels.
-LEAST_SIGMA_PX = 0.05
+MIN_SIGMA_PX = 0.05
 #: A gimbal knows the vertical to this, degrees (half a degree stated), north as well as its compass; and all its photos
 #: share how the camera is mounted.
 GIMBAL_SD_DEG, COMPASS_SD_DEG, MOUNTING_SD_DEG = 1.0, 10.0, 2.0
@@ -103,7 +103,7 @@ def adjust(
     *,
     iterations: int = 12,
     tag_loss: float = TAG_LOSS,
-    least_sigma_px: float = LEAST_SIGMA_PX,
+    least_sigma_px: float = MIN_SIGMA_PX,
     final: bool = False,
     tolerance: float = ROUGH,
 ) -> Adjusted:
@@ -196,7 +196,7 @@ def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> t
         rotations=_aimed(known),
         rotation_sd=np.radians([GIMBAL_SD_DEG, COMPASS_SD_DEG]),
         mounting_sd=float(np.radians(MOUNTING_SD_DEG)),
-        held=~posed | (count < LEAST_OBSERVATIONS),
+        held=~posed | (count < MIN_OBSERVATIONS),
         point_xyz=points,
         point_sd=np.concatenate([np.full((len(block.points), 3), np.inf), place_sd]),
     )

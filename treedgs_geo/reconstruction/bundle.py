@@ -27,7 +27,7 @@ from .cameras import Camera
 PIXEL_LOSS = 2.0
 #: The curvature of a loss along its residual counts with at least this share of its weight: above a half no step can
 #: raise the cost of a block that is otherwise linear, and the points of wrong matches do not run away.
-LEAST_BEND = 0.55
+MIN_BEND = 0.55
 #: An adjustment ends when a step moves the cameras (poses, lens, shutter) by less than this, in standard errors,
 #: squared and summed over all of their numbers: on the way, where a choice hangs on it, and the last one. The cost says
 #: less: single points that creep along their rays lower it for long, and move no camera.
@@ -37,7 +37,7 @@ _HARDLY_DAMPED = 1e-3
 #: A step that is this short and still raises the cost is one of rounding.
 _NOTHING = 1e-8
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
-_MOST_DAMPING = 1e4
+_MAX_DAMPING = 1e4
 #: Up to so many unknowns BLAS gets one thread: its others wait busily for the next matrix, on the cores that the
 #: compiled loops between need.
 _FEW_UNKNOWNS = 1500
@@ -99,7 +99,7 @@ class State:
 class Weights(NamedTuple):
     """cost: twice the negative log posterior. pixels: (M,) 1/px2. tags: (N,) share of a geotag that is believed.
     bend: (M,) curvature of a pixel's loss along its residual, as a share of that of its weight (Triggs et al. 2000,
-    section 4.3), not below :data:`LEAST_BEND`."""
+    section 4.3), not below :data:`MIN_BEND`."""
 
     cost: float
     pixels: np.ndarray
@@ -245,7 +245,7 @@ class Problem:
         cost += float(np.einsum("ni,nij,nj->", away, aim, away) + np.sum((mounting / self.priors.mounting_sd) ** 2))
         cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
         cost += float(np.sum(self.point_weight * (x.points - self.point_xyz) ** 2))
-        return Weights(cost, pixels, tags, np.maximum(bend, LEAST_BEND))
+        return Weights(cost, pixels, tags, np.maximum(bend, MIN_BEND))
 
     def normal(self, x: State, weights: Weights, damping: float) -> tuple[np.ndarray, np.ndarray, PointNormals]:
         """Reduced normal equations (upper triangle), right side, and the points' own."""
@@ -372,7 +372,7 @@ class Problem:
             except LinAlgError:
                 # What neither photos nor geotags hold (photos with few matches, no geotags): damping does.
                 damping = max(10 * damping, 1e-4)
-                if damping > _MOST_DAMPING:
+                if damping > _MAX_DAMPING:
                     break
                 continue
             trial = self._moved(x, weights, points, step)
@@ -386,7 +386,7 @@ class Problem:
                 if step @ right < _NOTHING:
                     break
                 damping *= 10
-                if damping > _MOST_DAMPING:
+                if damping > _MAX_DAMPING:
                     break
                 weights = self._around(x, sigma_px, tag_loss)
         return x

@@ -22,7 +22,7 @@ CONFIRMS = 0.12
 #: Cell and level, metres.
 CELL_M = 0.2
 #: Smallest height that counts as canopy, metres.
-LEAST_M = 2.0
+MIN_M = 2.0
 #: Blur over the cells of a level, cells.
 _BLUR = 0.8
 #: Round a tip: reach across, below and above it, and step, metres; blur, steps.
@@ -69,7 +69,7 @@ def canopy_of(
     z = np.asarray(ground(gx.ravel(), gy.ravel()), float).reshape(gx.shape)
     known = np.isfinite(z)
     found, above = np.full(gx.shape, np.nan), np.zeros(gx.shape, np.float32)
-    levels = np.arange(highest_m, LEAST_M, -CELL_M)
+    levels = np.arange(highest_m, MIN_M, -CELL_M)
     for number, level in enumerate(levels):
         reporter.progress(number / len(levels))
         # One level below what stands still counts in the mean of its neighbours' cells.

@@ -19,9 +19,9 @@ SYSTEMATIC = 2.0
 #: Errors of a receiver at two instants so far apart, seconds, are alike by 1 / e (multipath, atmosphere: minutes).
 GEOTAG_DRIFT_S = 300.0
 #: Share of the normal equations' diagonal that is added to it.
-_LEAST_HELD = 1e-9
+_MIN_HELD = 1e-9
 #: Places on the ground at which the poses' errors are looked at.
-_MOST_PLACES = 24
+_MAX_PLACES = 24
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     matrix, _, points = problem.normal(state, weights, 0.0)
     matrix = np.triu(matrix) + np.triu(matrix, 1).T
     # What nothing holds (a photo all of whose points lie in one place) stays unsure instead of ending the work.
-    matrix[np.diag_indices_from(matrix)] *= 1 + _LEAST_HELD
+    matrix[np.diag_indices_from(matrix)] *= 1 + _MIN_HELD
     free = problem.free
     factor = cho_factor(matrix[np.ix_(free, free)], check_finite=False)
     gradient = _scale_gradient(adjusted, weights.pixels, points)[free]
@@ -103,7 +103,7 @@ def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
     """(N,) px: how far a place on the ground may lie, in each photo, from where the other photos that show it have it.
 
     What a stem's edges are read with: a shift of the whole block moves all photos alike and does not count. Places are
-    where the axes of up to :data:`_MOST_PLACES` photos meet the ground; each is intersected anew from all its photos.
+    where the axes of up to :data:`_MAX_PLACES` photos meet the ground; each is intersected anew from all its photos.
 
     Args:
         inverse: (K, K) covariance of the free unknowns.
@@ -141,7 +141,7 @@ def _places_seen(adjusted: Adjusted) -> tuple[np.ndarray, np.ndarray, Linear]:
     posed = np.flatnonzero(~problem.priors.held)
     axes = state.rotations[posed, 2]
     looking = posed[axes[:, 2] < -0.3]
-    looking = looking[:: max(-(-len(looking) // _MOST_PLACES), 1)]
+    looking = looking[:: max(-(-len(looking) // _MAX_PLACES), 1)]
     low = np.percentile(state.points[:, 2], 20) if len(state.points) else 0.0
     down = (low - state.centres[looking, 2]) / state.rotations[looking, 2, 2]
     places = state.centres[looking] + down[:, None] * state.rotations[looking, 2]

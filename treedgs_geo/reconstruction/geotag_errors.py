@@ -15,7 +15,7 @@ from .covariance import Posterior
 TOLD_M, CERTAIN_SD = 0.05, 6.0
 #: Geotags are moved along the velocities by this at least, metres; so large a share of it may be wrong, as the speed
 #: changes meanwhile.
-LEAST_M, MOVED_SHARE = 0.02, 0.1
+MIN_M, MOVED_SHARE = 0.02, 0.1
 #: A geotag counts less where its photo stands so many times as far off as it states, and so many metres.
 CONTRADICTED_TIMES, CONTRADICTED_M = 3.0, 0.05
 
@@ -40,7 +40,7 @@ def in_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
     """What is known, with the geotags of each flight moved along its velocities to when its photos were taken."""
     sensor = adjusted.problem.sensor
     late_s = np.where(tell_the_time(adjusted, posterior), posterior.late_s, 0.0)
-    late_s[np.abs(late_s) * usual_speed_m_s(sensor) < LEAST_M] = 0.0
+    late_s[np.abs(late_s) * usual_speed_m_s(sensor) < MIN_M] = 0.0
     if not late_s.any():
         return known
     moved = late_s[sensor.flight, None] * sensor.velocity_m_s

@@ -31,7 +31,7 @@ _LEAST, _CHANCE_SD = 15, 6.0
 #: The direction of a feature in the other photo is that of a step of so many pixels along the ground.
 _STEP_PX = 8.0
 #: Verification: distance from the epipolar line, trials, and the least distance between two photos.
-_TOLERANCE_PX, _TRIALS, _LEAST_BASELINE_M = 4.0, 400, 0.3
+_TOLERANCE_PX, _TRIALS, _MIN_BASELINE_M = 4.0, 400, 0.3
 #: The tolerance of a guide that is finer: a crown that moves stays nearer to its line than a wrong match, but not near.
 FINE_TOLERANCE_PX = 2.0
 #: How far the direction from one photo to the other may be off, as the first photo's rays have it (radians).
@@ -139,7 +139,7 @@ def _verified(
 ) -> np.ndarray:
     """Those of the matches (K, 2) that agree on how the two photos are turned; none where so many may by chance."""
     baseline = second.centre - first.centre
-    if len(rows) < _LEAST or np.linalg.norm(baseline) < _LEAST_BASELINE_M:
+    if len(rows) < _LEAST or np.linalg.norm(baseline) < _MIN_BASELINE_M:
         return np.zeros(0, int)
     picks = rng.integers(0, len(rows), (_TRIALS, 3))
     agree = _agreeing(

@@ -18,7 +18,7 @@ from ..core.progress import Reporter
 from .features import count_rows, run_tasks
 
 #: Fewer pairs than this are not worth a process of their own; and each process copies the features that it needs.
-LEAST_PAIRS, MOST_PROCESSES = 20, 16
+MIN_PAIRS, MAX_PROCESSES = 20, 16
 #: What matching writes; all else is its input.
 _RESULTS = ("matches", "two_view_geometries")
 
@@ -38,7 +38,7 @@ def match_pairs(
     todo = [(names[i], names[j]) for i, j in pairs if frozenset((names[i], names[j])) not in done]
     if not todo:
         return
-    count = int(np.clip(len(todo) // LEAST_PAIRS, 1, np.clip(threads, 1, MOST_PROCESSES)))
+    count = int(np.clip(len(todo) // MIN_PAIRS, 1, np.clip(threads, 1, MAX_PROCESSES)))
     folder = cache / "matching"
     layout = {"pairs": todo, "processes": count, "seed": seed}
     if folder.exists() and not _is_same(folder / "layout.json", layout):

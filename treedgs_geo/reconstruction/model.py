@@ -13,7 +13,7 @@ from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.files import atomic_folder, read_json, write_json
 from ..core.machine import available_threads
-from ..geotags.sharpness import MOST_READERS
+from ..geotags.sharpness import MAX_READERS
 from .cameras import View
 from .colmap import camera_from_colmap, to_colmap
 from .tracks import Block
@@ -82,7 +82,7 @@ def point_colours(block: Block, paths: list[Path]) -> np.ndarray:
         v = np.clip(observed[rows[i], 1] // reduced, 0, pixels.shape[0] - 1)
         return pixels[v, u]
 
-    with ThreadPoolExecutor(min(MOST_READERS, available_threads())) as workers:
+    with ThreadPoolExecutor(min(MAX_READERS, available_threads())) as workers:
         for own, seen in zip(rows, workers.map(colours, range(len(paths))), strict=True):
             np.add.at(total, block.point[own], seen.astype(float))
             np.add.at(count, block.point[own], 1)

@@ -23,7 +23,7 @@ HALF_PX = 3
 #: Pairs of photos that must show a point for their mean to count in full.
 FULL_PAIRS = 12
 #: Grey values squared that are added to a piece's variance: flat pieces are alike by chance.
-_LEAST_VARIANCE = 4.0
+_MIN_VARIANCE = 4.0
 #: Two photos are compared when they look at the place from so many degrees apart; so many would be best.
 _APART_DEG, _BEST_DEG = (4.0, 18.0), 8.0
 
@@ -163,8 +163,8 @@ def _correlation(images, matrix, axes, focal, i, j, x, y, z):  # pragma: no cove
             sum_pq += p * q
     one = np.float32(1) / np.float32((2 * HALF_PX + 1) ** 2)
     mean_p, mean_q = np.float32(sum_p) * one, np.float32(sum_q) * one
-    var_p = np.float32(sum_pp) * one - mean_p * mean_p + np.float32(_LEAST_VARIANCE)
-    var_q = np.float32(sum_qq) * one - mean_q * mean_q + np.float32(_LEAST_VARIANCE)
+    var_p = np.float32(sum_pp) * one - mean_p * mean_p + np.float32(_MIN_VARIANCE)
+    var_q = np.float32(sum_qq) * one - mean_q * mean_q + np.float32(_MIN_VARIANCE)
     return (np.float32(sum_pq) * one - mean_p * mean_q) / np.sqrt(var_p * var_q)
 
 

@@ -16,7 +16,7 @@ from .tracks import Block
 #: A photo may be turned this much against its gimbal angles (its vertical: :data:`.georeference.GIMBAL_GATE_DEG`).
 COMPASS_GATE_DEG = 15.0
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
-STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
+STRAY_SD, STRAY_M, MAX_STRAYS = 5.0, 0.15, 1 / 3
 #: A photo is left out when it is less sure at the stems than this, pixels, and than so many times the median photo.
 UNSURE_PX, UNSURE_TIMES = 0.3, 4.0
 #: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
@@ -40,7 +40,7 @@ def strays(block: Block, known: Known) -> np.ndarray:
     where a third would: then geotags or angles are not as good as they state, or the block is far from done.
     """
     found = _far(block, known) | _turned(block, known)
-    return found if found.sum() <= MOST_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
+    return found if found.sum() <= MAX_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
 
 
 def _far(block: Block, known: Known) -> np.ndarray:
@@ -87,7 +87,7 @@ def leave_out(block: Block, known: Known, names: list[str], reporter: Reporter) 
         ReconstructionError: so many contradict good geotags that block or geotags are wrong.
     """
     far, posed = _far(block, known), int(block.is_posed.sum())
-    if far.sum() > MOST_STRAYS * posed:
+    if far.sum() > MAX_STRAYS * posed:
         stated = np.median(np.linalg.norm(known.sd[far], axis=1))
         raise ReconstructionError(
             f"{far.sum()} of {posed} photos stand more than {STRAY_M * 100:.0f} cm and {STRAY_SD:.0f} standard "

@@ -82,7 +82,7 @@ def find_points(
 #: one are looked in: up to 20 to 30 degrees. Of right matches on ``plot_a`` 98 % lie within 17.
 SECTORS, BESIDE = 36, 2
 #: Cells of features sorted by direction, pixels; at most so many columns.
-WIDE_CELL_PX, MOST_COLUMNS = 32, 48
+WIDE_CELL_PX, MAX_COLUMNS = 32, 48
 
 
 class Features:
@@ -101,7 +101,7 @@ class Features:
         bright: np.ndarray | None = None,
     ) -> None:
         if turned is not None and bright is not None:
-            size, sectors, of_all = max(WIDE_CELL_PX, -(-width // MOST_COLUMNS)), SECTORS, 2 * SECTORS
+            size, sectors, of_all = max(WIDE_CELL_PX, -(-width // MAX_COLUMNS)), SECTORS, 2 * SECTORS
             self.kind = kinds(turned, bright)
         else:
             size, sectors, of_all = CELL_PX, 1, 1

@@ -21,7 +21,7 @@ from .poses import rotation_from_gimbal
 from .rolling_shutter import free_shutter, lens_sd, sensor_of
 
 #: By how much a flight's geotags may be those of another instant than its exposures, seconds: what positions of metres
-#: do not show where the geotags are made (:data:`..geotags.timing.ROUGH_LEAST_S`).
+#: do not show where the geotags are made (:data:`..geotags.timing.ROUGH_MIN_S`).
 LATE_SD_S = 0.3
 
 

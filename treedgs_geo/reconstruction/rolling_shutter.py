@@ -23,7 +23,7 @@ UNKNOWN_READOUT_SD_S = 0.02
 #: A camera that moves slower has no rolling shutter to speak of, m/s.
 _HOVER_M_S = 0.3
 #: Photos that must have moved for their readout time to show.
-_LEAST_MOVING = 8
+_MIN_MOVING = 8
 #: What a gimbal turns by itself, degrees a second: adds to the readout travel as a shift of the ground.
 _GIMBAL_RATE_DEG_S = 0.4
 #: Speed of a drone whose speed is unknown, m/s.
@@ -69,7 +69,7 @@ def free_shutter(
     moving = has_speed & (np.linalg.norm(sensor.velocity_m_s, axis=1) > _HOVER_M_S)
     likely = max(seconds, 0.5 * sd)
     turn_m = np.radians(_GIMBAL_RATE_DEG_S) * likely * height_m
-    if moving.sum() >= max(_LEAST_MOVING, 0.3 * len(stations)):
+    if moving.sum() >= max(_MIN_MOVING, 0.3 * len(stations)):
         known = replace(known, readout_s=seconds, readout_sd_s=sd, travel_sd_m=turn_m)
         return known, replace(sensor, readout_s=seconds), frozenset({"readout", "travel"})
     if has_speed.mean() > 0.7:

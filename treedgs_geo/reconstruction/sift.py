@@ -27,7 +27,7 @@ SMALL_PHOTO_PX = 900_000
 #: Scale of the first Gaussian of an octave, and what a photo has by itself, pixels.
 SIGMA, OWN_SIGMA = 1.6, 0.5
 #: Octaves; least contrast of an extremum, grey values; most ratio of its curvatures. As COLMAP's with 0.0067.
-OCTAVES, LEAST_CONTRAST, MOST_EDGE = 4, 1.7, 10.0
+OCTAVES, MIN_CONTRAST, MAX_EDGE = 4, 1.7, 10.0
 #: Parts of a photo that get equal shares of the features, columns and rows.
 PARTS = (8, 6)
 #: Memory of one photo's octave, bytes a pixel.
@@ -55,7 +55,7 @@ def features_of(grey: np.ndarray, most: int, own_sigma: float = OWN_SIGMA) -> Ph
     octaves = []
     for octave, layers, gaussians in _octaves(grey.astype(np.float32), own_sigma):
         found = np.empty((layers[0].size // 12 + 64, 5), np.float32)
-        count = kernels.extrema(layers, LEAST_CONTRAST, MOST_EDGE, found)
+        count = kernels.extrema(layers, MIN_CONTRAST, MAX_EDGE, found)
         octaves.append((octave, found[:count], gaussians))
     chosen = _chosen([(octave, found) for octave, found, _ in octaves], grey.shape, most)
     decay = np.exp(-np.arange(16 * 16) / 16).astype(np.float32)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .settings import PointcloudToDbhSettings
 
 #: Cells of this size (m) find the points beside a stem, of at most so many.
-_CELL_M, _MOST_AROUND = 2.0, 300_000
+_CELL_M, _MAX_AROUND = 2.0, 300_000
 
 
 def name_run(settings: PointcloudToDbhSettings, trees: list[Tree]) -> None:
@@ -108,7 +108,7 @@ def _own_points(xyz: np.ndarray, tree_id: np.ndarray, trees: list[Tree]) -> dict
 def _neighbourhood(xyz: np.ndarray, tree_id: np.ndarray) -> Callable[[float, float], np.ndarray]:
     """A function of x, y -> (M, 3) points within some metres that belong to no stem."""
     others = np.flatnonzero(tree_id <= 0)
-    others = others[:: max(len(others) // _MOST_AROUND, 1)]
+    others = others[:: max(len(others) // _MAX_AROUND, 1)]
     points = xyz[others]
     if not len(points):
         return lambda _x, _y: np.empty((0, 3))

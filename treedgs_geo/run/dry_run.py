@@ -158,7 +158,7 @@ def _report_search(search: PlannedSearch | None, plots: list, findings: Findings
 def _overlap(views: list[View], stations: Stations, plots: list, findings: Findings, is_nadir: bool) -> dict[str, Any]:
     """How often each place of the plots is seen from the side, and how much neighbouring photos share."""
     from ..reconstruction.cameras import OBLIQUE_DEG
-    from .search_forecast import LEAST_OBLIQUE
+    from .search_forecast import MIN_OBLIQUE
 
     if not views:
         findings.warning(
@@ -198,7 +198,7 @@ def _overlap(views: list[View], stations: Stations, plots: list, findings: Findi
             f"Neighbouring photos share only {overlap_pct:.0f} % of their ground, 80 % is asked for: photos may not "
             "join, and then their trees are lost; fly with more overlap."
         )
-    if len(oblique) < LEAST_OBLIQUE and not is_nadir:
+    if len(oblique) < MIN_OBLIQUE and not is_nadir:
         findings.warning(
             "Almost all photos look straight down, which shows crowns but no trunk from the side: expect no DBH; fly "
             "oblique photos (30 to 50 degrees) from all sides."

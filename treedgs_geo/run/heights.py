@@ -38,13 +38,13 @@ _MIDDLE_M = 15.0
 _MORE_M, _LOWEST_M, _HIGHEST_M = 3.0, 15.0, 75.0
 _FEW_POINTS = 50
 #: Most photos that are compared over one piece of ground.
-MOST_COMPARED = 80
+MAX_COMPARED = 80
 #: Standard error of a height, metres and share of the height; the share where nothing says what heights suit the
 #: diameters. Set on ten simulated flights of 19 to 62 photos (docs/evidence/heights.md).
 _SE_M, _SE_SHARE, _SE_SHARE_ALONE = 0.4, 0.04, 0.08
 #: Of the cells about a treetop so many must hold something, and its height must suit the diameter within this share
 #: (logarithm) of the plot's own curve.
-_LEAST_COVER, _MOST_OVER = 0.3, 0.15
+_MIN_COVER, _MAX_OVER = 0.3, 0.15
 #: A tip with fewer cells about it suits where its height is within this share of a curve that scatters no more.
 _SUITS = 0.1
 
@@ -123,8 +123,8 @@ def _trusted(joined: Joined, tips: np.ndarray, dbh_cm: np.ndarray, cover: np.nda
         # Heights that scatter so much over the diameters are not those of one stand: most tips are chance. A lonely
         # tip that suits the diameter well is hardly one (six on the simulated flights: at most 1.1 m off).
         suits = abs(over) <= _SUITS and joined.scatter <= _SUITS
-        chance = cover[tops[stem]] < _LEAST_COVER and not suits or joined.scatter > _MOST_OVER
-        if chance or abs(over) > _MOST_OVER:
+        chance = cover[tops[stem]] < _MIN_COVER and not suits or joined.scatter > _MAX_OVER
+        if chance or abs(over) > _MAX_OVER:
             tops[stem], reasons[stem] = -1, "sparse" if chance else "other_tree"
     return tops, reasons
 
@@ -170,7 +170,7 @@ def pieces_of(site: Site) -> Iterator[tuple[list[View], tuple[float, float, floa
         outline = np.vstack([piece.centres, _ring(piece)])
         points = np.column_stack([outline, np.full(len(outline), level + _MIDDLE_M)])
         views = [view for view in site.views if view.contains(view.project(points)[0]).mean() >= 0.1]
-        yield views[:: max(-(-len(views) // MOST_COMPARED), 1)], box
+        yield views[:: max(-(-len(views) // MAX_COMPARED), 1)], box
 
 
 def _ring(piece: Area) -> np.ndarray:

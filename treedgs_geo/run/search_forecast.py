@@ -23,7 +23,7 @@ from ..stems.photos.tiles import TILE_M, split
 from ..terrain.dtm import Dtm
 
 #: A stem needs so many photos that look at it from the side.
-LEAST_OBLIQUE = 3
+MIN_OBLIQUE = 3
 #: Gimbal angles and the reconstructed ones differ by less than this, degrees: nadir is called nadir early only below.
 GIMBAL_SLACK_DEG = 5.0
 #: Core-seconds to search 100 m2 in one photo that sees it, on the machines of docs/results.
@@ -105,7 +105,7 @@ def only_nadir(stations: Stations) -> str:
     if known.mean() < 0.9:
         return ""
     angle = np.degrees(np.arccos(np.clip(-axis[known], -1, 1)))
-    if np.sum(angle > OBLIQUE_DEG - GIMBAL_SLACK_DEG) >= LEAST_OBLIQUE:
+    if np.sum(angle > OBLIQUE_DEG - GIMBAL_SLACK_DEG) >= MIN_OBLIQUE:
         return ""
     return nadir_reason(angle)
 
@@ -166,7 +166,7 @@ def _rough_search(stations: Stations, options: PhotoStemOptions) -> PlannedSearc
     from shapely import MultiPoint
 
     placed = stations.xyz[stations.is_placed][:, :2]
-    if len(placed) < LEAST_OBLIQUE:
+    if len(placed) < MIN_OBLIQUE:
         return None
     ground_m2 = float(MultiPoint(placed).convex_hull.buffer(_FOOTPRINT_M / 2).area)
     tiled_m2 = _TILE_OVERLAP * ground_m2

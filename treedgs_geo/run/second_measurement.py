@@ -31,7 +31,7 @@ ALONE_M = 0.6
 #: stands out, is within half of that of the edges.
 SOMETHING_ELSE = 0.5
 #: Most stems measured again in a plot; the clearest first.
-MOST_MEASURED_AGAIN = 16
+MAX_MEASURED_AGAIN = 16
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def stems_to_measure_again(fits: list[PhotoFit], inside: np.ndarray, everyone: b
         if inside[number] and (may_be_settled(fit) or (everyone and fit.flag == "ok")):
             chosen.append(number)
     chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].evidence.llr))
-    return chosen if everyone else chosen[:MOST_MEASURED_AGAIN]
+    return chosen if everyone else chosen[:MAX_MEASURED_AGAIN]
 
 
 def with_second_measurements(

@@ -32,7 +32,7 @@ from .context import Aligned, Flight, Run, Site
 from .photo_files import photo_files
 from .published_plot import is_published
 from .search_forecast import (
-    LEAST_OBLIQUE,
+    MIN_OBLIQUE,
     announce_search,
     measure_weight,
     nadir_reason,
@@ -170,7 +170,7 @@ def _area(plots: list[Plot], aligned: Aligned) -> tuple[Area, str]:
         area = Area.circles(centres, np.array([p.radius_m for p in plots]))
     else:
         area = area_seen(views, float(np.percentile(points[:, 2], 20)) if len(points) else 0.0)
-    if len(oblique) < LEAST_OBLIQUE:
+    if len(oblique) < MIN_OBLIQUE:
         return area, nadir_reason(np.array([view.nadir_angle_deg for view in views]))
     if not len(area.radii_m):
         return area, "no place is seen by six or more oblique photos; fly more of them, from all sides"

@@ -21,7 +21,7 @@ OTHER_HEIGHTS_M = 3.0
 #: Where the cloud shows no ground, its lowest points should still be on the stems that are measured, up to here, m.
 LOWER_STEM_M = 5.0
 #: So many places, 2 m apart, have to show ground before a given terrain model is judged by them.
-LEAST_PLACES = 3
+MIN_PLACES = 3
 #: A bare tree: so wide at most, and at its foot (the lowest points, so high) no wider than this, m.
 _TREE_M, _FOOT_M, _FOOT_HEIGHT_M = 20.0, 3.0, 1.5
 #: Radius of its stem at most, m.
@@ -175,7 +175,7 @@ def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) ->
     above = given.height(*places.T) - found.own.height(*places.T)
     known = above[seen & np.isfinite(above)]
     median = 0.0
-    if len(known) >= LEAST_PLACES:
+    if len(known) >= MIN_PLACES:
         same = np.abs(known) <= OTHER_HEIGHTS_M
         if same.mean() < 0.5:
             other = seen & ~(np.abs(above) <= OTHER_HEIGHTS_M)

@@ -24,7 +24,7 @@ CELL_M, LAYER_M, ABOVE_M = 0.25, 0.10, 0.30
 NEAR_M = 2.0
 #: A surface: share of the cells with ground points, and how many times the points of the layer above it holds. The
 #: second pair is for sparse or shaded ground, with at least so many points.
-LEAST_SHARE, LEAST_CONTRAST = 0.25, 2.0
+MIN_SHARE, MIN_CONTRAST = 0.25, 2.0
 SPARSE_SHARE, SPARSE_CONTRAST, SPARSE_POINTS = 0.10, 4.0, 30
 #: Standard error of the ground's height, m: seen round the stem; a surface that does not stand out from what grows on
 #: it and is whole; is not, but other stems of the cloud have seen ground; and otherwise.
@@ -113,7 +113,7 @@ class GroundLayer:
     def seen(self, xy: np.ndarray, reach_m: float = NEAR_M) -> np.ndarray:
         """(K,) bool: a ground surface shows within ``reach_m`` of (K, 2) places."""
         share, contrast, points = self.evidence(xy, reach_m)
-        clear = (share >= LEAST_SHARE) & (contrast >= LEAST_CONTRAST)
+        clear = (share >= MIN_SHARE) & (contrast >= MIN_CONTRAST)
         sparse = (share >= SPARSE_SHARE) & (contrast >= SPARSE_CONTRAST) & (points >= SPARSE_POINTS)
         return clear | sparse
 
@@ -129,7 +129,7 @@ class GroundLayer:
         share, contrast, _ = self.evidence(xy)
         whole = (share >= WHOLE_SHARE) & (contrast >= WHOLE_CONTRAST)
         cover = COVER_SE_M if near.any() else ONLY_COVER_SE_M
-        se_m = np.select([near, whole, share >= LEAST_SHARE], [SEEN_SE_M, WHOLE_SE_M, cover], NO_GROUND_M)
+        se_m = np.select([near, whole, share >= MIN_SHARE], [SEEN_SE_M, WHOLE_SE_M, cover], NO_GROUND_M)
         if near.all():
             return se_m
         places = self.places()

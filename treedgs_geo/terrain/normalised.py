@@ -14,7 +14,7 @@ CUT_M = (-0.3, 1.1)
 #: a share of them begins within ``LEVEL_M`` of it. A slope or relief spreads over ``LOW_M``.
 BLOCK_M, LOW_M, LEVEL_M, LEVEL_SHARE = 3.0, 2.0, 0.25, 0.7
 #: So many blocks tell a plot; fewer are one tree.
-LEAST_BLOCKS = 4
+MIN_BLOCKS = 4
 #: Standard error of heights that another program's ground was taken off from, metres.
 NORMALISED_SE_M = 0.1
 
@@ -30,7 +30,7 @@ def lowest_height(xyz: np.ndarray) -> float | None:
     if not CUT_M[0] <= low <= CUT_M[1]:
         return None
     near = lows[lows < low + LOW_M]
-    level = len(near) < LEAST_BLOCKS or np.mean(near < low + LEVEL_M) >= LEVEL_SHARE
+    level = len(near) < MIN_BLOCKS or np.mean(near < low + LEVEL_M) >= LEVEL_SHARE
     return low if level else None
 
 

@@ -65,7 +65,7 @@ def sparse_ground_points(points: np.ndarray, cell_m: float = 1.0, tolerance_m: f
 #: Sparse points near a stem that show its ground: within :data:`.credibility.NEAR_M` of it or, less surely, within
 #: this, this close to the ground model (m), so many of them, and no rougher than this (1 sd, m; shrubs and grass are).
 #: Three rendered plots: 23 to 160 points, 0.01-0.09 m.
-FAR_M, LAYER_M, LEAST_POINTS, ROUGHEST_M = 5.0, 0.5, 6, 0.15
+FAR_M, LAYER_M, MIN_POINTS, ROUGHEST_M = 5.0, 0.5, 6, 0.15
 #: Standard error of the ground's height, m: shown round the stem; rough, or shown some metres off.
 SHOWN_SE_M, UNSURE_SE_M = 0.05, 0.6
 
@@ -87,14 +87,14 @@ def sparse_ground_se(points: np.ndarray, dtm: Dtm, xy: np.ndarray, above_m: floa
     for k, known in enumerate(np.isfinite(dtm.height(*xy.T))):
         near = height[layer][tree.query_ball_point(xy[k], NEAR_M)]
         middle = float(np.median(near)) if len(near) else 0.0
-        shown = len(near) >= LEAST_POINTS and 1.4826 * float(np.median(np.abs(near - middle))) < ROUGHEST_M
+        shown = len(near) >= MIN_POINTS and 1.4826 * float(np.median(np.abs(near - middle))) < ROUGHEST_M
         if not known:
             continue
         if above_m is not None:
             found[k] = abs(middle - above_m) if shown else abs(above_m)
         elif shown:
             found[k] = SHOWN_SE_M
-        elif len(tree.query_ball_point(xy[k], FAR_M)) >= LEAST_POINTS:
+        elif len(tree.query_ball_point(xy[k], FAR_M)) >= MIN_POINTS:
             found[k] = UNSURE_SE_M
     return found
 

@@ -11,7 +11,7 @@ _STEEP = 2.0
 #: No land is this high: where such a number is among zeros, it is the filling and not they.
 _NO_LAND_M = 8900.0
 #: Different filling values that one raster may hold on each side.
-_MOST_VALUES = 3
+_MAX_VALUES = 3
 
 
 def unmarked_nodata(heights: np.ndarray, resolution_m: float) -> tuple[np.ndarray, list[float]]:
@@ -25,7 +25,7 @@ def unmarked_nodata(heights: np.ndarray, resolution_m: float) -> tuple[np.ndarra
     values: list[float] = []
     highest = np.max(heights, initial=-np.inf, where=np.isfinite(heights))
     for sign in (-1.0, 1.0) if highest > _NO_LAND_M else (1.0, -1.0):
-        for _ in range(_MOST_VALUES):
+        for _ in range(_MAX_VALUES):
             known = sign * heights[np.isfinite(heights) & ~holes]
             if known.size == 0:
                 break

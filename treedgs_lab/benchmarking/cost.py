@@ -21,9 +21,9 @@ from treedgs_geo.reconstruction.matching_levels import GUIDED_NEIGHBOURS
 from treedgs_geo.report.blocks import Block, Column, Paragraph, Table
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart, write_chart
 from treedgs_geo.report.markdown import markdown
-from treedgs_geo.run.heights import MOST_COMPARED
+from treedgs_geo.run.heights import MAX_COMPARED
 from treedgs_geo.run.routes import CHAIN_PRESETS
-from treedgs_geo.run.second_measurement import MOST_MEASURED_AGAIN
+from treedgs_geo.run.second_measurement import MAX_MEASURED_AGAIN
 
 from . import chart
 from .jobs import run_job
@@ -44,7 +44,7 @@ GROWTH = {
     "heights": ("area x photos used", (0.5, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
 }
-MOST_FEATURE_MP, MOST_VIEWS = 12.0, 96
+MAX_FEATURE_MP, MAX_VIEWS = 12.0, 96
 #: Reading large photos counts from this share of what their features take.
 _NOTICED = 0.02
 
@@ -165,20 +165,20 @@ def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, bud
 
 
 def split_reducing(table: pd.DataFrame) -> pd.DataFrame:
-    """Seconds of the features of photos beyond ``MOST_FEATURE_MP``, which are read whole and reduced: what they
+    """Seconds of the features of photos beyond ``MAX_FEATURE_MP``, which are read whole and reduced: what they
     take longer than smaller ones of the same feature pixels becomes a stage of its own, ``reducing``; none where they
     take no longer."""
     features = table["stage"] == "features"
-    large = features & (table["megapixels"] > 1.05 * MOST_FEATURE_MP)
+    large = features & (table["megapixels"] > 1.05 * MAX_FEATURE_MP)
     small = table[features & ~large]
     if not large.any() or not len(small):
         return table[~large].reset_index(drop=True)
     law = fit_power(small["size"].to_numpy(float), small["seconds"].to_numpy(float), GROWTH["features"][1])
     more = table[large].copy()
-    own = law["a"] * (more["photos"] * MOST_FEATURE_MP) ** law["b"]
+    own = law["a"] * (more["photos"] * MAX_FEATURE_MP) ** law["b"]
     more["seconds"] -= own
     more = more[more["seconds"] > _NOTICED * own].copy()
-    more["size"] = more["photos"] * (more["megapixels"] - MOST_FEATURE_MP)
+    more["size"] = more["photos"] * (more["megapixels"] - MAX_FEATURE_MP)
     more["stage"] = "reducing"
     return pd.concat([table[~large], more], ignore_index=True)
 
@@ -233,22 +233,22 @@ def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
     1.84 cm on the ground, and the guided level of reconstruction is enough. The network is asked for stems, as where
     few are certain by their edges; every stem that may be measured a second time is (at most
-    :data:`~treedgs_geo.run.second_measurement.MOST_MEASURED_AGAIN`), and as many photos as are used show it: more
+    :data:`~treedgs_geo.run.second_measurement.MAX_MEASURED_AGAIN`), and as many photos as are used show it: more
     than a plot usually takes.
     """
     gsd_m = 0.0184
-    again = min(case["stems"], MOST_MEASURED_AGAIN)
-    used = min(case["photos"], MOST_VIEWS)
+    again = min(case["stems"], MAX_MEASURED_AGAIN)
+    used = min(case["photos"], MAX_VIEWS)
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
     sizes = {
-        "features": case["photos"] * min(case["megapixels"], MOST_FEATURE_MP),
+        "features": case["photos"] * min(case["megapixels"], MAX_FEATURE_MP),
         "matching": case["photos"] * GUIDED_NEIGHBOURS / 2,
         "mapping": case["photos"],
         "adjustment": case["photos"],
-        "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
+        "reducing": case["photos"] * max(case["megapixels"] - MAX_FEATURE_MP, 0.0),
         "stems": np.pi * case["radius_m"] ** 2 * used,
         "stem network": np.pi * case["radius_m"] ** 2 * used,
-        "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MOST_COMPARED),
+        "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MAX_COMPARED),
         "second measurement": again * min(case["photos"], CHAIN_PRESETS["balanced"].second_views),
     }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}

@@ -15,7 +15,7 @@ from .factor_type import Factor
 from .factors import FACTORS
 
 #: Scale errors beyond this are drawn at the edge, %.
-_MOST_PCT = 3.0
+_MAX_PCT = 3.0
 
 
 def block_rows(records: list[dict]) -> pd.DataFrame:
@@ -215,10 +215,10 @@ def _block_panel(above: Any, below: Any, part: pd.DataFrame, factor: Factor) -> 
             colour = VERMILION if abs(error) > half else BLUE
             face = colour if row["ok_trees"] else "none"
             above.scatter(
-                [x], [np.clip(error, -_MOST_PCT, _MOST_PCT)], s=16, facecolors=face, edgecolors=colour, zorder=3
+                [x], [np.clip(error, -_MAX_PCT, _MAX_PCT)], s=16, facecolors=face, edgecolors=colour, zorder=3
             )
             below.scatter([x], [max(float(row["centre_rms_cm"]), 0.1)], s=10, color=BLUE)
-    above.set_ylim(-1.07 * _MOST_PCT, 1.07 * _MOST_PCT)
+    above.set_ylim(-1.07 * _MAX_PCT, 1.07 * _MAX_PCT)
     below.set_yscale("log")
     below.set_ylim(0.1, 1000)
     below.set_yticks([1, 100], ["1", "100"])

@@ -16,7 +16,7 @@ from .factors import FACTORS
 #: An accepted tree farther off than this, or than so many of its stated errors, is a lie.
 LIE_CM, LIE_SE = 2.0, 3.0
 #: The claim to hold.
-MOST_LIES, COVERAGE = 0.02, (0.85, 0.95)
+MAX_LIES, COVERAGE = 0.02, (0.85, 0.95)
 #: With fewer accepted trees, 2 % and 90 % cannot be distinguished from chance.
 ENOUGH = 50
 #: Our own methods: their levels and lies are listed one by one.
@@ -125,7 +125,7 @@ def verdict(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
     for method in dict.fromkeys(table["method"]):
         found = figures(once[once["method"] == method])
         share = found["lies"] / found["ok"] if found["ok"] else None
-        holds = share is not None and share <= MOST_LIES
+        holds = share is not None and share <= MAX_LIES
         covered = found["coverage"] is not None and COVERAGE[0] <= found["coverage"] <= COVERAGE[1]
         result[method] = {
             **found,

@@ -21,7 +21,7 @@ from ..simulate.truth import BAND_M
 #: Samples across and along the band of the stem.
 ACROSS, ALONG = 9, 12
 #: Steeper views show no stem (sine of the angle between ray and stem).
-LEAST_SINE = 0.35
+MIN_SINE = 0.35
 #: Share of the band that has to look like this stem's bark.
 FREE_SHARE = 0.7
 #: How far a pixel may lie from the stem's own median colour (Lab units) and still be its bark.
@@ -100,7 +100,7 @@ def band_pixels(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
     middle = np.column_stack([stem.x + stem.dx * height, stem.y + stem.dy * height, stem.z + height])
     ray = middle[ALONG // 2] - view.centre
     distance = float(np.linalg.norm(ray))
-    if np.hypot(ray[0], ray[1]) / distance < LEAST_SINE:
+    if np.hypot(ray[0], ray[1]) / distance < MIN_SINE:
         return None, 0.0
     side = np.array([-ray[1], ray[0], 0.0]) / np.hypot(ray[0], ray[1])
     # Within the outline: blurred edges show what is behind.

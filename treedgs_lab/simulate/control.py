@@ -31,9 +31,9 @@ STEM_GAP_M = 1.0
 SURVEY_SD_M = (0.01, 0.01, 0.02)
 MARK_SD_PX = 0.4
 #: A plate is marked where it is at least this many pixels across and this far inside the photo.
-LEAST_PLATE_PX, MARGIN_PX = 8.0, 6.0
+MIN_PLATE_PX, MARGIN_PX = 8.0, 6.0
 #: Of nine spots on the middle half of a plate so many must be seen, the very middle among them.
-LEAST_FREE = 7
+MIN_FREE = 7
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def sees(world: World, view: View, plate: np.ndarray) -> bool:
     pixel, depth = view.project(plate[None])
     if not (depth[0] > 0 and view.contains(pixel, MARGIN_PX)[0]):
         return False
-    if view.camera.fx * PLATE_M / depth[0] < LEAST_PLATE_PX:
+    if view.camera.fx * PLATE_M / depth[0] < MIN_PLATE_PX:
         return False
     quarter = PLATE_M / 4
     offsets = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1], [-1, 1], [-1, -1]]) * quarter
@@ -116,7 +116,7 @@ def sees(world: World, view: View, plate: np.ndarray) -> bool:
     distance, primitive = world.first_hits(centre, spots - centre)
     on_ground = (primitive >= 0) & (primitive < world.ground_faces)
     free = on_ground & (np.abs(distance - 1) * depth[0] < 0.1)
-    return bool(free[0] and free.sum() >= LEAST_FREE)
+    return bool(free[0] and free.sum() >= MIN_FREE)
 
 
 def write_control(

@@ -14,7 +14,7 @@ from .settings import Sizes
 #: GPST - UTC in the year of the simulated flights, s.
 LEAP_SECONDS = 18
 #: Shortest time between two photos of a drone that does not stop, s.
-LEAST_INTERVAL_S = 0.5
+MIN_INTERVAL_S = 0.5
 #: Camera -> antenna in the aircraft: forward, right, up, m.
 LEVER_ARM = np.array([-0.060, -0.004, 0.188])
 
@@ -125,7 +125,7 @@ def fly(
         if previous is not None:
             leg = float(np.linalg.norm(shot.xyz - previous.xyz))
             pause = max(2.0, leg / rng.uniform(5.0, 6.5)) + rng.uniform(0, 0.2)
-            clock += max(LEAST_INTERVAL_S, leg / speed_m_s) if speed_m_s else pause
+            clock += max(MIN_INTERVAL_S, leg / speed_m_s) if speed_m_s else pause
             if shot.flight != previous.flight:
                 clock = max(clock + 300, sun_shift_min * 60)
         previous = shot

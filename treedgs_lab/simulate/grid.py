@@ -14,7 +14,7 @@ from .flight import Shot
 from .settings import SimulateSettings
 from .terrain import Ground
 
-MOST_PHOTOS = 2000
+MAX_PHOTOS = 2000
 #: How far the surveyed area reaches beyond the plots' circles on each side, m.
 MARGIN_M = (4.0, 14.0)
 
@@ -43,7 +43,7 @@ def grid_shots(rng: np.random.Generator, settings: SimulateSettings, camera: Cam
     The photos' middles cover the area: oblique lines begin before it. Heights are above the origin.
 
     Raises:
-        InputError: more photos than ``MOST_PHOTOS``.
+        InputError: more photos than ``MAX_PHOTOS``.
     """
     passes = [(0, "nadir", 0.0, 0.0)]
     if settings.oblique_deg > 0:
@@ -53,10 +53,10 @@ def grid_shots(rng: np.random.Generator, settings: SimulateSettings, camera: Cam
         for number, kind, tilt, turn in passes
         for yaw, spot in _middles(settings, camera, area, tilt, turn)
     ]
-    if len(plan) > MOST_PHOTOS:
+    if len(plan) > MAX_PHOTOS:
         raise InputError(
             f"--front-overlap-pct --side-overlap-pct --height-m: ask for {len(plan)} photos, expected at most "
-            f"{MOST_PHOTOS}; give less overlap, a greater height or larger photos (--image-width, --image-height)."
+            f"{MAX_PHOTOS}; give less overlap, a greater height or larger photos (--image-width, --image-height)."
         )
     shots = []
     for number, kind, tilt, yaw, spot in plan:

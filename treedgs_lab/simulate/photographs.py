@@ -26,7 +26,7 @@ from .wind import Wind
 from .world import World
 
 #: Cells of the light map on the ground along a side, at most: bounds memory on wide surveys.
-MOST_LIGHT_CELLS = 2500
+MAX_LIGHT_CELLS = 2500
 #: Largest error of a barometric height, m.
 BAROMETER_M = 1.0
 
@@ -86,7 +86,7 @@ def photograph(
     )
     lights: dict[tuple[int, int], Light] = {}
     exposure, white = 1.0, np.ones(3)
-    map_step_m = max(0.035, 2 * layout.reach_m / MOST_LIGHT_CELLS)
+    map_step_m = max(0.035, 2 * layout.reach_m / MAX_LIGHT_CELLS)
     sensor, weather = sensor_of(settings), weather_of(settings)
     # The metadata know the first flight's lens only.
     writer = _Writer(folder / "images", settings, sizes.name, geo, exposures[0].view.camera, sensor.jpeg_quality)

@@ -40,7 +40,7 @@ LON_LAT = (-91.8, 33.6)
 #: Half side of the ground up to which it has 25 cm cells, m; wider grounds have 50 cm cells.
 FINE_GROUND_M = 120.0
 #: Texels of the litter along a side, at most: bounds memory on wide surveys.
-MOST_TEXELS = 9000
+MAX_TEXELS = 9000
 #: Parts of a plot that draw from streams of their own: changing the photos does not change the trees.
 PARTS = (
     "site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble", "camera",
@@ -181,7 +181,7 @@ def grow_world(
     faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng)
     faces = overgrown(faces, rng, settings, ground, stems, mesh, reach)
     reporter.progress(0.5)
-    texel = max(0.6 * settings.gsd_cm / 100, 2 * reach / MOST_TEXELS)
+    texel = max(0.6 * settings.gsd_cm / 100, 2 * reach / MAX_TEXELS)
     texture = litter(rng["textures"], reach, texel)
     reporter.progress(0.8)
     plates = None

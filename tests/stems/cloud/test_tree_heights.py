@@ -100,7 +100,7 @@ def test_a_cloud_that_ends_below_the_crowns_gives_none(stand):
 
 def test_pieces_hold_every_tree_once_and_read_the_same(stand, monkeypatch):
     whole = found_in(stand)
-    monkeypatch.setattr(module, "_MOST_STEMS", 7)
+    monkeypatch.setattr(module, "_MAX_STEMS", 7)
     assert sorted(np.concatenate(module._pieces(stand[1]))) == list(range(12))
     assert len(module._pieces(stand[1])) == 2
     assert found_in(stand).height_m == pytest.approx(whole.height_m)

@@ -11,7 +11,7 @@ from clear_fit import clear_photo_fit, with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.inventory.evidence.canvas import MOST_BYTES
+from treedgs_geo.inventory.evidence.canvas import MAX_BYTES
 from treedgs_geo.inventory.evidence.photo_sheet import PhotoEvidence, compass, photo_sheet
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.fit.edge_adjustment import NO_STEMS
@@ -153,9 +153,9 @@ def test_a_sheet_is_small_and_takes_any_text(stack, shown, flag):
     ).finish()  # fmt: skip
     sheet = photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), shown, stack, 29.0))
     oval = replace(shown, shape=replace(shown.shape, oval=(0.003, 0.004)))
-    assert len(photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), oval, stack)).jpeg()) <= MOST_BYTES
+    assert len(photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), oval, stack)).jpeg()) <= MAX_BYTES
     data = sheet.jpeg()
-    assert len(data) <= MOST_BYTES
+    assert len(data) <= MAX_BYTES
     picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape[1] == 1200 and 700 < picture.shape[0] < 1400
 
@@ -166,7 +166,7 @@ def test_a_stem_that_no_photo_sees_has_a_sheet_too(stack):
     blind = look_at(stack, fit, DrawnStem(fit.axis, fit.r0, fit.r1), NO_STEMS, OPTIONS)
     assert blind.worst is None and len(blind.diameters()) == 0
     tree = Tree(1, 5e5, 5.2e6, method="photos", qc_flag="reject", qc_reason="occluded").finish()
-    assert len(photo_sheet(PhotoEvidence(tree, fit, blind, stack)).jpeg()) <= MOST_BYTES
+    assert len(photo_sheet(PhotoEvidence(tree, fit, blind, stack)).jpeg()) <= MAX_BYTES
 
 
 def test_directions_have_their_names():

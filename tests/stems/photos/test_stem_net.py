@@ -10,7 +10,7 @@ from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.crops import GroundGrid
 from treedgs_geo.stems.photos.network.inference import (
     CLASSES,
-    MOST_ODDS,
+    MAX_ODDS,
     OUTSIDE,
     STEM,
     STEPS,
@@ -116,9 +116,9 @@ def test_odds_are_those_of_the_wanted_classes_against_all_else():
     share = np.exp(scores) / np.exp(scores).sum(axis=0)
     for wanted in (("stem",), ("stem", "ivy")):
         yes = sum(share[CLASSES.index(name)] for name in wanted)
-        expected = np.clip(np.log(yes / (1 - yes)), -MOST_ODDS, MOST_ODDS)
+        expected = np.clip(np.log(yes / (1 - yes)), -MAX_ODDS, MAX_ODDS)
         assert class_odds(scores, *wanted) == pytest.approx(expected, abs=1e-4)
-    assert CLASSES.index("stem") == STEM and np.abs(class_odds(40 * scores, "stem")).max() == MOST_ODDS
+    assert CLASSES.index("stem") == STEM and np.abs(class_odds(40 * scores, "stem")).max() == MAX_ODDS
 
 
 @pytest.mark.parametrize(("ivy", "expected"), [(0, 0.0), (6, 0.5), (12, 1.0)])

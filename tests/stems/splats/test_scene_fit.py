@@ -249,7 +249,7 @@ def test_rlgs_tries_takes_back_and_repeats():
 
 def test_a_time_limit_plans_fewer_steps_and_smaller_photos_and_is_kept(monkeypatch):
     # More steps than any machine does in three seconds: the smallest size is taken.
-    monkeypatch.setattr("treedgs_geo.stems.splats.on_torch.scene_fit.LEAST_STEPS", 20_000)
+    monkeypatch.setattr("treedgs_geo.stems.splats.on_torch.scene_fit.MIN_STEPS", 20_000)
     photos, (points, colours) = small_photos(), prior()
     options = replace(QUICK, steps=30_000, factor=0.0, time_limit_min=0.05)
     _, report = fit_scene(photos, box(), points, colours, options)

@@ -21,7 +21,7 @@ FLAG_WEIGHT = {"ok": 1.0, "check": 2.0, "reject": 2.0}
 #: Tapes of a stratum: with fewer its spread is not known; and how many a further DBH stratum has to have.
 FEWEST, PER_CLASS = 2, 4
 #: More strata by DBH than this gain little (Cochran 1977, 5A.8).
-MOST_CLASSES = 5
+MAX_CLASSES = 5
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def strata(size: np.ndarray, flag: np.ndarray, n: int, classes: bool = True) -> 
         names[:] = names if not len(ok) else "all"
         return names
     spent = sum(min(FEWEST, int((names == name).sum())) for name in groups)
-    k = int(np.clip((n - spent) // PER_CLASS, 1, MOST_CLASSES)) if classes else 1
+    k = int(np.clip((n - spent) // PER_CLASS, 1, MAX_CLASSES)) if classes else 1
     k = max(min(k, len(ok) // FEWEST), 1)
     order = ok[np.argsort(size[ok], kind="stable")]
     before = np.cumsum(size[order]) - size[order] / 2

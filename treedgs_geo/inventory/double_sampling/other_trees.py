@@ -12,7 +12,7 @@ from scipy.stats import spearmanr
 from .tapes import Taped
 
 #: A tape is that of its tree within this share of the DBH, this many standard errors of it, and this, cm.
-_SHARE, _SES, _LEAST_CM = 0.08, 4.0, 1.0
+_SHARE, _SES, _MIN_CM = 0.08, 4.0, 1.0
 #: So many tapes, and this share of all, have to be off before an order is looked for in them; this share of them has to
 #: fit one, where chance would do so with this probability at most.
 _OFF, _OFF_SHARE, _EXPLAINED, _CHANCE = 4, 0.25, 0.7, 1e-3
@@ -25,7 +25,7 @@ _ENOUGH, _NO_BETTER, _DRAWS = 8, 0.05, 2000
 _ORDERED = 0.7
 #: An error this many robust standard deviations from the median one is an outlier (Iglewicz and Hoaglin 1993); and no
 #: spread below what a tape itself errs by counts, cm.
-OUTLIER, LEAST_SPREAD_CM = 3.5, 0.3
+OUTLIER, MIN_SPREAD_CM = 3.5, 0.3
 
 
 class OtherTrees(NamedTuple):
@@ -53,7 +53,7 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
     All (N,), in the order of the table: as taped, as measured, standard error of that (NaN: not known), and what the
     sentence calls the row. NaN: none.
     """
-    within = np.maximum(np.fmax(_SHARE * dbh_cm, _SES * se_cm), _LEAST_CM)
+    within = np.maximum(np.fmax(_SHARE * dbh_cm, _SES * se_cm), _MIN_CM)
     both = np.isfinite(taped_cm) & np.isfinite(dbh_cm)
     n = int(both.sum())
     off = both & ~_fits(taped_cm, dbh_cm, within)
@@ -118,7 +118,7 @@ def outliers(dbh_cm: np.ndarray, taped_cm: np.ndarray, names: np.ndarray) -> lis
     error = d - t
     both = np.isfinite(error)
     middle = float(np.median(error[both])) if both.any() else 0.0
-    spread = max(1.4826 * float(np.median(np.abs(error[both] - middle))) if both.any() else 0.0, LEAST_SPREAD_CM)
+    spread = max(1.4826 * float(np.median(np.abs(error[both] - middle))) if both.any() else 0.0, MIN_SPREAD_CM)
     found: list[str | None] = []
     for k in range(len(d)):
         if not both[k] or abs(error[k] - middle) <= OUTLIER * spread:

@@ -21,7 +21,7 @@ FLAG_COLOURS: dict[str, Colour] = {"ok": GREEN, "check": AMBER, "reject": RED}
 #: Fractional bits of OpenCV's coordinates.
 _SHIFT = 4
 #: Largest files, bytes, and the JPEG qualities tried for it.
-MOST_BYTES = 80_000
+MAX_BYTES = 80_000
 _QUALITIES = (62, 46, 36, 28, 21, 14, 8)
 
 
@@ -118,12 +118,12 @@ class Canvas:
         return self.pixels
 
     def jpeg(self) -> bytes:
-        """The picture as a JPEG of at most :data:`MOST_BYTES`, in the best quality tried that fits."""
+        """The picture as a JPEG of at most :data:`MAX_BYTES`, in the best quality tried that fits."""
         picture = cv2.cvtColor(self.finished(), cv2.COLOR_RGB2BGR)
         data = b""
         for quality in _QUALITIES:
             data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
-            if len(data) <= MOST_BYTES:
+            if len(data) <= MAX_BYTES:
                 break
         return data
 

@@ -15,7 +15,7 @@ from .parts import MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines
 SLICE_HEIGHTS = np.arange(0.5, 4.51, 0.5)
 _THIN_M, _THICK_M, _ENOUGH = 0.2, 0.5, 24
 #: Most points drawn of a slice and of a side view.
-_MOST_POINTS = 4000
+_MAX_POINTS = 4000
 _TOP, _SIDE, _HIGH_M = 92, 122, 5.0
 _POINTS, _OTHERS = (70, 70, 70), (200, 200, 200)
 
@@ -101,7 +101,7 @@ def _slice(canvas: Canvas, evidence: CloudEvidence, height: float, left: float, 
 
     beside = evidence.around[np.abs(evidence.around[:, 2] - height) <= thickness / 2]
     for cloud, colour in ((beside, _OTHERS), (here, _POINTS)):
-        at = place(cloud[:: max(len(cloud) // _MOST_POINTS, 1), :2])
+        at = place(cloud[:: max(len(cloud) // _MAX_POINTS, 1), :2])
         inside = (at[:, 0] > left) & (at[:, 0] < left + _SIDE - 2) & (at[:, 1] > top) & (at[:, 1] < top + _SIDE - 2)
         size = 3 if len(here) < 100 else 2 if len(here) < 400 else 1
         canvas.dots(at[inside], colour, size, size)
@@ -142,7 +142,7 @@ def _side_view(
     across, up = 0.5 * width / (1.3 * half_m), height / _HIGH_M
     for cloud, colour in ((evidence.around, _OTHERS), (evidence.points, _POINTS)):
         cloud = cloud[(cloud[:, 2] > 0) & (cloud[:, 2] < _HIGH_M) & (np.abs(cloud[:, axis]) < 1.3 * half_m)]
-        cloud = cloud[:: max(len(cloud) // _MOST_POINTS, 1)]
+        cloud = cloud[:: max(len(cloud) // _MAX_POINTS, 1)]
         # From the east, north lies to the right.
         at = np.column_stack([left + 0.5 * width + across * cloud[:, axis], top + height - up * cloud[:, 2]])
         canvas.dots(at[at[:, 0] < left + width - 2], colour, 1, 1)

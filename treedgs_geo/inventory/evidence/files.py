@@ -15,7 +15,7 @@ from .canvas import Canvas
 #: Name of the folder of a run that gave its trees no ``run_id``.
 NO_RUN = "sheets"
 #: Sheets written without being asked for all of them; those to check and not measured come first.
-MOST_UNASKED = 1000
+MAX_UNASKED = 1000
 _RUN = re.compile(r"[0-9a-f]{16}")
 _SHEET = re.compile(r"[0-9]+\.jpg")
 
@@ -31,10 +31,10 @@ def trees_with_sheets(trees: list[Tree], wanted: str, asked: bool) -> list[Tree]
     if wanted == "none":
         return []
     chosen = [tree for tree in trees if wanted == "all" or tree.qc_flag != "ok"]
-    if asked or len(chosen) <= MOST_UNASKED:
+    if asked or len(chosen) <= MAX_UNASKED:
         return chosen
     first = sorted(range(len(chosen)), key=lambda k: ("check", "reject", "ok").index(chosen[k].qc_flag))
-    return [chosen[k] for k in sorted(first[:MOST_UNASKED])]
+    return [chosen[k] for k in sorted(first[:MAX_UNASKED])]
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, C
 from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines, reasons
 
 #: Most and fewest photos in a row, pixels between them, and the row's place and height.
-MOST_PHOTOS, FEWEST_PHOTOS = 9, 6
+MAX_PHOTOS, FEWEST_PHOTOS = 9, 6
 _GAP, _LEFT, _TOP, _HIGH = 6, 44, 92, 384
 #: Around a stem as much is shown: its diameters on either side, at least (m).
 _BESIDE_RADII, _BESIDE_M = 2.4, 0.45
@@ -63,7 +63,7 @@ def _layout(evidence: PhotoEvidence) -> tuple[list[int], float, float]:
     half_m = max(_BESIDE_RADII * shown.shape.r0, _BESIDE_M)
     room = WIDTH - MARGIN - _LEFT + _GAP
     px_m = max((_top_m(evidence.fit) - LOW_M) / _HIGH, 2 * half_m / (room / FEWEST_PHOTOS - _GAP))
-    most = int(np.clip(room // (2 * half_m / px_m + _GAP), FEWEST_PHOTOS, MOST_PHOTOS))
+    most = int(np.clip(room // (2 * half_m / px_m + _GAP), FEWEST_PHOTOS, MAX_PHOTOS))
     inside = np.array([_holds(stack, v, shown) for v in range(len(stack))], bool)
     photos = choose_photos(shown, inside, most)
     # Fewer photos than there is room for: each may be wider.

@@ -12,7 +12,7 @@ from ...core.columns import columns, numbers
 from ...core.errors import InputError
 from ...core.tables import read_table
 from ..field_trees import dbh_in_cm
-from ..reviewed import DECISIONS, LEAST_TAPED_CM, MOST_TAPED_CM
+from ..reviewed import DECISIONS, MAX_TAPED_CM, MIN_TAPED_CM
 
 #: Takes a decision back.
 UNDO = "undo"
@@ -97,8 +97,8 @@ def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], ro
         raise InputError(f"{where}: 'dbh' needs the taped diameter in dbh_cm (or dbh_in, dbh_mm).")
     if dbh is not None and word not in ("dbh", "stem"):
         raise InputError(f"{where}: has a DBH but the decision {word!r}; write 'dbh', or empty the cell.")
-    if dbh is not None and not LEAST_TAPED_CM <= dbh <= MOST_TAPED_CM:
-        raise InputError(f"{where}: a DBH of {dbh:g} cm, expected {LEAST_TAPED_CM:g} to {MOST_TAPED_CM:g} cm.")
+    if dbh is not None and not MIN_TAPED_CM <= dbh <= MAX_TAPED_CM:
+        raise InputError(f"{where}: a DBH of {dbh:g} cm, expected {MIN_TAPED_CM:g} to {MAX_TAPED_CM:g} cm.")
     word = "dbh" if word == "stem" and dbh is not None else word
     placed = (x, y) if tree is None else (None, None)
     return Decision(line, word, tree, dbh, same_as, *placed, text["note"], text["by"], text["at"])

@@ -14,7 +14,7 @@ from ..searched import ALMOST, WHOLE
 from .sample import SamplePlot
 
 #: Less searched ground than this is none, m2: no tree has room on it.
-_LEAST_M2 = 1.0
+_MIN_M2 = 1.0
 #: Plots that share more than this of what was searched of them are one plot in other words.
 _SAME_GROUND = 0.5
 #: Chance below which an empty rim of the plots is none.
@@ -48,7 +48,7 @@ def as_searched(
             continue
         part = plot.outline.intersection(searched)
         share = part.area / plot.outline.area
-        if part.area < _LEAST_M2:
+        if part.area < _MIN_M2:
             missing.append(plot.plot_id)
         elif share >= WHOLE:
             kept.append(plot)

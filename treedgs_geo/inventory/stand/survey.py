@@ -31,7 +31,7 @@ from .values import TreeValues, ValueOptions, count_of, tree_values
 
 #: Basal area that hardly a forest outside the redwoods' reaches, and slenderness (%) of whole stands (chosen, not set
 #: on data: dense pole stands reach 150, open parks 35).
-MOST_BASAL_AREA_M2_HA, SLENDER = 120.0, (30, 160)
+MAX_BASAL_AREA_M2_HA, SLENDER = 120.0, (30, 160)
 #: A live tree so few times as high as thick is broken off, or its height wrong.
 STUB = 10.0
 
@@ -191,9 +191,9 @@ def _implausible(stand: Stand) -> list[str]:
     """What no forest, or hardly one, has: diameters in another unit, plots of another size, one tree that is none."""
     found = []
     basal_area = stand.estimates["ba"].mean
-    if basal_area > MOST_BASAL_AREA_M2_HA:
+    if basal_area > MAX_BASAL_AREA_M2_HA:
         found.append(
-            f"A basal area of {basal_area:,.0f} m²/ha, expected up to {MOST_BASAL_AREA_M2_HA:g}: look whether DBHs are "
+            f"A basal area of {basal_area:,.0f} m²/ha, expected up to {MAX_BASAL_AREA_M2_HA:g}: look whether DBHs are "
             "girths or in another unit, plots larger than given, or trees there twice."
         )
     counted = stand.rows["tree"].unique()

@@ -8,7 +8,7 @@ from ...core.files import atomic_path
 from .mission import Mission
 
 #: Waypoints that one Litchi mission holds.
-MOST_WAYPOINTS = 99
+MAX_WAYPOINTS = 99
 _ACTIONS = 15
 #: Columns as Litchi's Mission Hub exports them.
 COLUMNS = (
@@ -24,10 +24,10 @@ _PHOTO, _NOTHING, _STATED_PITCH, _OVER_HOME = 1, -1, 2, 0
 def write_litchi(folder: Path, name: str, mission: Mission) -> list[Path]:
     """``name_1.csv`` and so on, in the order of the flight."""
     made = []
-    for part, start in enumerate(range(0, len(mission), MOST_WAYPOINTS), start=1):
+    for part, start in enumerate(range(0, len(mission), MAX_WAYPOINTS), start=1):
         path = folder / f"{name}_{part}.csv"
         lines = [",".join(COLUMNS)]
-        for k in range(start, min(start + MOST_WAYPOINTS, len(mission))):
+        for k in range(start, min(start + MAX_WAYPOINTS, len(mission))):
             actions = [_PHOTO, 0] + [_NOTHING, 0] * (_ACTIONS - 1)
             row = [
                 f"{mission.lat[k]:.8f}", f"{mission.lon[k]:.8f}", f"{mission.over_m[k]:.1f}",

@@ -19,7 +19,7 @@ from .mission import Mission
 
 KML, WPML = "http://www.opengis.net/kml/2.2", "http://www.dji.com/wpmz/1.0.2"
 #: Waypoints of one wayline, at most.
-MOST_WAYPOINTS = 65535
+MAX_WAYPOINTS = 65535
 _FLY_THROUGH, _STOP = "toPointAndPassWithContinuityCurvature", "toPointAndStopWithDiscontinuityCurvature"
 
 
@@ -110,9 +110,9 @@ def _template(mission: Mission) -> ET.Element:
 
 
 def _waylines(mission: Mission) -> ET.Element:
-    if len(mission) > MOST_WAYPOINTS:
+    if len(mission) > MAX_WAYPOINTS:
         raise InputError(
-            f"--plots: {len(mission)} photos, expected at most {MOST_WAYPOINTS} in a file; plan fewer plots."
+            f"--plots: {len(mission)} photos, expected at most {MAX_WAYPOINTS} in a file; plan fewer plots."
         )
     root, document = _root()
     _config(document, mission, False)

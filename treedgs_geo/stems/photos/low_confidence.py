@@ -31,7 +31,7 @@ from .tile_calibration import MORE_PLACES, STEM_FREE_M, random_places, with_chan
 HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge", "covered"})
 #: A refused place is looked at again only if its silhouette (of what chance reaches) or its edges stood out at all: in
 #: a bush another look finds a stem, too.
-LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
+MIN_CONTRAST, MIN_LLR = 0.7, 40.0
 #: Places without a stem that the network is shown.
 FREE_PLACES = 8
 
@@ -39,8 +39,8 @@ FREE_PLACES = 8
 def may_be_settled(fit: PhotoFit) -> bool:
     """Low confidence that another witness may settle."""
     stands_out = (
-        np.isfinite(fit.evidence.contrast) and fit.evidence.contrast > LEAST_CONTRAST
-    ) or fit.evidence.llr > LEAST_LLR
+        np.isfinite(fit.evidence.contrast) and fit.evidence.contrast > MIN_CONTRAST
+    ) or fit.evidence.llr > MIN_LLR
     return fit.flag != "ok" and stands_out and not HOPELESS & set(fit.reasons)
 
 

@@ -21,7 +21,7 @@ SEES, USED = 0.5, 0.5
 #: Of two photos from one direction the clearer one is shown; a photo from a new direction is worth this much more.
 _CLEAR_SHARE = 0.3
 #: Heights of a block of edges are this far apart (m); a diameter there needs this many photos with both edges.
-_BLOCK_M, _LEAST_PAIRS = 0.1, 2
+_BLOCK_M, _MIN_PAIRS = 0.1, 2
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class StemShown:
                 sides.append(place)
             found = 100 * (sides[1] - sides[0]) / e.widen - 200 * self.shape.beside(e.normal)
             found = found[np.isfinite(found)]
-            if len(found) >= _LEAST_PAIRS:
+            if len(found) >= _MIN_PAIRS:
                 low, middle, high = np.percentile(found, [25, 50, 75])
                 rows.append((float(e.height_m[used & (block == k)].mean()), middle, low, high))
         return np.array(rows).reshape(-1, 4)

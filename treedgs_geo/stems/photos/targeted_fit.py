@@ -24,7 +24,7 @@ from .stem_fit import Fitter
 #: A fit sees this far round its start, m; starts lie this far apart.
 START_M = 0.3
 #: Quick looks that are followed by a whole fit at each place, and how far apart these are, m.
-MOST_FOLLOWED, FOLLOWED_APART_M = 3, 0.12
+MAX_FOLLOWED, FOLLOWED_APART_M = 3, 0.12
 #: Edge score of a quick look at the place itself from which no other start is tried, unless its fit is refused.
 CLEAR_LLR = 60.0
 #: A stem at the end of its reach has to be clearer by this than one at the place given (log likelihood units).
@@ -33,7 +33,7 @@ FAR_COST = 30.0
 #: nothing was found.
 SAYS_LLR, SAYS_CONTRAST, SAYS_LEAST_LLR = 30.0, 1.0, 12.0
 #: Photos that have to show a place.
-LEAST_PHOTOS = 3
+MIN_PHOTOS = 3
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def partners(given: GivenStems, found: list[PhotoFit]) -> list[int | None]:
 
 def fit_at(fitter: Fitter, place: np.ndarray, reach_m: float, known: np.ndarray = NO_STEMS) -> PhotoFit:
     """The stem within ``reach_m`` of a place (2,), measured or refused. known: (K, 10) stems that are there already."""
-    if photos_showing(fitter.stack, place, _height(fitter, place)) < LEAST_PHOTOS:
+    if photos_showing(fitter.stack, place, _height(fitter, place)) < MIN_PHOTOS:
         return _nothing(fitter, place, "few_views")
     starts = _free(_starts(place, reach_m), known)
     # Where a stem is clear at the place itself, the ground about it need not be looked at.
@@ -102,7 +102,7 @@ def fit_at(fitter: Fitter, place: np.ndarray, reach_m: float, known: np.ndarray 
         if all(np.hypot(x - a, y - b) > FOLLOWED_APART_M for a, b in followed):
             followed.append((float(x), float(y)))
     # The place itself is looked at in any case: a silhouette may stand there without edges.
-    seeds = [_seed(*middle) for middle in followed[:MOST_FOLLOWED]] + starts[:1]
+    seeds = [_seed(*middle) for middle in followed[:MAX_FOLLOWED]] + starts[:1]
     best = _best([fitter.fit(seed, known) for seed in seeds], place, reach_m)
     return _nothing(fitter, place, "not_found") if best is None else best
 

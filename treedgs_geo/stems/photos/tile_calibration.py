@@ -29,7 +29,7 @@ from .stem_fit import Fitter
 FIRST_LOOK = 30
 #: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
 #: these; and how many are needed.
-MORE_PLACES, STEM_FREE_M, LEAST_PLACES = 32, 0.7, 8
+MORE_PLACES, STEM_FREE_M, MIN_PLACES = 32, 0.7, 8
 #: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
 BACKDROP_MARGIN_M = 3.0
 
@@ -142,7 +142,7 @@ def away_from(seeds: list[Seed], places: np.ndarray) -> np.ndarray:
     if not seeds:
         return places
     gap = np.min([np.hypot(places[:, 0] - seed.x, places[:, 1] - seed.y) for seed in seeds], axis=0)
-    return places[gap > STEM_FREE_M] if (gap > STEM_FREE_M).sum() >= LEAST_PLACES else places
+    return places[gap > STEM_FREE_M] if (gap > STEM_FREE_M).sum() >= MIN_PLACES else places
 
 
 def chance_contrast(

@@ -10,13 +10,13 @@ from .limits import judge
 from .tree import Tree
 
 #: Trees without a remark, with DBH and height, that a curve of the survey needs.
-LEAST_TREES = 10
+MIN_TREES = 10
 #: A tree is too short below a share of the curve's height (:mod:`.limits`) that is this many spreads of the trees below
 #: it too. Of 127 trees three were: DBHs of 11.0, 55.2 and 23.2 cm for 5.3, 15.1 and 17.0 cm; dead trees, leaning ones
 #: and forks were not.
 SPREADS = 4.0
 #: No stand's heights lie closer to their curve than this share.
-_LEAST_SPREAD = 0.05
+_MIN_SPREAD = 0.05
 
 
 def check_heights(trees: list[Tree]) -> None:
@@ -25,13 +25,13 @@ def check_heights(trees: list[Tree]) -> None:
     away, with ``height_why``. Without heights nothing happens."""
     known = [t for t in trees if t.dbh_cm is not None and t.height_m is not None and t.height_m > t.bh_m]
     sure = [t for t in known if t.qc_flag == "ok"]
-    if len(sure) < LEAST_TREES:
+    if len(sure) < MIN_TREES:
         return
     d, h = (np.array([getattr(t, name) for t in sure], float) for name in ("dbh_cm", "height_m"))
     curve = _naslund(d, h - sure[0].bh_m)
     if curve is None:
         return
-    spread = max(1.4826 * float(np.median(np.abs(np.log((h - sure[0].bh_m) / curve(d))))), _LEAST_SPREAD)
+    spread = max(1.4826 * float(np.median(np.abs(np.log((h - sure[0].bh_m) / curve(d))))), _MIN_SPREAD)
     lowest, highest = np.exp([-SPREADS * spread, SPREADS * spread])
     for tree in known:
         assert tree.dbh_cm is not None and tree.height_m is not None

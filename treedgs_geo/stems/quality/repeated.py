@@ -15,7 +15,7 @@ NEAREST_M, FARTHEST_M, AGREE_M = 0.08, 2.0, 0.06
 SAME_CM, SAME_SHARE = 1.0, 0.04
 #: So many pairs are no chance: they hold this share of all stems, and this share of the stems that have another one at
 #: that offset have one of their own diameter.
-LEAST_PAIRS, HELD, ALIKE = 4, 0.5, 0.8
+MIN_PAIRS, HELD, ALIKE = 4, 0.5, 0.8
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Repeated:
 def find_repeated(xy: np.ndarray, dbh_cm: np.ndarray) -> Repeated | None:
     """The pairs among (N, 2) stems with (N,) diameters, or ``None``."""
     known = np.flatnonzero(np.isfinite(dbh_cm) & np.isfinite(xy).all(axis=1))
-    if len(known) < 2 * LEAST_PAIRS:
+    if len(known) < 2 * MIN_PAIRS:
         return None
     tree = cKDTree(xy[known])
     near = known[tree.query_pairs(FARTHEST_M, output_type="ndarray")]
@@ -56,7 +56,7 @@ def find_repeated(xy: np.ndarray, dbh_cm: np.ndarray) -> Repeated | None:
     best = max((np.array(group) for group in close), key=lambda group: int(same[group].sum()))
     alike = best[same[best]]
     ends = np.unique(near[alike])
-    if len(ends) < max(2 * LEAST_PAIRS, HELD * len(known)) or len(alike) < ALIKE * len(best):
+    if len(ends) < max(2 * MIN_PAIRS, HELD * len(known)) or len(alike) < ALIKE * len(best):
         return None
     return Repeated(near[alike], np.median(offset[alike], axis=0))
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 #: How far a top stands from its stem's axis followed straight up: metres, and share of the height (1 s.d.).
 _STRAY_M, _STRAY_SHARE = 0.25, 0.02
 #: Heights of trees of one diameter scatter so much within a plot (1 s.d. of their logarithm), at least.
-LEAST_SCATTER = 0.12
+MIN_SCATTER = 0.12
 #: Exponent of the diameter in the height: log-log slope within a stand is 0.4 to 0.6 (Zeide and Curtis 2002).
 _EXPONENT = 0.5
 #: Squared standard deviations at which a top is nobody's, and at which a second top would do about as well.
@@ -28,7 +28,7 @@ _FAR, _RIVAL = 9.0, 1.0
 #: Where fewer of the trees have a top that is seen, no height can be trusted.
 MOVING_SHARE = 0.7
 #: Pairs that must agree before the diameter counts.
-_LEAST_PAIRS = 5
+_MIN_PAIRS = 5
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray) -> Jo
     level, scatter = _curve(stray, log_h, log_d)
     misfit = np.zeros_like(stray)
     if np.isfinite(level):
-        misfit = (log_h[None] - level - _EXPONENT * log_d[:, None]) / max(scatter, LEAST_SCATTER)
+        misfit = (log_h[None] - level - _EXPONENT * log_d[:, None]) / max(scatter, MIN_SCATTER)
         misfit = np.nan_to_num(misfit)
     cost = stray**2 + misfit**2
     # A stem without a top costs as much as the farthest top that would still be its own.
@@ -125,7 +125,7 @@ def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[flo
     nearest = stray.argmin(axis=1)
     mutual = stray.argmin(axis=0)[nearest] == np.arange(len(stray))
     mutual &= (stray[np.arange(len(stray)), nearest] < 2.0) & np.isfinite(log_d)
-    if mutual.sum() < _LEAST_PAIRS:
+    if mutual.sum() < _MIN_PAIRS:
         return np.nan, np.nan
     ratio = log_h[nearest[mutual]] - _EXPONENT * log_d[mutual]
     level = float(np.median(ratio))

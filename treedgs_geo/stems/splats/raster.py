@@ -20,7 +20,7 @@ from .project import N_ROWS, CropCamera, gather_columns, project_backward_kernel
 #: Fainter than this a Gaussian is not drawn (one grey level of 255).
 ALPHA_MIN = 1 / 255
 #: Strips a thread gets, so that an uneven picture still fills all of them; and the least rows of one.
-_STRIPS_A_THREAD, _LEAST_ROWS = 4, 8
+_STRIPS_A_THREAD, _MIN_ROWS = 4, 8
 
 
 class _Scratch(threading.local):
@@ -162,7 +162,7 @@ class Rasteriser:
     def _strips(self, height: int, work):
         if self._pool is None:
             return [work(0, height)]
-        rows = max(-(-height // (_STRIPS_A_THREAD * self.threads)), _LEAST_ROWS)
+        rows = max(-(-height // (_STRIPS_A_THREAD * self.threads)), _MIN_ROWS)
         edges = [(y, min(y + rows, height)) for y in range(0, height, rows)]
         return list(self._pool.map(lambda edge: work(*edge), edges))
 

@@ -48,7 +48,7 @@ SETTINGS = tuple(
     )
 )
 #: A program that needs longer than this is stopped, s.
-MOST_S = 300
+MAX_S = 300
 
 
 def truth_of(data: Path, cloud: str) -> tuple[np.ndarray, bool]:
@@ -84,7 +84,7 @@ def run(script: str, python: Path, options: str, work: Path) -> dict | None:
     """What a program makes of ``work/cloud.npy``; ``None`` where it failed or took too long."""
     words: list[str | Path] = [python, HERE / script, work / "cloud.npy", work / "theirs.json", *options.split()]
     try:
-        subprocess.run(words, check=True, capture_output=True, timeout=MOST_S)
+        subprocess.run(words, check=True, capture_output=True, timeout=MAX_S)
     except subprocess.SubprocessError:
         return None
     return json.loads((work / "theirs.json").read_text())
@@ -100,7 +100,7 @@ def ours(work: Path) -> dict | None:
 def figures(found: dict | None, truth: np.ndarray, whole: bool) -> dict:
     """Of one run; ``stopped`` where there is none."""
     if found is None:
-        return {"stopped": f"no result after {MOST_S} s"}
+        return {"stopped": f"no result after {MAX_S} s"}
     return {
         **compare(found["trees"], truth, whole),
         "cpu_seconds": round(found["cpu_seconds"], 2),

@@ -32,7 +32,7 @@ from treedgs_geo.inventory.stand.values import BA
 from treedgs_lab.benchmarks.inventory.stand_table import CRS, RADIUS_M, SIDE_M, make_population
 from treedgs_lab.benchmarks.records import write_record
 
-YEARS, LEAST_CM, LEVEL, FIRST_SEED = 5.0, 10.0, 0.9, 500
+YEARS, MIN_CM, LEVEL, FIRST_SEED = 5.0, 10.0, 0.9, 500
 OWN_CM, COMMON_CM, ALIKE, BLOCK = 0.5, 0.2, 0.5, 0.002
 
 
@@ -52,7 +52,7 @@ def grown(population: pd.DataFrame, seed: int = 1) -> pd.DataFrame:
 def truth_of(stand: pd.DataFrame) -> dict[str, float]:
     """Per hectare, from the true diameters."""
     d1, d2, alive, area = stand["dbh1"], stand["dbh2"], stand["alive"], SIDE_M**2 / 1e4
-    was, is_ = d1 >= LEAST_CM, (d2 >= LEAST_CM) & alive
+    was, is_ = d1 >= MIN_CM, (d2 >= MIN_CM) & alive
     grew = was & alive
     ba = {
         "ba_growth": float((BA * (d2**2 - d1**2))[grew].sum() / area),
@@ -114,7 +114,7 @@ def one_survey(stand: pd.DataFrame, n_plots: int, missed: float, seed: int) -> t
     there = (moved + rng.normal(0, 0.1, xy.shape))[alive]
     after = _layer(seen[alive], there, seen["dbh2"].to_numpy()[alive], bias[1], scale[1], missed, rng)
     options = PairingOptions(centre_error_m=1.0, rotation_deg=2.0, gate_m=1.0)
-    joined = join_dates(before, after, plots, options, Limits(LEAST_CM, 3.0 * YEARS))
+    joined = join_dates(before, after, plots, options, Limits(MIN_CM, 3.0 * YEARS))
     shared = SharedErrors(COMMON_CM, ALIKE, BLOCK, BLOCK)
     trees = joined.trees.join(tree_growth(joined.trees, shared, YEARS, LEVEL))
     figures = stand_change(trees, Design(np.full(n_plots, area), False, LEVEL), shared, YEARS)

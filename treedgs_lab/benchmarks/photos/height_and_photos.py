@@ -32,7 +32,7 @@ SEED = 1
 #: Every n-th photo in the order of the flight.
 EVERY = (1, 2, 3, 5)
 #: A photo shows a stem's breast height when so much of it is free, from no steeper than this (sine).
-FREE, LEAST_SINE = 0.7, 0.35
+FREE, MIN_SINE = 0.7, 0.35
 WANTED_CM = (0.5, 1.0, 2.0)
 PHOTOS = (3, 6, 12)
 #: Colours and marks, by plot.
@@ -45,7 +45,7 @@ def free_views(plot: Path) -> dict[str, set[str]]:
     with open(plot / "truth" / "visibility.csv", newline="", encoding="utf-8") as stream:
         for row in csv.DictReader(stream):
             free = row["in_frame"] == "1" and float(row["visible_fraction"]) >= FREE
-            if free and float(row["foreshortening"]) > LEAST_SINE:
+            if free and float(row["foreshortening"]) > MIN_SINE:
                 found.setdefault(row["tree_id"], set()).add(row["image"])
     return found
 

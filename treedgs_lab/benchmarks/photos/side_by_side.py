@@ -33,7 +33,7 @@ assert sys.platform != "win32", "this benchmark needs Linux"
 #: Of every random choice: the verb's own.
 SEED = 0
 #: Clear photos that a stem of the comparison has at least.
-LEAST_VIEWS = 3
+MIN_VIEWS = 3
 FIGURES = ("n_reference", "n_measured", "n_false", "rmse_cm", "me_cm", "max_abs_cm", "coverage_90")
 
 
@@ -48,7 +48,7 @@ def run(code: Path, plot: Path, core: int | None, work: Path, chosen: list[str])
     after, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic() - began
     stages = read_json(work / "ws" / "run.json")["stages"]
     block = read_json(work / "ws" / "sfm" / "report.json")
-    accuracy, _ = score_against_truth(read_trees(output), plot / "truth" / "trees.csv", LEAST_VIEWS)
+    accuracy, _ = score_against_truth(read_trees(output), plot / "truth" / "trees.csv", MIN_VIEWS)
     found = accuracy.as_dict()
     return {
         "processor_s": round(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, 1),

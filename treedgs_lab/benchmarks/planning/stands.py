@@ -14,7 +14,7 @@ import pyproj
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.planning.canopy import Canopy, canopy_of_cloud
 from treedgs_geo.planning.stand import StandNumbers, Trees
-from treedgs_geo.planning.views import CLEAR_SHARE, LEAST_SINE
+from treedgs_geo.planning.views import CLEAR_SHARE, MIN_SINE
 from treedgs_geo.terrain.dtm import read_dtm
 from treedgs_lab.simulate import flight, simulate, truth
 from treedgs_lab.simulate.camera import STILL
@@ -71,7 +71,7 @@ def clear_of(records: list[dict[str, Any]]) -> np.ndarray:
     """(P,) whether each view of a stem is clear."""
     return np.array(
         [
-            bool(r["in_frame"]) and r["visible_fraction"] >= CLEAR_SHARE and r["foreshortening"] > LEAST_SINE
+            bool(r["in_frame"]) and r["visible_fraction"] >= CLEAR_SHARE and r["foreshortening"] > MIN_SINE
             for r in records
         ]
     )

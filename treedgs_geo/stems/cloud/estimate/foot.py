@@ -17,7 +17,7 @@ from ..propose.nearby import Nearby
 #: Rings at the lowest points and on the stem above them: lower edge of each, and their height, m.
 _LOWEST_M, _ABOVE_M, _RING_M = 0.05, (1.0, 1.6), 0.15
 #: A ring with so many points, over so much of the circumference, and with this share of the points on it, is one.
-_LEAST_POINTS, _LEAST_ARC_DEG, _LEAST_SHARE = 60, 240.0, 0.5
+_MIN_POINTS, _MIN_ARC_DEG, _MIN_SHARE = 60, 240.0, 0.5
 #: The lowest ring of a swollen foot over what the stem above it would have there, and that of a stem which surely does
 #: not begin there. Terrestrial clouds: 1.14 to 1.18 (medians of plots, whole or with the ground filtered out), 0.9 to
 #: 1.05 (clipped 0.5 to 4 m above the ground).
@@ -60,10 +60,10 @@ def foot_swell(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np
 def _ring(points: np.ndarray, radius: float) -> float:
     """Radius of the ring that (N, 2) points form about the origin; NaN where they form none."""
     points = points[:: max(len(points) // 800, 1)]
-    if len(points) < _LEAST_POINTS:
+    if len(points) < _MIN_POINTS:
         return np.nan
     found = fit_circle(points, noise_m=0.01, start=np.array([0.0, 0.0, radius]))
-    if found is None or found.arc_deg < _LEAST_ARC_DEG or found.points < _LEAST_SHARE * len(points):
+    if found is None or found.arc_deg < _MIN_ARC_DEG or found.points < _MIN_SHARE * len(points):
         return np.nan
     return found.r
 

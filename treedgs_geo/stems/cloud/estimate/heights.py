@@ -9,14 +9,14 @@ from numba import njit
 from scipy.spatial import cKDTree
 
 from ...quality.tips import rises, tips_of
-from ...quality.tops import LEAST_SCATTER, Joined, join_tops
+from ...quality.tops import MIN_SCATTER, Joined, join_tops
 
 #: Points above this are canopy; a cloud of whose canopy less than 1 % is above :data:`_CROWNS_M` has no crowns, metres.
-_LEAST_M, _CROWNS_M = 2.0, 5.0
+_MIN_M, _CROWNS_M = 2.0, 5.0
 #: Cells of the canopy: at least this wide, and wide enough for so many points above 2 m on average.
 _CELL_M, _POINTS_A_CELL = 0.2, 6.0
 #: Most cells of a piece, and most stems of one; crowns lean so far over its rim, metres.
-_MOST_CELLS, _MOST_STEMS, _RIM_M = 4_000_000, 400, 8.0
+_MOST_CELLS, _MAX_STEMS, _RIM_M = 4_000_000, 400, 8.0
 #: The highest point of a cell counts with so many others within :data:`_NEAR_M` of its height in the cells about it:
 #: birds, masts of noise and other single returns have none.
 _OTHERS, _NEAR_M = 2, 1.0
@@ -27,7 +27,7 @@ _KEPT = 4
 _OWN_RISE_M, _SUITS = 1.0, 0.10
 #: A crown reaches over its stem's axis by this share of the way to the next stem, within limits, metres. A tip there
 #: that is not the joined one may be off the plot's curve by so many of its scatters.
-_REACH_SHARE, _REACH_M, _MOST_OFF = 0.3, (1.2, 4.0), 2.0
+_REACH_SHARE, _REACH_M, _MAX_OFF = 0.3, (1.2, 4.0), 2.0
 #: Standard error of the height of a tip of its own, metres, and of another one as a share of the height, at least.
 _TIP_SE_M, _RIM_SHARE = 0.3, 0.06
 
@@ -99,7 +99,7 @@ def _highest_of_crowns(
     owner = away.argmin(axis=0)
     free = away[owner, np.arange(len(tips))] <= reach[owner]
     free[chosen[chosen >= 0]] = False
-    limit = _MOST_OFF * max(float(np.nan_to_num(joined.scatter)), LEAST_SCATTER)
+    limit = _MAX_OFF * max(float(np.nan_to_num(joined.scatter)), MIN_SCATTER)
     # From the highest down: the first that is taken is the top.
     for tip in np.flatnonzero(free):
         tree = owner[tip]
@@ -127,7 +127,7 @@ def _pieces(places: np.ndarray) -> list[np.ndarray]:
     while waiting:
         own = waiting.pop()
         span = np.ptp(places[own], axis=0)
-        if len(own) < 2 or (len(own) <= _MOST_STEMS and np.prod(span + 2 * _RIM_M) <= _MOST_CELLS * _CELL_M**2):
+        if len(own) < 2 or (len(own) <= _MAX_STEMS and np.prod(span + 2 * _RIM_M) <= _MOST_CELLS * _CELL_M**2):
             done.append(own)
             continue
         order = own[np.argsort(places[own, span.argmax()], kind="stable")]
@@ -145,10 +145,10 @@ def canopy_of_points(
         (R, C), NaN where there is none, and that point's number (R, C), -1.
     """
     low, span = box[:2], box[2:] - box[:2]
-    count, covered_m2 = _covered(xyz, height, box, _LEAST_M)
+    count, covered_m2 = _covered(xyz, height, box, _MIN_M)
     cell = max(_CELL_M, float(np.sqrt(_POINTS_A_CELL * covered_m2 / max(count, 1))))
     columns, rows = (int(n) for n in np.ceil(span / cell))
-    highest = _highest(xyz, height, low, cell, rows, columns, _LEAST_M, _KEPT)
+    highest = _highest(xyz, height, low, cell, rows, columns, _MIN_M, _KEPT)
     point = _supported(highest, height, _OTHERS, _NEAR_M)
     top = np.where(point >= 0, height[point], np.nan)
     return low[0] + (np.arange(columns) + 0.5) * cell, low[1] + (np.arange(rows) + 0.5) * cell, top, point

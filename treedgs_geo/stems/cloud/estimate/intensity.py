@@ -12,9 +12,9 @@ from ....core.errors import InputError
 from ....pointcloud.cloud import PointCloud
 
 #: Returns of one pulse nearer than this do not give its direction, metres; seconds of flight that count as one place.
-LEAST_SPAN_M, STEP_S = 1.0, 0.5
+MIN_SPAN_M, STEP_S = 1.0, 0.5
 #: Pulses that one place needs, and how far their lines may pass it (median), metres.
-LEAST_PULSES, WORST_MISS_M = 12, 2.0
+MIN_PULSES, WORST_MISS_M = 12, 2.0
 
 
 def scanner_track(cloud: PointCloud) -> tuple[np.ndarray, np.ndarray]:
@@ -37,13 +37,13 @@ def scanner_track(cloud: PointCloud) -> tuple[np.ndarray, np.ndarray]:
     low, high = p[starts], p[ends]
     ray = high - low
     length = np.linalg.norm(ray, axis=1)
-    good = (length > LEAST_SPAN_M) & (ray[:, 2] > 0.5 * length)
+    good = (length > MIN_SPAN_M) & (ray[:, 2] > 0.5 * length)
     low, ray, when = low[good], ray[good] / length[good, None], t[starts][good]
     bins = np.floor((when - when.min()) / STEP_S).astype(np.int64) if len(when) else np.empty(0, np.int64)
     times, places = [], []
     for number in np.unique(bins):
         mine = bins == number
-        if mine.sum() < LEAST_PULSES:
+        if mine.sum() < MIN_PULSES:
             continue
         place = _meet(low[mine], ray[mine])
         if place is not None:

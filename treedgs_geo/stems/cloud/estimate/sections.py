@@ -22,11 +22,11 @@ from .surface_quality import FLOOR_CM, FLOOR_SHARE, ROUNDNESS, ULS_NOISE, lobes_
 #: Distance of sections, and lowest one, m.
 STEP_M, LOWEST_M = 0.5, 0.5
 #: Half the length of a section, m: the second where the first holds fewer points than this.
-HALVES_M, PLENTY, LEAST_POINTS = (0.1, 0.25, 0.5), 60, 16
+HALVES_M, PLENTY, MIN_POINTS = (0.1, 0.25, 0.5), 60, 16
 #: Spread of bark points about a circle: not below, not above, m.
 _FLOOR_M, _CAP_M = 0.005, 0.025
 #: Sectors of a section, and the circumference that has to be seen, degrees.
-_SECTORS, LEAST_ARC_DEG = 24, 150.0
+_SECTORS, MIN_ARC_DEG = 24, 150.0
 #: A section holds with a radius within this share of what its neighbour leads to, a centre within this of it (m, and
 #: radii), and a standard error below this share of the diameter.
 _CHANGE, _OFF_M, _OFF_SHARE, _SE_SHARE = 0.12, 0.04, 0.15, 0.08
@@ -37,7 +37,7 @@ _SURE = 1.645
 #: So many sections in a row that do not hold end the curve.
 _MISSES = 3
 #: Points beyond this many of a section add nothing but time.
-_MOST_POINTS = 1000
+_MAX_POINTS = 1000
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def sections_of(points: np.ndarray, dbh_cm: float, bh_m: float) -> list[_Section
     """The sections that hold of one stem's (N, 3) points: metres from its axis at breast height and its ground."""
     points = np.ascontiguousarray(points[np.argsort(points[:, 2], kind="stable")])
     low, high = np.searchsorted(points[:, 2], [bh_m - 0.8, bh_m + 0.8])
-    some = points[low : high : max((high - low) // (3 * _MOST_POINTS), 1)]
+    some = points[low : high : max((high - low) // (3 * _MAX_POINTS), 1)]
     upright = Cone(0.0, 0.0, 0.0, 0.0, dbh_cm / 200, USUAL_TAPER, bh_m)
     start = fit_cone(some, upright, None, (0.06, 0.04, 0.02), _FLOOR_M, _CAP_M) or upright
     if abs(start.r / upright.r - 1) > 2 * _CHANGE:
@@ -141,8 +141,8 @@ def _filled(here: np.ndarray, predicted: Cone, on: np.ndarray, sigma: float) -> 
     deep, radius = max(3 * sigma, 0.02), float(predicted.r)
     if radius <= 1.2 * deep:
         return False
-    inside = np.count_nonzero(predicted.residuals(here[:: max(len(here) // _MOST_POINTS, 1)]) < -deep)
-    inside *= max(len(here) // _MOST_POINTS, 1)
+    inside = np.count_nonzero(predicted.residuals(here[:: max(len(here) // _MAX_POINTS, 1)]) < -deep)
+    inside *= max(len(here) // _MAX_POINTS, 1)
     return bool(inside / (radius - deep) ** 2 > _INSIDE * len(on) / (4 * radius * deep))
 
 
@@ -156,9 +156,9 @@ def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
             near = near[np.abs(predicted.residuals(near)) < max(0.05, 0.25 * expected)]
         if len(near) >= PLENTY:
             break
-    if len(near) < LEAST_POINTS:
+    if len(near) < MIN_POINTS:
         return None
-    near = near[:: max(len(near) // _MOST_POINTS, 1)]
+    near = near[:: max(len(near) // _MAX_POINTS, 1)]
     flat = np.column_stack([across_axis(near, predicted), near[:, 2]])
     upright = Cone(0.0, 0.0, 0.0, 0.0, expected, USUAL_TAPER, height)
     cone = fit_cone(flat, upright, None, (0.04, 0.02), _FLOOR_M, _CAP_M, lean_sd=0.02, taper_sd=0.002)
@@ -168,7 +168,7 @@ def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
         return None
     residual = cone.residuals(flat)
     on = np.abs(residual) < max(3 * cone.sigma, 0.01)
-    if on.sum() < LEAST_POINTS:
+    if on.sum() < MIN_POINTS:
         return None
     if _filled(here, predicted, residual[on], cone.sigma):
         return None
@@ -185,7 +185,7 @@ def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
         FLOOR_SHARE * d_cm,
     )
     se = float(np.sqrt(np.square(parts).sum()))
-    if arc < LEAST_ARC_DEG or se > _SE_SHARE * d_cm:
+    if arc < MIN_ARC_DEG or se > _SE_SHARE * d_cm:
         return None
     centre = predicted.centre(height) + [cone.x, cone.y]
     return _Section(float(height), centre, float(cone.r), se, rms, int(on.sum()), arc)

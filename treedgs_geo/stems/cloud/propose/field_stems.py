@@ -13,7 +13,7 @@ from .segment import StemMap
 #: A field stem and a found one further apart than this are two, metres, however inexact the positions.
 FIELD_MATCH_M = 1.0
 #: The distance allowed, in medians of the pairs' distances, but not less than this, m; pairs needed to know it.
-GATE_SHARE, LEAST_GATE_M, LEAST_PAIRS = 3.0, 0.3, 3
+GATE_SHARE, MIN_GATE_M, MIN_PAIRS = 3.0, 0.3, 3
 #: From this distance on, m, a pair is unsure where another stem is less than this many times as far.
 FAR_M, UNSURE_SHARE = 0.5, 1.5
 #: An answer of the search is a place's own within the first; a tree of another field stem takes the place up to this
@@ -50,8 +50,8 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
         if gap[i, j] <= FIELD_MATCH_M
     ]
     gate = FIELD_MATCH_M
-    if len(pairs) >= LEAST_PAIRS:
-        gate = float(np.clip(GATE_SHARE * np.median([gap[i, j] for i, j in pairs]), LEAST_GATE_M, FIELD_MATCH_M))
+    if len(pairs) >= MIN_PAIRS:
+        gate = float(np.clip(GATE_SHARE * np.median([gap[i, j] for i, j in pairs]), MIN_GATE_M, FIELD_MATCH_M))
     partner = {j: i for i, j in pairs}
     answers = []
     for j, name in enumerate(field.names):

@@ -12,26 +12,26 @@ from .candidates import Candidates
 from .nearby import Nearby
 from .options import SegmentOptions
 from .region_growing import REACH_M, fit_candidate
-from .sensors import MOST_NOISE_M, Sensor
+from .sensors import MAX_NOISE_M, Sensor
 
 #: Rings that the noise is taken from: found in most rows, seen from most sides, empty inside, little outside (shares
 #: of the bark's points), and small against the radius.
-LEAST_ROWS, LEAST_ARC_DEG, MOST_INSIDE, MOST_OUTSIDE, MOST_OF_RADIUS = 0.8, 240.0, 0.12, 0.45, 0.35
+MIN_ROWS, MIN_ARC_DEG, MAX_INSIDE, MAX_OUTSIDE, MAX_OF_RADIUS = 0.8, 240.0, 0.12, 0.45, 0.35
 #: Rings that make the noise a cloud's, and candidates that are looked at for them.
-LEAST_RINGS, MOST_TRIED = 2, 60
+LEAST_RINGS, MAX_TRIED = 2, 60
 
 
 def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> float | None:
     """Spread of the bark of the clearest ring among the cones fitted to (N, 3) points; ``None`` where none is one."""
     best: tuple[float, float] | None = None
     for cone in cones:
-        if cone.sigma > MOST_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+        if cone.sigma > MAX_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
             continue
         seen = weigh(cone, near, sensor, options, cone.sigma, 1)
-        if seen.points < sensor.least_points or seen.row_share < LEAST_ROWS or seen.arc_deg < LEAST_ARC_DEG:
+        if seen.points < sensor.least_points or seen.row_share < MIN_ROWS or seen.arc_deg < MIN_ARC_DEG:
             continue
         stray = seen.inside + seen.outside
-        if seen.inside <= MOST_INSIDE and seen.outside <= MOST_OUTSIDE and (best is None or stray < best[0]):
+        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE and (best is None or stray < best[0]):
             best = stray, cone.sigma
     return None if best is None else best[1]
 
@@ -46,10 +46,10 @@ def measured_noise(
     least: int,
 ) -> float | None:
     """Spread of the bark in this cloud, from the best candidates; ``None`` with fewer than ``least`` clear rings."""
-    wide = sensor.at_noise(MOST_NOISE_M)
+    wide = sensor.at_noise(MAX_NOISE_M)
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     rings: list[tuple[float, np.ndarray]] = []
-    for xy, h, radius in list(zip(candidates.xy, candidates.height, candidates.radius, strict=True))[:MOST_TRIED]:
+    for xy, h, radius in list(zip(candidates.xy, candidates.height, candidates.radius, strict=True))[:MAX_TRIED]:
         if any(np.hypot(*(place - xy)) < 0.3 for _, place in rings):
             continue
         near = tree.within(xy, REACH_M + radius, low, high)

@@ -20,7 +20,7 @@ from .sensors import Sensor
 LISTED_ROWS, LISTED_ARC_DEG, LISTED_INSIDE, LISTED_OUTSIDE = 0.9, 45.0, 0.05, 0.25
 LISTED_SHARP, LISTED_SHARP_ARC, LISTED_POINTS = 0.2, 0.6, 2
 #: Candidates looked at, and distance from the bark of stems within which a candidate is part of them, m.
-MOST_LISTED, BESIDE_M = 200, 0.15
+MAX_LISTED, BESIDE_M = 200, 0.15
 
 #: A found stem whose bark is closer than this to a given place answers for it; height that is looked at, and radii that
 #: cones are started from where none is, m.
@@ -93,7 +93,7 @@ def listed(
     sides seen, too thin for the noise, or veiled by twigs."""
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     kept: list[ConeStem] = []
-    for one in rejected[:MOST_LISTED]:
+    for one in rejected[:MAX_LISTED]:
         if stands_at(axes, one.xy[0], one.xy[1], one.height, 1.0, 0.0, BESIDE_M):
             continue
         near = tree.within(one.xy, REACH_M + one.radius, low, high)

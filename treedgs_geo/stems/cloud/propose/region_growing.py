@@ -16,7 +16,7 @@ from .sensors import Sensor, tolerance
 #: Points farther than this from a candidate's ring do not matter to it, m.
 REACH_M = 0.75
 #: Points that a candidate's cone is fitted to at most.
-MOST_FITTED = 3000
+MAX_FITTED = 3000
 #: A candidate's layer, half of its thickness, m, and the prior sd of its lean.
 _LAYER_M, _LAYER_LEAN_SD = 0.8, 0.08
 #: Candidates up to this radius that give no cone are started again from beside them, to these sides.
@@ -36,7 +36,7 @@ def fit_candidate(
     if np.count_nonzero(np.abs(near[:, 2] - h) < _LAYER_M) < 6 or len(near) < sensor.least_points:
         return []
     # A few thousand points settle a fit; the judging counts them all.
-    stride = max(len(near) // MOST_FITTED, 1)
+    stride = max(len(near) // MAX_FITTED, 1)
     some = np.ascontiguousarray(near[::stride])
     weight = np.ones(len(some)) if weights is None else np.ascontiguousarray(weights[::stride])
     steepest = float(np.tan(np.radians(options.max_lean_deg)))
@@ -99,7 +99,7 @@ def follow_up(
         near = tree.within(middle, float(current.radius(h)) + 0.15, h - 0.75, h + 0.75)
         if len(near) < sensor.least_points // 3:
             break
-        near = near[:: max(len(near) // MOST_FITTED, 1)]
+        near = near[:: max(len(near) // MAX_FITTED, 1)]
         start = Cone(
             float(middle[0]),
             float(middle[1]),

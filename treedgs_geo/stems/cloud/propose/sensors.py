@@ -10,7 +10,7 @@ from ....pointcloud.cloud import thin, thin_crowded
 from ...geometry.cone import Cone
 
 #: Bark is not taken to be thicker than this (1 sd), m: beyond it, a ring can no longer be distinguished from a shrub.
-MOST_NOISE_M = 0.035
+MAX_NOISE_M = 0.035
 #: Side of the voxels in which the points of a dense cloud are limited, m: as the lattice of tiles and their buffers.
 CROWDED_M = 0.5
 #: Cap on the spread of a stem's bark, in the cloud's noise.
@@ -38,7 +38,7 @@ class Sensor:
 
     def at_noise(self, noise_m: float) -> Sensor:
         """The same for a cloud whose noise was measured: it counts where it is more than usual."""
-        noise_m = min(max(noise_m, self.noise_m), MOST_NOISE_M)
+        noise_m = min(max(noise_m, self.noise_m), MAX_NOISE_M)
         return replace(self, noise_m=noise_m, cap_m=max(self.cap_m, CAP_NOISE * noise_m), fuzzy_m=FUZZY * noise_m)
 
 

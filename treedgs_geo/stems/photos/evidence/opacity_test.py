@@ -25,7 +25,7 @@ SEEN_CORRELATION = 0.7
 #: Share of the radius that is looked at (edges are blurred), and the widest step between samples across it, metres.
 INNER, ACROSS_M = 0.7, 0.02
 #: Share of the outline that a photo has to hold.
-LEAST_HELD = 0.8
+MIN_HELD = 0.8
 
 
 @njit(parallel=True, **_EXACT)
@@ -76,7 +76,7 @@ def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
                 ss += colour[0] * colour[0]
                 gg += behind * behind
                 sg += colour[0] * behind
-        if n >= LEAST_HELD * asked and n > 1:
+        if n >= MIN_HELD * asked and n > 1:
             spread = (ss - s * s / n) * (gg - g * g / n)
             out[v] = (sg - s * g / n) / np.sqrt(max(spread, 1e-12))
 

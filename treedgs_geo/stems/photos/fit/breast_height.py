@@ -10,7 +10,7 @@ from ..images.crops import GroundGrid
 #: Half the distance over which the slope of the ground is taken, and the steepest that is believed (m/m).
 SLOPE_REACH_M, STEEPEST = 0.5, 1.0
 #: Breast height moves by this much at most, metres; more means that axis and ground do not belong together.
-MOST_M = 0.8
+MAX_M = 0.8
 
 
 def breast_height(axis: StemAxis, radius_m: float, ground: GroundGrid) -> tuple[float, float]:
@@ -30,7 +30,7 @@ def breast_height(axis: StemAxis, radius_m: float, ground: GroundGrid) -> tuple[
     uphill = z + slope * radius_m
     upright = 1.0 / np.sqrt(1.0 + float(axis.s @ axis.s))
     dq = uphill + axis.bh_m * upright - (axis.ground_z + axis.bh_m)
-    return float(np.clip(dq, -MOST_M, MOST_M)), uphill
+    return float(np.clip(dq, -MAX_M, MAX_M)), uphill
 
 
 def moved(axis: StemAxis, dq: float) -> StemAxis:

@@ -23,7 +23,7 @@ _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Inlier sd of an edge, pixels.
 EDGE_SD_PX = 0.45
 #: Rounds of expectation-maximisation after each cut, and edges kept near each expected one.
-ROUNDS, MOST_EDGES = 6, 4
+ROUNDS, MAX_EDGES = 6, 4
 
 
 class EdgePoints(NamedTuple):
@@ -157,7 +157,7 @@ def _candidates_kernel(strips, radius, slope, window_px, place, weight):
 
 
 def edge_candidates(
-    strips: Strips, radius: float, slope: float, window_px: float, most: int = MOST_EDGES
+    strips: Strips, radius: float, slope: float, window_px: float, most: int = MAX_EDGES
 ) -> tuple[np.ndarray, np.ndarray]:
     """(V, B, 2, most) positions in metres from the axis (NaN = none) and their coherence."""
     shape = (*strips.coherence.shape[:2], 2, most)

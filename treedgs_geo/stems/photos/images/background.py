@@ -17,8 +17,8 @@ from ...quality.priors import START_TAPER
 from .axis_patches import StemAxis
 from .background_kernels import (
     BLOCK_ROWS,
-    LEAST_VIEWS,
-    MOST_VIEWS,
+    MAX_VIEWS,
+    MIN_VIEWS,
     REACH_M,
     ROW_M,
     STEP_M,
@@ -56,9 +56,9 @@ def make_backdrop(
     """
     flights = np.array([view.flight for view in stack.views], np.int64)
     names, layer, counts = np.unique(flights, return_inverse=True, return_counts=True)
-    if (counts < LEAST_VIEWS).any():
+    if (counts < MIN_VIEWS).any():
         layer, names = np.zeros(len(flights), np.int64), names[:1]
-    if len(flights) < LEAST_VIEWS:
+    if len(flights) < MIN_VIEWS:
         return None
     x = np.arange(box[0], box[2], cell)
     y = np.arange(box[1], box[3], cell)
@@ -68,9 +68,9 @@ def make_backdrop(
     spread = np.empty_like(mean)
     for index in range(len(names)):
         members = np.flatnonzero(layer == index)
-        members = members[np.unique(np.linspace(0, len(members) - 1, min(len(members), MOST_VIEWS)).astype(int))]
+        members = members[np.unique(np.linspace(0, len(members) - 1, min(len(members), MAX_VIEWS)).astype(int))]
         picture = mean[index].reshape(-1, 3), spread[index].reshape(-1, 3)
-        ground_medians(stack.arrays_of(members), gx, gy, gz, TONES.lut, LEAST_VIEWS - 2, *picture)
+        ground_medians(stack.arrays_of(members), gx, gy, gz, TONES.lut, MIN_VIEWS - 2, *picture)
     return Backdrop(float(x[0]), float(y[0]), cell, mean, spread, layer.astype(np.int64))
 
 

@@ -11,7 +11,7 @@ from .axis_patches import BH_M, C_X, C_Y, GROUND_Z, LUT_GAMMA, P_X, P_Y, S_X, S_
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Photos a flight needs for a ground of its own, and how many of a flight are used at most.
-LEAST_VIEWS, MOST_VIEWS = 6, 32
+MIN_VIEWS, MAX_VIEWS = 6, 32
 #: Noise floors and ceilings of the ground's colour: luma, and the two colour differences.
 FLOOR = np.array([0.030, 0.008, 0.008], np.float32)
 CEILING = np.array([0.060, 0.020, 0.020], np.float32)

@@ -19,7 +19,7 @@ from ....reconstruction.downsampling import shrink, shrink_factor, shrunk_camera
 #: Oblique enough: sine of the nadir angle at which a photo sees the plot centre.
 MIN_SIN_NADIR = 0.3
 #: Photos that are decoded at once, at most.
-MOST_READERS = 4
+MAX_READERS = 4
 #: Columns of a camera row (:func:`camera_row`) after the rotation: translation in metres; focal lengths and principal
 #: point in pixels; Brown's distortion; metres in the camera frame by which the camera moves on per row (rolling
 #: shutter), and the row that the pose is of.
@@ -200,7 +200,7 @@ def load_stack(
             wanted.append((view, k, (top, left, bottom, right)))
     crops, kept, corners = [], [], []
     # Decoding leaves Python's lock free; few photos at a time, because large ones are large while they are decoded.
-    with ThreadPoolExecutor(max_workers=min(os.cpu_count() or 1, MOST_READERS)) as readers:
+    with ThreadPoolExecutor(max_workers=min(os.cpu_count() or 1, MAX_READERS)) as readers:
         for (view, k, (top, left, bottom, right)), crop in zip(wanted, readers.map(_crop, wanted), strict=True):
             if crop is None:
                 reporter.warn(f"{view.path}: cannot be read as an image; it is left out.")

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ....core.progress import Reporter
-from .crops import MOST_READERS, PhotoStack
+from .crops import MAX_READERS, PhotoStack
 
 #: Sharpness of photos (descending, :func:`edge_sharpness`) and the error of a diameter (px, one standard deviation,
 #: shared by all photos) at it: rendered photos blurred by 0.6 to 1.5 px, in light and as coded
@@ -24,7 +24,7 @@ SOFT_PX = (0.0, 0.3, 0.65)
 LOOKED_AT = 12
 #: Edges that count: the strongest share of a photo's, and no weaker than this (of 255); and which of their sharpnesses
 #: is the photo's. Textures blur the others.
-STRONGEST, LEAST_STEP, QUANTILE = 0.005, 8.0, 0.75
+STRONGEST, MIN_STEP, QUANTILE = 0.005, 8.0, 0.75
 #: Below this part of a pixel nothing is said about it.
 _SAY_PX = 0.1
 
@@ -40,7 +40,7 @@ def edge_sharpness(grey: np.ndarray) -> float:
         whole = np.abs(rows[:, 4:] - rows[:, :-4])
         if not whole.size:
             continue
-        line, first = np.nonzero(whole >= max(float(np.quantile(whole, 1 - STRONGEST)), LEAST_STEP))
+        line, first = np.nonzero(whole >= max(float(np.quantile(whole, 1 - STRONGEST)), MIN_STEP))
         values = rows[line[:, None], first[:, None] + np.arange(5)]
         steepest = np.abs(np.diff(values, axis=1)).max(axis=1)
         found.append(np.minimum(steepest / whole[line, first], 1.0))
@@ -51,7 +51,7 @@ def edge_sharpness(grey: np.ndarray) -> float:
 def soft_px(stack: PhotoStack, reporter: Reporter | None = None) -> float:
     """Standard deviation of a diameter in pixels that the softness of the photos makes; warns where it counts."""
     numbers = np.unique(np.linspace(0, len(stack) - 1, LOOKED_AT).astype(int)) if len(stack) else np.empty(0, int)
-    with ThreadPoolExecutor(min(os.cpu_count() or 1, MOST_READERS)) as readers:
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, MAX_READERS)) as readers:
         each = np.array(list(readers.map(lambda number: edge_sharpness(stack.grey(number)), numbers)), float)
     if not np.isfinite(each).any():
         return 0.0

@@ -29,7 +29,7 @@ MULTIPLE = 16
 #: The network's file: JSON with the ONNX file as base64, because the QGIS plugin repository takes no binaries.
 WEIGHTS = Path(__file__).with_name("stem_net.json")
 #: Log odds are kept within this: the network knows no more.
-MOST_ODDS = 5.0
+MAX_ODDS = 5.0
 #: Log odds are stored in this part of a unit, and this for a place outside of the photo.
 STEPS, OUTSIDE = 25.0, -128
 
@@ -149,7 +149,7 @@ def class_odds(scores: np.ndarray, *wanted: str) -> np.ndarray:
     chosen = [CLASSES.index(name) for name in wanted]
     yes = share[chosen].sum(axis=0)
     no = np.delete(share, chosen, axis=0).sum(axis=0)
-    return np.clip(np.log(np.maximum(yes, 1e-12)) - np.log(np.maximum(no, 1e-12)), -MOST_ODDS, MOST_ODDS)
+    return np.clip(np.log(np.maximum(yes, 1e-12)) - np.log(np.maximum(no, 1e-12)), -MAX_ODDS, MAX_ODDS)
 
 
 def network_scores(image: np.ndarray) -> np.ndarray:

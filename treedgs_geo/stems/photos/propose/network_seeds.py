@@ -20,7 +20,7 @@ from .space_carving import APART_M, CELL_M, HEIGHTS, LEAN_STEP, clearest, lines_
 #: Decoys are moved this far, metres.
 DECOY_M = 0.7, 3.0
 #: Seeds at most.
-MOST_SEEDS = 120
+MAX_SEEDS = 120
 #: A line is looked at from this part of what chance reaches, and is a stem for certain above this.
 LOOKED_AT, CERTAIN = 0.5, 1.1
 
@@ -55,7 +55,7 @@ def network_seeds(
     peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
     score = best[tuple(peaks.T)] / chance
     seeds = []
-    for k in np.argsort(-score, kind="stable")[:MOST_SEEDS]:
+    for k in np.argsort(-score, kind="stable")[:MAX_SEEDS]:
         place, lean = places[k], leans[which[tuple(peaks[k])]]
         foot = float(ground.at(place[:1], place[1:])[0])
         axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)

@@ -34,10 +34,10 @@ EDGE_M, APART_M = 0.8, 0.5
 #: Around known stems nothing is looked for, metres from the bark.
 KNOWN_M = 0.15
 #: Lines whose silhouettes are cut, and seeds at most. A line scores so many times the median of all maxima.
-MOST_LINES, MOST_SEEDS, STANDS_OUT = 24, 12, 1.35
+MAX_LINES, MAX_SEEDS, STANDS_OUT = 24, 12, 1.35
 #: Silhouette contrast of a seed, in units of what chance reaches: at least so much, and so much per metre of radius.
 #: On eight rendered plots stems that had been missed had 9.5 to 33 a metre, most of what is no stem less than 8.5.
-LEAST_CONTRAST, CONTRAST_A_M = 0.6, 8.5
+MIN_CONTRAST, CONTRAST_A_M = 0.6, 8.5
 #: Radius at which a line's silhouette is first looked at, and its limits, metres.
 FIRST_RADIUS_M, RADIUS_M = 0.12, (0.03, 0.45)
 
@@ -148,7 +148,7 @@ def carved_seeds(
     peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
     score = best[tuple(peaks.T)]
     order = np.argsort(-score, kind="stable")
-    order = order[score[order] > STANDS_OUT * np.median(score)][:MOST_LINES] if len(score) else order
+    order = order[score[order] > STANDS_OUT * np.median(score)][:MAX_LINES] if len(score) else order
     seeds = []
     for place, lean in zip(places[order], leans[which[tuple(peaks[order].T)]], strict=True):
         foot = float(ground.at(place[:1], place[1:])[0])
@@ -156,8 +156,8 @@ def carved_seeds(
         seeds.append(clearest(outline_of(axis), axis, chance))
     steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
-    seeds = [seed for seed in seeds if seed.score > max(LEAST_CONTRAST, CONTRAST_A_M * seed.r)]
-    return sorted(seeds, key=lambda seed: -seed.score)[:MOST_SEEDS]
+    seeds = [seed for seed in seeds if seed.score > max(MIN_CONTRAST, CONTRAST_A_M * seed.r)]
+    return sorted(seeds, key=lambda seed: -seed.score)[:MAX_SEEDS]
 
 
 def lines_through(layers: np.ndarray, leans: np.ndarray, bh_m: float) -> tuple[np.ndarray, np.ndarray]:

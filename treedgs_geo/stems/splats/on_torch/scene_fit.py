@@ -38,7 +38,7 @@ _LAST_RATE = 0.01
 _COLUMN = {"means": MEAN.start, "quats": QUATERNION.start, "log_scales": LOG_SCALE.start, "opacity_logits": LOGIT,
            "constant": COLOUR.start}  # fmt: skip
 #: Sizes of the photos that are tried for a time limit, and the steps that a size has to leave room for.
-FACTORS, LEAST_STEPS = (1.0, 0.5, 0.25), 300
+FACTORS, MIN_STEPS = (1.0, 0.5, 0.25), 300
 #: Gaussians are pruned for their width in a photo from so many times the median of those that the fit began with, if
 #: that is more than published: a start that is thinned has wide ones, and hardly any other.
 STARTS_WIDE = 2.0
@@ -372,7 +372,7 @@ def _prepared(
         fit.restore(state)
         fit.tried = 0
         fit.planned = plan(each, 60 * options.time_limit_min - fit.seconds, options)
-        if fit.planned >= min(LEAST_STEPS, options.steps):
+        if fit.planned >= min(MIN_STEPS, options.steps):
             break
     return fit
 
