@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 from treedgs_geo.core.errors import MissingComponentError
+from treedgs_geo.core.settings import params_of
+from treedgs_geo.verbs import all_commands
 from treedgs_lab.benchmarks import figures
 
 ROOT = Path(__file__).parents[2]
@@ -187,8 +189,7 @@ def test_dotted_names_on_pages_can_be_imported():
 
 
 def test_options_on_pages_exist():
-    declared = json.loads(text_of("treedgs_qgis/parameters.json"))["commands"]
-    known = {f"--{parameter['name'].replace('_', '-')}" for verb in declared for parameter in verb["parameters"]}
+    known = {f"--{name.replace('_', '-')}" for verb in all_commands() for name, _, _ in params_of(verb.settings)}
     for name in TRACKED:
         if name.startswith(
             ("treedgs_lab/benchmarks/", "tools/", "treedgs_lab/training/", "treedgs_geo/cli")

@@ -58,7 +58,7 @@ class CampaignSettings:
         unit="s",
         minimum=1,
         help="how long to wait for a scheduler or workers that are lost",
-        advanced=True,
+        dialog=False,
     )
     dashboard: str = param(
         "auto",
@@ -78,7 +78,7 @@ class CampaignSettings:
         kind="file",
         help="cost model (costs.json of another campaign) for the forecast and the memory that plots declare",
         suffixes=(".json",),
-        advanced=True,
+        dialog=False,
     )
     workspace: Path = param(
         kind="output_folder",

@@ -44,11 +44,13 @@ def ordered_params(command: Command) -> list[tuple[str, Param, Any]]:
 
 
 def describe(command: Command) -> dict[str, Any]:
-    """The command as JSON for the QGIS plugin and the docs."""
+    """The command as JSON for the QGIS plugin: what its dialog shows."""
     parameters = []
     for name, spec, default in ordered_params(command):
+        if not spec.dialog:
+            continue
         entry = {key: value for key, value in vars(spec).items() if value not in ("", (), None, False)}
-        entry = {key: value for key, value in entry.items() if key not in ("holds", "known_by", "code")}
+        entry = {key: value for key, value in entry.items() if key not in ("dialog", "holds", "known_by", "code")}
         if name in command.expert:
             entry["advanced"] = True
         entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)

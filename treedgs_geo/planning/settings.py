@@ -141,7 +141,7 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
         choices=("auto", *PATTERNS),
         help="pattern of the flight; auto: whichever needs the fewest photos",
     )
-    seed: int = param(0, kind="integer", minimum=0, advanced=True, help="seed of the drawn trees")
+    seed: int = param(0, kind="integer", minimum=0, dialog=False, help="seed of the drawn trees")
     output: Path = param(
         kind="output_folder",
         help="folder for the plan's files",

@@ -149,7 +149,7 @@ class PhotosToDbhSettings(KeptWorkspace):
         choices=("auto", "off"),
         advanced=True,
     )
-    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
+    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, dialog=False)
     dry_run: bool = param(
         False,
         kind="flag",

@@ -11,8 +11,8 @@ from ..core.settings import param
 class ClothSimulation:
     """Cloth simulation filter (Zhang et al. 2016), with the settings that forest clouds are usually given.
 
-    Of the library only: rounds: most iterations of the cloth. thin_m: one lowest point a cell of this size, metres,
-    hangs the cloth.
+    Of the library only: ground_m: points this close to the final surface are ground. rounds: most iterations of the
+    cloth. thin_m: one lowest point a cell of this size, metres, hangs the cloth.
     """
 
     cloth_m: float = param(0.5, kind="number", help="cell size of the cloth", unit="m", minimum=0.1, maximum=10)
@@ -20,8 +20,6 @@ class ClothSimulation:
     threshold_m: float = param(
         0.5, kind="number", help="largest distance of ground points from the cloth", unit="m", minimum=0.02, maximum=5
     )
-    ground_m: float = param(
-        0.15, kind="number", help="points this close to the final surface are ground", unit="m", minimum=0.01, maximum=1
-    )
+    ground_m: float = 0.15
     rounds: int = 500
     thin_m: float = 0.2

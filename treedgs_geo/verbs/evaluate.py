@@ -37,7 +37,7 @@ class EvaluateSettings:
         0,
         kind="integer",
         minimum=0,
-        advanced=True,
+        dialog=False,
         help="with --truth: only stems with at least this many clear views count",
     )
     against: Path | None = param(
@@ -76,7 +76,7 @@ class EvaluateSettings:
         kind="flag",
         help="also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, "
         "with these data, or why not",
-        advanced=True,
+        dialog=False,
     )
     holdout_pct: float = param(
         10.0,
@@ -84,7 +84,7 @@ class EvaluateSettings:
         unit="%",
         minimum=1,
         maximum=90,
-        advanced=True,
+        dialog=False,
         help="stems held out to choose the exponent p, the same for every method",
     )
     output: Path = param(
@@ -94,7 +94,7 @@ class EvaluateSettings:
         known_by="metrics.json",
     )
     seed: int = param(
-        0, kind="integer", minimum=0, advanced=True, help="seed of the bootstrap and of the held-out stems"
+        0, kind="integer", minimum=0, dialog=False, help="seed of the bootstrap and of the held-out stems"
     )
 
 

@@ -44,10 +44,10 @@ class ReconstructSettings(KeptWorkspace):
     dense: bool = param(True, kind="flag", help="Make dense points of the stem band where plots are given.")
     workspace: Path = workspace_option()
     max_features: int = param(
-        8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True
+        8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, dialog=False
     )
-    threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, advanced=True)
-    seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
+    threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, dialog=False)
+    seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, dialog=False)
 
 
 def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:

@@ -195,7 +195,7 @@ COMMAND = Command(
     settings=TerrainSettings,
     run=run,
     example="treedgs terrain --input plot.laz --output dtm.tif --resolution-m 0.25",
-    expert=("cloth_m", "rigidness", "threshold_m", "ground_m"),
+    expert=("cloth_m", "rigidness", "threshold_m"),
     outputs={
         "output": "terrain raster",
         "n_points": "points read",

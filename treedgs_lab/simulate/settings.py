@@ -43,27 +43,31 @@ class SimulateSettings(
     dbh_mean_cm: float = param(
         27.4, kind="number", unit="cm", minimum=8, maximum=70, help="mean diameter at breast height"
     )
-    dbh_sd_cm: float = param(6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation")
-    lean_max_deg: float = param(4.0, kind="number", unit="deg", minimum=0, maximum=30, help="largest lean of any stem")
+    dbh_sd_cm: float = param(
+        6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation", dialog=False
+    )
+    lean_max_deg: float = param(
+        4.0, kind="number", unit="deg", minimum=0, maximum=30, help="largest lean of any stem", dialog=False
+    )
     strong_leans: int = param(
         0,
         kind="integer",
         minimum=0,
         maximum=10,
         help="in-plot stems that lean by 75-100 % of the largest lean",
-        advanced=True,
+        dialog=False,
     )
     forks_below_bh: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked below breast height", advanced=True
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked below breast height", dialog=False
     )
     forks_above_bh: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked above breast height", advanced=True
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked above breast height", dialog=False
     )
     touching_saplings: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling", advanced=True
+        0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling", dialog=False
     )
     dead_trees: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot trees without needles", advanced=True
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees without needles", dialog=False
     )
     leaf_area_m2: float = param(
         38.0,
@@ -72,26 +76,55 @@ class SimulateSettings(
         minimum=0,
         maximum=200,
         help="one-sided needle area of a tree of mean DBH; what hides the stems",
+        dialog=False,
     )
     shrubs_per_m2: float = param(
-        0.13, kind="number", unit="1/m2", minimum=0, maximum=2, help="shrubs, up to --shrub-height-m"
+        0.13,
+        kind="number",
+        unit="1/m2",
+        minimum=0,
+        maximum=2,
+        help="shrubs, up to --shrub-height-m",
+        dialog=False,
     )
     saplings_per_m2: float = param(
-        0.025, kind="number", unit="1/m2", minimum=0, maximum=1, help="saplings below 7.5 cm DBH"
+        0.025,
+        kind="number",
+        unit="1/m2",
+        minimum=0,
+        maximum=1,
+        help="saplings below 7.5 cm DBH",
+        dialog=False,
     )
-    logs: int = param(5, kind="integer", minimum=0, maximum=50, help="logs lying about", advanced=True)
-    slope_pct: float = param(3.0, kind="number", unit="%", minimum=0, maximum=60, help="slope of the ground")
+    logs: int = param(5, kind="integer", minimum=0, maximum=50, help="logs lying about", dialog=False)
+    slope_pct: float = param(
+        3.0, kind="number", unit="%", minimum=0, maximum=60, help="slope of the ground", dialog=False
+    )
     roughness_m: float = param(
-        0.10, kind="number", unit="m", minimum=0, maximum=1, help="standard deviation of the ground about its plane"
+        0.10,
+        kind="number",
+        unit="m",
+        minimum=0,
+        maximum=1,
+        help="standard deviation of the ground about its plane",
+        dialog=False,
     )
-    image_width: int | None = param(None, kind="integer", unit="px", minimum=320, maximum=8192, help="width of a photo")
+    image_width: int | None = param(
+        None, kind="integer", unit="px", minimum=320, maximum=8192, help="width of a photo", dialog=False
+    )
     image_height: int | None = param(
-        None, kind="integer", unit="px", minimum=240, maximum=8192, help="height of a photo"
+        None,
+        kind="integer",
+        unit="px",
+        minimum=240,
+        maximum=8192,
+        help="height of a photo",
+        dialog=False,
     )
     photos: int | None = param(
         None, kind="integer", minimum=8, maximum=400, help="number of photos, both flights together"
     )
-    samples: int | None = param(None, kind="integer", minimum=1, maximum=16, help="rays a pixel", advanced=True)
+    samples: int | None = param(None, kind="integer", minimum=1, maximum=16, help="rays a pixel", dialog=False)
     gsd_cm: float = param(
         1.84,
         kind="number",
@@ -107,6 +140,7 @@ class SimulateSettings(
         minimum=0,
         maximum=240,
         help="minutes by which the sun moves on between the flights; 0 = same shadows in both",
+        dialog=False,
     )
     float_epochs: int = param(
         3,
@@ -114,12 +148,19 @@ class SimulateSettings(
         minimum=0,
         maximum=20,
         help="photos that fall into a burst of PPK float solutions (0.3 m error)",
+        dialog=False,
     )
     labels: bool = param(
-        False, kind="flag", help="write truth/labels: what every pixel of every photo shows", advanced=True
+        False, kind="flag", help="write truth/labels: what every pixel of every photo shows", dialog=False
     )
     lidar_density_m2: float | None = param(
-        None, kind="number", unit="1/m2", minimum=0, maximum=5000, help="LiDAR pulses per square metre; 0 = no cloud"
+        None,
+        kind="number",
+        unit="1/m2",
+        minimum=0,
+        maximum=5000,
+        help="LiDAR pulses per square metre; 0 = no cloud",
+        dialog=False,
     )
 
 

@@ -18,7 +18,7 @@ class StemLookSettings:
     bark_variety: bool = param(
         False,
         kind="flag",
-        advanced=True,
+        dialog=False,
         help="each stem has one of five barks: furrowed plates, smooth grey, pale with dark lenticels, dark furrows, "
         "reddish flakes; off = furrowed plates",
     )
@@ -28,18 +28,18 @@ class StemLookSettings:
         unit="%",
         minimum=0,
         maximum=60,
-        advanced=True,
+        dialog=False,
         help="bark under moss, mean of the lowest 2 m; most at the foot and on the north side",
     )
     lichen_pct: float = param(
-        0.0, kind="number", unit="%", minimum=0, maximum=60, advanced=True, help="bark under pale lichen, mean"
+        0.0, kind="number", unit="%", minimum=0, maximum=60, dialog=False, help="bark under pale lichen, mean"
     )
     ivy_stems: int = param(
         0,
         kind="integer",
         minimum=0,
         maximum=100,
-        advanced=True,
+        dialog=False,
         help="in-plot stems under ivy from the ground to 1.5-5 m, its leaves 3-8 cm off the bark",
     )
     wrapped_stems: int = param(
@@ -47,7 +47,7 @@ class StemLookSettings:
         kind="integer",
         minimum=0,
         maximum=100,
-        advanced=True,
+        dialog=False,
         help="in-plot stems with shrubs all round their lowest 1-2 m",
     )
     flute_pct: float = param(
@@ -56,7 +56,7 @@ class StemLookSettings:
         unit="%",
         minimum=0,
         maximum=40,
-        advanced=True,
+        dialog=False,
         help="depth of the hollows between 3 to 6 lobes all the way up every stem, of its radius",
     )
     buttress_m: float = param(
@@ -65,7 +65,7 @@ class StemLookSettings:
         unit="m",
         minimum=0,
         maximum=3,
-        advanced=True,
+        dialog=False,
         help="height over which 3 to 6 root buttresses (a third of the radius at the ground) fall to a third",
     )
     snags: int = param(
@@ -73,7 +73,7 @@ class StemLookSettings:
         kind="integer",
         minimum=0,
         maximum=100,
-        advanced=True,
+        dialog=False,
         help="in-plot dead stems of weathered wood, without twigs, broken off at 4-10 m",
     )
 
@@ -83,30 +83,30 @@ class StandSettings(StemLookSettings):
     """The stand and its undergrowth (part of the settings of ``simulate-plot``)."""
 
     hardwood_pct: float = param(
-        0.0, kind="number", unit="%", minimum=0, maximum=100, advanced=True, help="trees that are hardwoods"
+        0.0, kind="number", unit="%", minimum=0, maximum=100, dialog=False, help="trees that are hardwoods"
     )
     leaf_off: bool = param(
-        False, kind="flag", advanced=True, help="hardwoods are bare, and so is a third of the shrubs of several kinds"
+        False, kind="flag", dialog=False, help="hardwoods are bare, and so is a third of the shrubs of several kinds"
     )
     spacing: str = param(
         "rows",
         kind="choice",
         choices=("rows", "natural"),
-        advanced=True,
+        dialog=False,
         help="rows: planted, jittered; natural: at random with a least distance, denser here and thinner there",
     )
     dbh_distribution: str = param(
         "normal",
         kind="choice",
         choices=("normal", "lognormal"),
-        advanced=True,
+        dialog=False,
         help="of the diameters, with the stated mean and standard deviation",
     )
     shrub_height_m: float = param(
-        2.0, kind="number", unit="m", minimum=0.3, maximum=5, advanced=True, help="height of the tallest shrubs"
+        2.0, kind="number", unit="m", minimum=0.3, maximum=5, dialog=False, help="height of the tallest shrubs"
     )
     shrub_variety: bool = param(
-        False, kind="flag", advanced=True, help="shrubs of several kinds: greens and browns, small and large leaves"
+        False, kind="flag", dialog=False, help="shrubs of several kinds: greens and browns, small and large leaves"
     )
     undergrowth_per_m2: float = param(
         0.0,
@@ -114,6 +114,6 @@ class StandSettings(StemLookSettings):
         unit="1/m2",
         minimum=0,
         maximum=4,
-        advanced=True,
+        dialog=False,
         help="young broadleaved plants 0.5-2.5 m high with leaves down to the ground",
     )

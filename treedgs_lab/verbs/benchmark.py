@@ -42,10 +42,10 @@ class BenchmarkSettings:
         "photos, megapixels, stems and points, fitted",
     )
     repeats: int = param(1, kind="integer", minimum=1, maximum=20, help="runs of each configuration")
-    seeds: str = param("1,2,3", kind="text", help="seeds of the stability suite", advanced=True)
-    factors: str = param("", kind="text", help="only these factors of the stability suite, by commas", advanced=True)
-    methods: str = param("", kind="text", help="only these methods of the stability suite, by commas", advanced=True)
-    only: str = param("", kind="text", help="only these configurations of the chart, by commas", advanced=True)
+    seeds: str = param("1,2,3", kind="text", help="seeds of the stability suite", dialog=False)
+    factors: str = param("", kind="text", help="only these factors of the stability suite, by commas", dialog=False)
+    methods: str = param("", kind="text", help="only these methods of the stability suite, by commas", dialog=False)
+    only: str = param("", kind="text", help="only these configurations of the chart, by commas", dialog=False)
     budget_min: float = param(
         0.0,
         kind="number",
@@ -54,7 +54,7 @@ class BenchmarkSettings:
         help="begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes",
     )
     fresh: bool = param(
-        False, kind="flag", help="stability: measure again what other measuring code had measured", advanced=True
+        False, kind="flag", help="stability: measure again what other measuring code had measured", dialog=False
     )
 
 

@@ -29,25 +29,12 @@ COMMAND = Command(
         "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
         "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
         "a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a "
-        "real lens and sensor, grid flights over several plots and ground control are advanced options."
+        "real lens and sensor, grid flights over several plots and ground control are options of the command line "
+        "(treedgs simulate-plot --help)."
     ),
     settings=SimulateSettings,
     run=run,
     example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
-    expert=(
-        "dbh_sd_cm",
-        "lean_max_deg",
-        "leaf_area_m2",
-        "shrubs_per_m2",
-        "saplings_per_m2",
-        "slope_pct",
-        "roughness_m",
-        "image_width",
-        "image_height",
-        "sun_shift_min",
-        "float_epochs",
-        "lidar_density_m2",
-    ),
     outputs={
         "output": "the plot's folder",
         "name": "plot name used in the files",

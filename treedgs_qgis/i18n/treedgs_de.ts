@@ -1661,14 +1661,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Muster des Fluges; auto: das mit den wenigsten Fotos</translation>
     </message>
     <message>
-      <source>Seed</source>
-      <translation>Startwert</translation>
-    </message>
-    <message>
-      <source>seed of the drawn trees</source>
-      <translation>Startwert der gezogenen Bäume</translation>
-    </message>
-    <message>
       <source>the plan's folder</source>
       <translation>Ordner des Plans</translation>
     </message>
@@ -1949,10 +1941,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt: auto = welche gemessenen Stämme unter Efeu stehen, wie dick Stämme mit geringer Sicherheit sind und, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen, welche Pixel Stämme zeigen; off = nichts.</translation>
     </message>
     <message>
-      <source>Seed of every random choice.</source>
-      <translation>Startwert aller Zufallszüge.</translation>
-    </message>
-    <message>
       <source>Dry run</source>
       <translation>Probelauf</translation>
     </message>
@@ -2145,10 +2133,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>woher die Punkte stammen</translation>
     </message>
     <message>
-      <source>seed of the random draws</source>
-      <translation>Startwert der Zufallszüge</translation>
-    </message>
-    <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
       <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts</translation>
     </message>
@@ -2281,14 +2265,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
     </message>
     <message>
-      <source>Patience [s]</source>
-      <translation>Geduld [s]</translation>
-    </message>
-    <message>
-      <source>how long to wait for a scheduler or workers that are lost</source>
-      <translation>wie lange auf einen Scheduler oder verlorene Arbeitsprozesse gewartet wird</translation>
-    </message>
-    <message>
       <source>Dashboard</source>
       <translation>Live-Ansicht</translation>
     </message>
@@ -2303,14 +2279,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
       <translation>für slurm und pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
-    </message>
-    <message>
-      <source>Costs</source>
-      <translation>Aufwandsmodell</translation>
-    </message>
-    <message>
-      <source>cost model (costs.json of another campaign) for the forecast and the memory that plots declare</source>
-      <translation>Aufwandsmodell (costs.json einer anderen Kampagne) für die Vorhersage und den Speicher, den Flächen anmelden</translation>
     </message>
     <message>
       <source>folder for the campaign; a second start does what is missing</source>
@@ -2489,18 +2457,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Dichte Punkte des Stammbands erzeugen, wo Probeflächen angegeben sind.</translation>
     </message>
     <message>
-      <source>Max features</source>
-      <translation>Höchstzahl Merkmale</translation>
-    </message>
-    <message>
-      <source>Most features per photo.</source>
-      <translation>Höchstzahl der Merkmale je Foto.</translation>
-    </message>
-    <message>
-      <source>Processor threads, 0 = all.</source>
-      <translation>Threads des Prozessors, 0 = alle.</translation>
-    </message>
-    <message>
       <source>COLMAP model (folder)</source>
       <translation>COLMAP-Modell (Ordner)</translation>
     </message>
@@ -2573,14 +2529,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>größter Abstand der Bodenpunkte vom Tuch</translation>
     </message>
     <message>
-      <source>Ground [m]</source>
-      <translation>Boden [m]</translation>
-    </message>
-    <message>
-      <source>points this close to the final surface are ground</source>
-      <translation>Punkte so nah an der endgültigen Fläche sind Boden</translation>
-    </message>
-    <message>
       <source>terrain raster to write</source>
       <translation>zu schreibendes Geländeraster</translation>
     </message>
@@ -2649,30 +2597,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
     </message>
     <message>
-      <source>Gaussians</source>
-      <translation>Gauß-Elemente</translation>
-    </message>
-    <message>
-      <source>most Gaussians of a stem, its bark's</source>
-      <translation>Höchstzahl der Gauß-Elemente eines Stamms, mit denen seiner Rinde</translation>
-    </message>
-    <message>
-      <source>Max gaussians</source>
-      <translation>Höchstzahl Gauß-Elemente</translation>
-    </message>
-    <message>
-      <source>hard limit on Gaussians in all; shared among the stems</source>
-      <translation>feste Obergrenze der Gauß-Elemente insgesamt; auf die Stämme verteilt</translation>
-    </message>
-    <message>
-      <source>Max views</source>
-      <translation>Höchstzahl Fotos</translation>
-    </message>
-    <message>
-      <source>photos used per stem</source>
-      <translation>je Stamm verwendete Fotos</translation>
-    </message>
-    <message>
       <source>Band [m]</source>
       <translation>Band [m]</translation>
     </message>
@@ -2695,14 +2619,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
       <translation>wo Gauß-Elemente gezeichnet werden: cpu, oder cuda = eine NVIDIA-GPU über das optionale Paket warp-lang</translation>
-    </message>
-    <message>
-      <source>stems fitted at once</source>
-      <translation>zugleich angepasste Stämme</translation>
-    </message>
-    <message>
-      <source>random seed</source>
-      <translation>Startwert</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
@@ -2753,10 +2669,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>gezogene Kandidaten je Gauß-Element (M)</translation>
     </message>
     <message>
-      <source>views scored at once</source>
-      <translation>zugleich bewertete Ansichten</translation>
-    </message>
-    <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
       <translation>Arbeitsordner mit sfm/ und field.ply; surface.laz wird dort geschrieben.</translation>
     </message>
@@ -2785,36 +2697,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Sucht im Band von 0,5 bis 5 m über dem Boden nach Ringen (oder Scheiben, bei Oberflächenpunkten von Splats), die sich über die Höhe wiederholen, passt an jeden einen geneigten, sich verjüngenden Kegel an, behält, was innen leer, außen sauber und durchgehend ist, und folgt der Achse nach oben. Keine gelernten Gewichte. Die Ausgabe trägt tree_id (0 = kein Stamm), height_m, stem_class (0 anderes, 1 Boden, 2 Stamm) und ground_se_m (wie sicher der Boden unter dem Baum ist, 99 = gar nicht zu sehen). --segmenter führt stattdessen ein von Ihnen installiertes Programm aus und prüft, dass seine Kennungen zu den übergebenen Punkten gehören. --field-stems gibt bekannte Positionen: in ihrer Nähe genügen schwächere Anzeichen, und die gefundenen Stämme tragen die tree_id des Felds: Paare sind eins zu eins, so nah, wie die Positionen genau sind, höchstens 1 m. OUTPUT_field.csv antwortet für jeden: found, unsure (der Stamm daneben kann ein anderer sein), refused oder missing, mit dem Grund.</translation>
     </message>
     <message>
-      <source>Low [m]</source>
-      <translation>Unterkante [m]</translation>
-    </message>
-    <message>
-      <source>bottom of the band that is searched</source>
-      <translation>Unterkante des durchsuchten Bands</translation>
-    </message>
-    <message>
-      <source>High [m]</source>
-      <translation>Oberkante [m]</translation>
-    </message>
-    <message>
-      <source>top of the band that is searched</source>
-      <translation>Oberkante des durchsuchten Bands</translation>
-    </message>
-    <message>
       <source>thickest stem</source>
       <translation>dickster Stamm</translation>
     </message>
     <message>
       <source>most lean</source>
       <translation>stärkste Neigung</translation>
-    </message>
-    <message>
-      <source>Min arc [deg]</source>
-      <translation>Kleinster Umfangswinkel [Grad]</translation>
-    </message>
-    <message>
-      <source>least circumference seen, all rows together</source>
-      <translation>kleinster gesehener Umfang, alle Lagen zusammen</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
@@ -3113,14 +3001,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>mit --trees: truth/trees.csv der Probefläche</translation>
     </message>
     <message>
-      <source>Min clear views</source>
-      <translation>Mindestzahl freier Ansichten</translation>
-    </message>
-    <message>
-      <source>with --truth: only stems with at least this many clear views count</source>
-      <translation>mit --truth: nur Stämme mit mindestens so vielen freien Ansichten zählen</translation>
-    </message>
-    <message>
       <source>Against</source>
       <translation>Im Vergleich mit</translation>
     </message>
@@ -3161,28 +3041,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Arbeitsordner von photos-to-dbh: ergänzt Sichtbarkeit der Brusthöhe und Laufzeit je Stufe</translation>
     </message>
     <message>
-      <source>Paper</source>
-      <translation>Veröffentlichung</translation>
-    </message>
-    <message>
-      <source>also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, with these data, or why not</source>
-      <translation>zusätzlich paper.html und paper_tables.tex schreiben: jede Tabelle und Abbildung der Veröffentlichung, in ihrer Reihenfolge, mit diesen Daten, oder warum nicht</translation>
-    </message>
-    <message>
-      <source>Holdout [%]</source>
-      <translation>Zurückgehalten [%]</translation>
-    </message>
-    <message>
-      <source>stems held out to choose the exponent p, the same for every method</source>
-      <translation>zurückgehaltene Stämme zur Wahl des Exponenten p, dieselben für jedes Verfahren</translation>
-    </message>
-    <message>
       <source>folder for metrics.json, tables, charts and evaluation.html</source>
       <translation>Ordner für metrics.json, Tabellen, Diagramme und evaluation.html</translation>
-    </message>
-    <message>
-      <source>seed of the bootstrap and of the held-out stems</source>
-      <translation>Startwert des Bootstraps und der zurückgehaltenen Stämme</translation>
     </message>
     <message>
       <source>folder</source>
@@ -3267,6 +3127,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>folder for the tape table, the form and the phone's waypoints</source>
       <translation>Ordner für die Tabelle, das Formular und die Wegpunkte fürs Telefon</translation>
+    </message>
+    <message>
+      <source>Seed</source>
+      <translation>Startwert</translation>
     </message>
     <message>
       <source>another number draws other trees; the same draws the same again</source>
@@ -3817,48 +3681,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Läufe jeder Konfiguration</translation>
     </message>
     <message>
-      <source>seeds of the stability suite</source>
-      <translation>Startwerte der Stabilitätsreihe</translation>
-    </message>
-    <message>
-      <source>Factors</source>
-      <translation>Störungen</translation>
-    </message>
-    <message>
-      <source>only these factors of the stability suite, by commas</source>
-      <translation>nur diese Störungen der Stabilitätsreihe, durch Kommas getrennt</translation>
-    </message>
-    <message>
-      <source>Methods</source>
-      <translation>Verfahren</translation>
-    </message>
-    <message>
-      <source>only these methods of the stability suite, by commas</source>
-      <translation>nur diese Verfahren der Stabilitätsreihe, durch Kommas getrennt</translation>
-    </message>
-    <message>
-      <source>Only</source>
-      <translation>Nur</translation>
-    </message>
-    <message>
-      <source>only these configurations of the chart, by commas</source>
-      <translation>nur diese Konfigurationen des Diagramms, durch Kommas getrennt</translation>
-    </message>
-    <message>
       <source>Budget [min]</source>
       <translation>Zeitbudget [min]</translation>
     </message>
     <message>
       <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
       <translation>nach dieser Zeit nichts Neues beginnen; 0 = keine Grenze, mit --quick 9,5 Minuten</translation>
-    </message>
-    <message>
-      <source>Fresh</source>
-      <translation>Neu messen</translation>
-    </message>
-    <message>
-      <source>stability: measure again what other measuring code had measured</source>
-      <translation>Stabilität: neu messen, was anderer Messcode gemessen hatte</translation>
     </message>
     <message>
       <source>the chart (SVG)</source>
@@ -3917,364 +3745,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Eine künstliche Probefläche erzeugen: Drohnenfotos, PPK-Dateien, LiDAR, Feldtabelle und Wahrheit.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are advanced options.</source>
-      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind erweiterte Optionen.</translation>
-    </message>
-    <message>
-      <source>Sky</source>
-      <translation>Himmel</translation>
-    </message>
-    <message>
-      <source>clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows</source>
-      <translation>clear: Sonne mit Schlagschatten; overcast: Licht vom ganzen Himmel, keine Schlagschatten</translation>
-    </message>
-    <message>
-      <source>Sun elevation [deg]</source>
-      <translation>Sonnenhöhe [Grad]</translation>
-    </message>
-    <message>
-      <source>height of the sun above the horizon; default: by date, time and place (about 40-50)</source>
-      <translation>Höhe der Sonne über dem Horizont; Vorgabe: nach Datum, Zeit und Ort (etwa 40-50)</translation>
-    </message>
-    <message>
-      <source>Shadow samples</source>
-      <translation>Schattenstrahlen</translation>
-    </message>
-    <message>
-      <source>rays to the sun's disc from each spot; 16 and more make smooth penumbrae</source>
-      <translation>Strahlen von jeder Stelle zur Sonnenscheibe; ab 16 werden die Halbschatten glatt</translation>
-    </message>
-    <message>
-      <source>Wind smooth</source>
-      <translation>Wind stetig</translation>
-    </message>
-    <message>
-      <source>each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by --wind-sway-cm; off = three positions in turn</source>
-      <translation>jedes Foto hat seinen eigenen Augenblick im Wind: Jeder Baum schwankt vom Stammfuß an in seiner eigenen Periode, sein Wipfel um --wind-sway-cm; aus = drei Stellungen im Wechsel</translation>
-    </message>
-    <message>
-      <source>Wind flutter [cm]</source>
-      <translation>Flattern im Wind [cm]</translation>
-    </message>
-    <message>
-      <source>twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation</source>
-      <translation>Zweige, Blätter, Sträucher und Gras, die sich von Foto zu Foto für sich bewegen, Standardabweichung</translation>
-    </message>
-    <message>
-      <source>Sensor</source>
-      <translation>Sensor</translation>
-    </message>
-    <message>
-      <source>clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, vignetting, drifting exposure and white balance, JPEG 88</source>
-      <translation>clean: nur Rauschen und JPEG; drone: Bayer-Mosaik, Entrauschen, Schärfen, Tonwertkurve, Farbrauschen, Vignettierung, schwankende Belichtung und schwankender Weißabgleich, JPEG 88</translation>
-    </message>
-    <message>
-      <source>Vignetting [%]</source>
-      <translation>Vignettierung [%]</translation>
-    </message>
-    <message>
-      <source>light lost in the corners</source>
-      <translation>Lichtabfall in den Ecken</translation>
-    </message>
-    <message>
-      <source>Chroma noise [%]</source>
-      <translation>Farbrauschen [%]</translation>
-    </message>
-    <message>
-      <source>colour noise, of full scale</source>
-      <translation>Farbrauschen, vom Vollausschlag</translation>
-    </message>
-    <message>
-      <source>Denoise [%]</source>
-      <translation>Entrauschen [%]</translation>
-    </message>
-    <message>
-      <source>noise that the camera's software smooths away, of full scale</source>
-      <translation>Rauschen, das die Software der Kamera glättet, vom Vollausschlag</translation>
-    </message>
-    <message>
-      <source>Contrast</source>
-      <translation>Kontrast</translation>
-    </message>
-    <message>
-      <source>strength of the S-shaped tone curve</source>
-      <translation>Stärke der S-förmigen Tonwertkurve</translation>
-    </message>
-    <message>
-      <source>Sharpening</source>
-      <translation>Schärfung</translation>
-    </message>
-    <message>
-      <source>strength of the camera's sharpening</source>
-      <translation>Stärke der Schärfung in der Kamera</translation>
-    </message>
-    <message>
-      <source>Jpeg quality</source>
-      <translation>JPEG-Qualität</translation>
-    </message>
-    <message>
-      <source>JPEG quality (colour at half resolution)</source>
-      <translation>JPEG-Qualität (Farbe in halber Auflösung)</translation>
-    </message>
-    <message>
-      <source>rolling shutter: time from reading the first row of a photo to the last</source>
-      <translation>Rolling Shutter: Zeit vom Auslesen der ersten Zeile eines Fotos bis zur letzten</translation>
-    </message>
-    <message>
-      <source>exposure time of a row: motion blur of a flying drone</source>
-      <translation>Belichtungszeit einer Zeile: Bewegungsunschärfe einer fliegenden Drohne</translation>
-    </message>
-    <message>
-      <source>Flight speed [m/s]</source>
-      <translation>Fluggeschwindigkeit [m/s]</translation>
-    </message>
-    <message>
-      <source>speed of the drone at each photo; 0 = it hovers for a photo</source>
-      <translation>Geschwindigkeit der Drohne bei jedem Foto; 0 = sie schwebt für ein Foto</translation>
-    </message>
-    <message>
-      <source>Gimbal rate [deg/s]</source>
-      <translation>Drehrate der Kameraaufhängung [Grad/s]</translation>
-    </message>
-    <message>
-      <source>residual turning of the camera during a photo, standard deviation about each axis</source>
-      <translation>Restdrehung der Kamera während eines Fotos, Standardabweichung um jede Achse</translation>
-    </message>
-    <message>
-      <source>K1</source>
-      <translation>K1</translation>
-    </message>
-    <message>
-      <source>radial distortion, r^2</source>
-      <translation>radiale Verzeichnung, r^2</translation>
-    </message>
-    <message>
-      <source>K2</source>
-      <translation>K2</translation>
-    </message>
-    <message>
-      <source>radial distortion, r^4</source>
-      <translation>radiale Verzeichnung, r^4</translation>
-    </message>
-    <message>
-      <source>K3</source>
-      <translation>K3</translation>
-    </message>
-    <message>
-      <source>radial distortion, r^6</source>
-      <translation>radiale Verzeichnung, r^6</translation>
-    </message>
-    <message>
-      <source>P1</source>
-      <translation>P1</translation>
-    </message>
-    <message>
-      <source>decentring of the lens, p1</source>
-      <translation>Dezentrierung des Objektivs (tangentiale Verzeichnung), p1</translation>
-    </message>
-    <message>
-      <source>P2</source>
-      <translation>P2</translation>
-    </message>
-    <message>
-      <source>decentring of the lens, p2</source>
-      <translation>Dezentrierung des Objektivs (tangentiale Verzeichnung), p2</translation>
-    </message>
-    <message>
-      <source>Focal drift</source>
-      <translation>Drift der Brennweite</translation>
-    </message>
-    <message>
-      <source>relative change of the focal length from flight to flight (0.0006 = 0.06 %)</source>
-      <translation>relative Änderung der Brennweite von Flug zu Flug (0.0006 = 0,06 %)</translation>
-    </message>
-    <message>
-      <source>GNSS</source>
-      <translation>GNSS</translation>
-    </message>
-    <message>
-      <source>ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off</source>
-      <translation>ppk: MRK und .pos; consumer: nichts als die Positionen in den Fotos, um Meter daneben</translation>
-    </message>
-    <message>
-      <source>Control points</source>
-      <translation>Passpunkte</translation>
-    </message>
-    <message>
-      <source>surveyed plates on the ground, with their marks in the photos (gcp_list.txt)</source>
-      <translation>eingemessene Tafeln am Boden, mit ihren Marken in den Fotos (gcp_list.txt)</translation>
-    </message>
-    <message>
-      <source>Flight</source>
-      <translation>Flug</translation>
-    </message>
-    <message>
-      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and plots</source>
-      <translation>rings: senkrechte Fotos und auf die Probefläche gerichtete Ringe; grid: parallele senkrechte Linien und ein Kreuzgitter schräger Linien über einer Fläche, auf keine Probefläche gerichtet; oder ein Flugplan, plan.gpkg von plan-flight: seine Fotos, Kamera und Probekreise</translation>
-    </message>
-    <message>
-      <source>Height [m]</source>
-      <translation>Höhe [m]</translation>
-    </message>
-    <message>
-      <source>height of a grid flight</source>
-      <translation>Höhe eines Rasterflugs</translation>
-    </message>
-    <message>
-      <source>Front overlap [%]</source>
-      <translation>Längsüberlappung [%]</translation>
-    </message>
-    <message>
-      <source>overlap of a grid flight along its lines</source>
-      <translation>Überlappung eines Rasterflugs entlang seiner Streifen</translation>
-    </message>
-    <message>
-      <source>Side overlap [%]</source>
-      <translation>Querüberlappung [%]</translation>
-    </message>
-    <message>
-      <source>overlap between the lines of a grid flight</source>
-      <translation>Überlappung zwischen den Streifen eines Rasterflugs</translation>
-    </message>
-    <message>
-      <source>Oblique [deg]</source>
-      <translation>Schrägwinkel [Grad]</translation>
-    </message>
-    <message>
-      <source>tilt from straight down of the oblique lines of a grid flight; 0 = nadir lines only</source>
-      <translation>Neigung der schrägen Streifen eines Rasterflugs aus der Senkrechten; 0 = nur Nadirstreifen</translation>
-    </message>
-    <message>
-      <source>Terrain following</source>
-      <translation>Geländefolge</translation>
-    </message>
-    <message>
-      <source>a grid flight keeps its height above the ground, not above its start</source>
-      <translation>ein Rasterflug hält seine Höhe über dem Boden, nicht über seinem Start</translation>
-    </message>
-    <message>
-      <source>plots that one grid flight covers</source>
-      <translation>Probeflächen, die ein Rasterflug abdeckt</translation>
-    </message>
-    <message>
-      <source>Bark variety</source>
-      <translation>Verschiedene Rinden</translation>
-    </message>
-    <message>
-      <source>each stem has one of five barks: furrowed plates, smooth grey, pale with dark lenticels, dark furrows, reddish flakes; off = furrowed plates</source>
-      <translation>jeder Stamm hat eine von fünf Rinden: gefurchte Platten, glatt und grau, hell mit dunklen Lentizellen, dunkle Furchen, rötliche Schuppen; aus = gefurchte Platten</translation>
-    </message>
-    <message>
-      <source>Moss [%]</source>
-      <translation>Moos [%]</translation>
-    </message>
-    <message>
-      <source>bark under moss, mean of the lowest 2 m; most at the foot and on the north side</source>
-      <translation>Rinde unter Moos, Mittel der untersten 2 m; am meisten am Fuß und auf der Nordseite</translation>
-    </message>
-    <message>
-      <source>Lichen [%]</source>
-      <translation>Flechten [%]</translation>
-    </message>
-    <message>
-      <source>bark under pale lichen, mean</source>
-      <translation>Rinde unter hellen Flechten, Mittel</translation>
-    </message>
-    <message>
-      <source>Ivy stems</source>
-      <translation>Stämme mit Efeu</translation>
-    </message>
-    <message>
-      <source>in-plot stems under ivy from the ground to 1.5-5 m, its leaves 3-8 cm off the bark</source>
-      <translation>Stämme der Probefläche unter Efeu, vom Boden bis 1,5–5 m; seine Blätter stehen 3–8 cm von der Rinde ab</translation>
-    </message>
-    <message>
-      <source>Wrapped stems</source>
-      <translation>Von Sträuchern umgebene Stämme</translation>
-    </message>
-    <message>
-      <source>in-plot stems with shrubs all round their lowest 1-2 m</source>
-      <translation>Stämme der Probefläche mit Sträuchern rings um ihre untersten 1–2 m</translation>
-    </message>
-    <message>
-      <source>Flute [%]</source>
-      <translation>Spannrückigkeit [%]</translation>
-    </message>
-    <message>
-      <source>depth of the hollows between 3 to 6 lobes all the way up every stem, of its radius</source>
-      <translation>Tiefe der Mulden zwischen 3 bis 6 Wülsten am ganzen Stamm, Anteil des Radius</translation>
-    </message>
-    <message>
-      <source>Buttress [m]</source>
-      <translation>Wurzelanläufe [m]</translation>
-    </message>
-    <message>
-      <source>height over which 3 to 6 root buttresses (a third of the radius at the ground) fall to a third</source>
-      <translation>Höhe, über die 3 bis 6 Wurzelanläufe (am Boden ein Drittel des Radius) auf ein Drittel abnehmen</translation>
-    </message>
-    <message>
-      <source>Snags</source>
-      <translation>Stümpfe</translation>
-    </message>
-    <message>
-      <source>in-plot dead stems of weathered wood, without twigs, broken off at 4-10 m</source>
-      <translation>tote Stämme der Probefläche aus verwittertem Holz, ohne Zweige, in 4–10 m abgebrochen</translation>
-    </message>
-    <message>
-      <source>Hardwood [%]</source>
-      <translation>Laubholz [%]</translation>
-    </message>
-    <message>
-      <source>trees that are hardwoods</source>
-      <translation>Anteil der Laubbäume</translation>
-    </message>
-    <message>
-      <source>Leaf off</source>
-      <translation>Unbelaubt</translation>
-    </message>
-    <message>
-      <source>hardwoods are bare, and so is a third of the shrubs of several kinds</source>
-      <translation>Laubbäume sind kahl, ebenso ein Drittel der Sträucher verschiedener Arten</translation>
-    </message>
-    <message>
-      <source>Spacing</source>
-      <translation>Standraum</translation>
-    </message>
-    <message>
-      <source>rows: planted, jittered; natural: at random with a least distance, denser here and thinner there</source>
-      <translation>rows: gepflanzte, unregelmäßige Reihen; natural: zufällig mit Mindestabstand, hier dichter und dort lichter</translation>
-    </message>
-    <message>
-      <source>DBH distribution</source>
-      <translation>Verteilung der BHD</translation>
-    </message>
-    <message>
-      <source>of the diameters, with the stated mean and standard deviation</source>
-      <translation>der Durchmesser, mit dem angegebenen Mittel und der Standardabweichung</translation>
-    </message>
-    <message>
-      <source>Shrub height [m]</source>
-      <translation>Strauchhöhe [m]</translation>
-    </message>
-    <message>
-      <source>height of the tallest shrubs</source>
-      <translation>Höhe der größten Sträucher</translation>
-    </message>
-    <message>
-      <source>Shrub variety</source>
-      <translation>Verschiedene Sträucher</translation>
-    </message>
-    <message>
-      <source>shrubs of several kinds: greens and browns, small and large leaves</source>
-      <translation>Sträucher verschiedener Arten: grün und braun, kleine und große Blätter</translation>
-    </message>
-    <message>
-      <source>Undergrowth [1/m2]</source>
-      <translation>Unterwuchs [1/m2]</translation>
-    </message>
-    <message>
-      <source>young broadleaved plants 0.5-2.5 m high with leaves down to the ground</source>
-      <translation>junge Laubpflanzen von 0,5–2,5 m Höhe, bis zum Boden belaubt</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of the command line (treedgs simulate-plot --help).</source>
+      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind Optionen der Befehlszeile (treedgs simulate-plot --help).</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
@@ -4421,128 +3893,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>mittlerer Brusthöhendurchmesser</translation>
     </message>
     <message>
-      <source>its standard deviation</source>
-      <translation>dessen Standardabweichung</translation>
-    </message>
-    <message>
-      <source>Lean max [deg]</source>
-      <translation>Größte Neigung [Grad]</translation>
-    </message>
-    <message>
-      <source>largest lean of any stem</source>
-      <translation>größte Neigung eines Stamms</translation>
-    </message>
-    <message>
-      <source>Strong leans</source>
-      <translation>Stark geneigte</translation>
-    </message>
-    <message>
-      <source>in-plot stems that lean by 75-100 % of the largest lean</source>
-      <translation>Stämme der Fläche, die um 75-100 % der größten Neigung geneigt sind</translation>
-    </message>
-    <message>
-      <source>Forks below breast height</source>
-      <translation>Zwiesel unter Brusthöhe</translation>
-    </message>
-    <message>
-      <source>in-plot trees forked below breast height</source>
-      <translation>Bäume der Fläche, die unter Brusthöhe zwieseln</translation>
-    </message>
-    <message>
-      <source>Forks above breast height</source>
-      <translation>Zwiesel über Brusthöhe</translation>
-    </message>
-    <message>
-      <source>in-plot trees forked above breast height</source>
-      <translation>Bäume der Fläche, die über Brusthöhe zwieseln</translation>
-    </message>
-    <message>
-      <source>Touching saplings</source>
-      <translation>Angelehnte Jungbäume</translation>
-    </message>
-    <message>
-      <source>in-plot stems touched by a sapling</source>
-      <translation>Stämme der Fläche, die ein Jungbaum berührt</translation>
-    </message>
-    <message>
-      <source>Dead trees</source>
-      <translation>Tote Bäume</translation>
-    </message>
-    <message>
-      <source>in-plot trees without needles</source>
-      <translation>Bäume der Fläche ohne Nadeln</translation>
-    </message>
-    <message>
-      <source>Leaf area [m2]</source>
-      <translation>Blattfläche [m2]</translation>
-    </message>
-    <message>
-      <source>one-sided needle area of a tree of mean DBH; what hides the stems</source>
-      <translation>einseitige Nadelfläche eines Baums von mittlerem BHD; was die Stämme verdeckt</translation>
-    </message>
-    <message>
-      <source>Shrubs [1/m2]</source>
-      <translation>Sträucher [1/m2]</translation>
-    </message>
-    <message>
-      <source>shrubs, up to --shrub-height-m</source>
-      <translation>Sträucher, bis --shrub-height-m hoch</translation>
-    </message>
-    <message>
-      <source>Saplings [1/m2]</source>
-      <translation>Jungbäume [1/m2]</translation>
-    </message>
-    <message>
-      <source>saplings below 7.5 cm DBH</source>
-      <translation>Jungbäume unter 7,5 cm BHD</translation>
-    </message>
-    <message>
-      <source>Logs</source>
-      <translation>Liegende Stämme</translation>
-    </message>
-    <message>
-      <source>logs lying about</source>
-      <translation>herumliegende Stämme</translation>
-    </message>
-    <message>
-      <source>Slope [%]</source>
-      <translation>Hangneigung [%]</translation>
-    </message>
-    <message>
-      <source>slope of the ground</source>
-      <translation>Neigung des Bodens</translation>
-    </message>
-    <message>
-      <source>Roughness [m]</source>
-      <translation>Unebenheit [m]</translation>
-    </message>
-    <message>
-      <source>standard deviation of the ground about its plane</source>
-      <translation>Standardabweichung des Bodens von seiner Ebene</translation>
-    </message>
-    <message>
-      <source>Image width [px]</source>
-      <translation>Bildbreite [px]</translation>
-    </message>
-    <message>
-      <source>width of a photo</source>
-      <translation>Breite eines Fotos</translation>
-    </message>
-    <message>
-      <source>Image height [px]</source>
-      <translation>Bildhöhe [px]</translation>
-    </message>
-    <message>
-      <source>height of a photo</source>
-      <translation>Höhe eines Fotos</translation>
-    </message>
-    <message>
       <source>number of photos, both flights together</source>
       <translation>Zahl der Fotos, beide Flüge zusammen</translation>
-    </message>
-    <message>
-      <source>rays a pixel</source>
-      <translation>Strahlen je Pixel</translation>
     </message>
     <message>
       <source>Ground sample distance [cm]</source>
@@ -4551,38 +3903,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>ground sample distance straight down from 70 m; sets the focal length</source>
       <translation>Bodenauflösung senkrecht nach unten aus 70 m; legt die Brennweite fest</translation>
-    </message>
-    <message>
-      <source>Sun shift [min]</source>
-      <translation>Sonnenversatz [min]</translation>
-    </message>
-    <message>
-      <source>minutes by which the sun moves on between the flights; 0 = same shadows in both</source>
-      <translation>Minuten, um die die Sonne zwischen den Flügen weiterzieht; 0 = gleiche Schatten in beiden</translation>
-    </message>
-    <message>
-      <source>Float epochs</source>
-      <translation>Float-Epochen</translation>
-    </message>
-    <message>
-      <source>photos that fall into a burst of PPK float solutions (0.3 m error)</source>
-      <translation>Fotos, die in einen Abschnitt mit PPK-Float-Lösungen fallen (0,3 m Fehler)</translation>
-    </message>
-    <message>
-      <source>Labels</source>
-      <translation>Beschriftung der Pixel</translation>
-    </message>
-    <message>
-      <source>write truth/labels: what every pixel of every photo shows</source>
-      <translation>truth/labels schreiben: was jedes Pixel jedes Fotos zeigt</translation>
-    </message>
-    <message>
-      <source>LiDAR density [1/m2]</source>
-      <translation>LiDAR-Dichte [1/m2]</translation>
-    </message>
-    <message>
-      <source>LiDAR pulses per square metre; 0 = no cloud</source>
-      <translation>LiDAR-Pulse je Quadratmeter; 0 = keine Wolke</translation>
     </message>
     <message>
       <source>the plot's folder</source>
@@ -5297,6 +4617,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stämme ohne BHD</translation>
     </message>
     <message>
+      <source>Dead trees</source>
+      <translation>Tote Bäume</translation>
+    </message>
+    <message>
       <source>Trees per hectare</source>
       <translation>Bäume je Hektar</translation>
     </message>
@@ -5327,6 +4651,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Counts as</source>
       <translation>Zählt als</translation>
+    </message>
+    <message>
+      <source>Height [m]</source>
+      <translation>Höhe [m]</translation>
     </message>
     <message>
       <source>Height from</source>
@@ -5383,6 +4711,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Exposure (UTC) [s since 1970]</source>
       <translation>Auslösung (UTC) [s seit 1970]</translation>
+    </message>
+    <message>
+      <source>Flight</source>
+      <translation>Flug</translation>
     </message>
     <message>
       <source>Yaw [°]</source>

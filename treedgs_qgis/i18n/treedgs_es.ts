@@ -1659,14 +1659,6 @@ cero.&lt;/p&gt;
       <translation>patrón del vuelo; auto: el que necesita menos fotos</translation>
     </message>
     <message>
-      <source>Seed</source>
-      <translation>Semilla</translation>
-    </message>
-    <message>
-      <source>seed of the drawn trees</source>
-      <translation>semilla de los árboles sorteados</translation>
-    </message>
-    <message>
       <source>the plan's folder</source>
       <translation>carpeta del plan</translation>
     </message>
@@ -1947,10 +1939,6 @@ cero.&lt;/p&gt;
       <translation>Se pregunta a una pequeña red entrenada con fotos simuladas: auto = qué fustes medidos están bajo hiedra, qué grosor tienen los fustes de baja confianza y, donde sin ella demasiados fustes son inciertos, como en rodales densos, qué píxeles muestran fustes; off = nada.</translation>
     </message>
     <message>
-      <source>Seed of every random choice.</source>
-      <translation>Semilla de toda elección al azar.</translation>
-    </message>
-    <message>
       <source>Dry run</source>
       <translation>Ensayo sin escribir</translation>
     </message>
@@ -2143,10 +2131,6 @@ cero.&lt;/p&gt;
       <translation>qué produjo los puntos</translation>
     </message>
     <message>
-      <source>seed of the random draws</source>
-      <translation>semilla de las extracciones al azar</translation>
-    </message>
-    <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
       <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y estima el tiempo; no escribe nada</translation>
     </message>
@@ -2279,14 +2263,6 @@ cero.&lt;/p&gt;
       <translation>terminar una parcela que tarde más; 0 = nunca</translation>
     </message>
     <message>
-      <source>Patience [s]</source>
-      <translation>Espera máxima [s]</translation>
-    </message>
-    <message>
-      <source>how long to wait for a scheduler or workers that are lost</source>
-      <translation>cuánto esperar a un planificador o procesos perdidos</translation>
-    </message>
-    <message>
       <source>Dashboard</source>
       <translation>Panel en vivo</translation>
     </message>
@@ -2301,14 +2277,6 @@ cero.&lt;/p&gt;
     <message>
       <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
       <translation>para slurm y pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
-    </message>
-    <message>
-      <source>Costs</source>
-      <translation>Modelo de coste</translation>
-    </message>
-    <message>
-      <source>cost model (costs.json of another campaign) for the forecast and the memory that plots declare</source>
-      <translation>modelo de coste (costs.json de otra campaña) para la predicción y la memoria que declaran las parcelas</translation>
     </message>
     <message>
       <source>folder for the campaign; a second start does what is missing</source>
@@ -2487,18 +2455,6 @@ cero.&lt;/p&gt;
       <translation>Hacer puntos densos de la banda de troncos donde se dan parcelas.</translation>
     </message>
     <message>
-      <source>Max features</source>
-      <translation>Máximo de puntos característicos</translation>
-    </message>
-    <message>
-      <source>Most features per photo.</source>
-      <translation>Máximo de puntos característicos por foto.</translation>
-    </message>
-    <message>
-      <source>Processor threads, 0 = all.</source>
-      <translation>Hilos del procesador, 0 = todos.</translation>
-    </message>
-    <message>
       <source>COLMAP model (folder)</source>
       <translation>modelo COLMAP (carpeta)</translation>
     </message>
@@ -2571,14 +2527,6 @@ cero.&lt;/p&gt;
       <translation>mayor distancia de los puntos del suelo a la tela</translation>
     </message>
     <message>
-      <source>Ground [m]</source>
-      <translation>Suelo [m]</translation>
-    </message>
-    <message>
-      <source>points this close to the final surface are ground</source>
-      <translation>los puntos así de cerca de la superficie final son suelo</translation>
-    </message>
-    <message>
       <source>terrain raster to write</source>
       <translation>ráster del terreno que se escribe</translation>
     </message>
@@ -2647,30 +2595,6 @@ cero.&lt;/p&gt;
       <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
     </message>
     <message>
-      <source>Gaussians</source>
-      <translation>Gaussianas</translation>
-    </message>
-    <message>
-      <source>most Gaussians of a stem, its bark's</source>
-      <translation>máximo de gaussianas por tronco, con las de su corteza</translation>
-    </message>
-    <message>
-      <source>Max gaussians</source>
-      <translation>Máximo de gaussianas</translation>
-    </message>
-    <message>
-      <source>hard limit on Gaussians in all; shared among the stems</source>
-      <translation>límite fijo de gaussianas en total; repartido entre los troncos</translation>
-    </message>
-    <message>
-      <source>Max views</source>
-      <translation>Máximo de fotos</translation>
-    </message>
-    <message>
-      <source>photos used per stem</source>
-      <translation>fotos usadas por tronco</translation>
-    </message>
-    <message>
       <source>Band [m]</source>
       <translation>Banda [m]</translation>
     </message>
@@ -2693,14 +2617,6 @@ cero.&lt;/p&gt;
     <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
       <translation>dónde se dibujan las gaussianas: cpu, o cuda = una GPU NVIDIA mediante el paquete opcional warp-lang</translation>
-    </message>
-    <message>
-      <source>stems fitted at once</source>
-      <translation>troncos ajustados a la vez</translation>
-    </message>
-    <message>
-      <source>random seed</source>
-      <translation>semilla</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
@@ -2751,10 +2667,6 @@ cero.&lt;/p&gt;
       <translation>puntos candidatos extraídos por gaussiana (M)</translation>
     </message>
     <message>
-      <source>views scored at once</source>
-      <translation>vistas puntuadas a la vez</translation>
-    </message>
-    <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
       <translation>Carpeta de trabajo con sfm/ y field.ply; ahí se escribe surface.laz.</translation>
     </message>
@@ -2783,36 +2695,12 @@ cero.&lt;/p&gt;
       <translation>Busca en la banda de 0,5 a 5 m sobre el suelo anillos (o discos, en puntos de superficie de splats) que se repitan con la altura, ajusta a cada uno un cono inclinado con ahusamiento, conserva lo que es vacío por dentro, limpio por fuera y continuo, y sigue el eje hacia arriba. Sin pesos aprendidos. La salida lleva tree_id (0 = ningún tronco), height_m, stem_class (0 otro, 1 suelo, 2 tronco) y ground_se_m (lo seguro que es el suelo bajo el árbol, 99 = no se ve). --segmenter ejecuta en su lugar un programa que usted instaló y comprueba que sus etiquetas correspondan a los puntos entregados. --field-stems da posiciones conocidas: cerca de ellas se miran indicios más débiles, y los troncos hallados llevan el tree_id de campo: las parejas son de uno a uno, tan cercanas como exactas sean las posiciones, 1 m como máximo. OUTPUT_field.csv responde por cada uno: found, unsure (el tronco cercano puede ser de otro), refused o missing, con el motivo.</translation>
     </message>
     <message>
-      <source>Low [m]</source>
-      <translation>Límite inferior [m]</translation>
-    </message>
-    <message>
-      <source>bottom of the band that is searched</source>
-      <translation>límite inferior de la banda en que se busca</translation>
-    </message>
-    <message>
-      <source>High [m]</source>
-      <translation>Límite superior [m]</translation>
-    </message>
-    <message>
-      <source>top of the band that is searched</source>
-      <translation>límite superior de la banda en que se busca</translation>
-    </message>
-    <message>
       <source>thickest stem</source>
       <translation>tronco más grueso</translation>
     </message>
     <message>
       <source>most lean</source>
       <translation>mayor inclinación</translation>
-    </message>
-    <message>
-      <source>Min arc [deg]</source>
-      <translation>Arco mínimo [grados]</translation>
-    </message>
-    <message>
-      <source>least circumference seen, all rows together</source>
-      <translation>menor circunferencia vista, todas las filas juntas</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
@@ -3111,14 +2999,6 @@ cero.&lt;/p&gt;
       <translation>con --trees: el truth/trees.csv de la parcela</translation>
     </message>
     <message>
-      <source>Min clear views</source>
-      <translation>Mínimo de vistas despejadas</translation>
-    </message>
-    <message>
-      <source>with --truth: only stems with at least this many clear views count</source>
-      <translation>con --truth: solo cuentan los troncos con al menos tantas vistas despejadas</translation>
-    </message>
-    <message>
       <source>Against</source>
       <translation>Comparar con</translation>
     </message>
@@ -3159,28 +3039,8 @@ cero.&lt;/p&gt;
       <translation>carpeta de trabajo de photos-to-dbh: añade la visibilidad de la altura del pecho y los tiempos por etapa</translation>
     </message>
     <message>
-      <source>Paper</source>
-      <translation>Artículo</translation>
-    </message>
-    <message>
-      <source>also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, with these data, or why not</source>
-      <translation>escribir además paper.html y paper_tables.tex: cada tabla y figura del artículo publicado, en su orden, con estos datos, o por qué no</translation>
-    </message>
-    <message>
-      <source>Holdout [%]</source>
-      <translation>Reserva [%]</translation>
-    </message>
-    <message>
-      <source>stems held out to choose the exponent p, the same for every method</source>
-      <translation>troncos reservados para elegir el exponente p, los mismos para cada método</translation>
-    </message>
-    <message>
       <source>folder for metrics.json, tables, charts and evaluation.html</source>
       <translation>carpeta para metrics.json, tablas, gráficos y evaluation.html</translation>
-    </message>
-    <message>
-      <source>seed of the bootstrap and of the held-out stems</source>
-      <translation>semilla del bootstrap y de los troncos reservados</translation>
     </message>
     <message>
       <source>folder</source>
@@ -3265,6 +3125,10 @@ cero.&lt;/p&gt;
     <message>
       <source>folder for the tape table, the form and the phone's waypoints</source>
       <translation>carpeta para la tabla, el formulario y los puntos para el teléfono</translation>
+    </message>
+    <message>
+      <source>Seed</source>
+      <translation>Semilla</translation>
     </message>
     <message>
       <source>another number draws other trees; the same draws the same again</source>
@@ -3815,48 +3679,12 @@ cero.&lt;/p&gt;
       <translation>ejecuciones de cada configuración</translation>
     </message>
     <message>
-      <source>seeds of the stability suite</source>
-      <translation>semillas de la serie de estabilidad</translation>
-    </message>
-    <message>
-      <source>Factors</source>
-      <translation>Factores</translation>
-    </message>
-    <message>
-      <source>only these factors of the stability suite, by commas</source>
-      <translation>solo estos factores de la serie de estabilidad, separados por comas</translation>
-    </message>
-    <message>
-      <source>Methods</source>
-      <translation>Métodos</translation>
-    </message>
-    <message>
-      <source>only these methods of the stability suite, by commas</source>
-      <translation>solo estos métodos de la serie de estabilidad, separados por comas</translation>
-    </message>
-    <message>
-      <source>Only</source>
-      <translation>Solo</translation>
-    </message>
-    <message>
-      <source>only these configurations of the chart, by commas</source>
-      <translation>solo estas configuraciones del gráfico, separadas por comas</translation>
-    </message>
-    <message>
       <source>Budget [min]</source>
       <translation>Tiempo disponible [min]</translation>
     </message>
     <message>
       <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
       <translation>no empezar nada nuevo después de este tiempo; 0 = sin límite, con --quick 9,5 minutos</translation>
-    </message>
-    <message>
-      <source>Fresh</source>
-      <translation>Medir de nuevo</translation>
-    </message>
-    <message>
-      <source>stability: measure again what other measuring code had measured</source>
-      <translation>estabilidad: medir de nuevo lo que midió otro código</translation>
     </message>
     <message>
       <source>the chart (SVG)</source>
@@ -3915,364 +3743,8 @@ cero.&lt;/p&gt;
       <translation>Crear una parcela sintética: fotos de dron, archivos PPK, LiDAR, tabla de campo y verdad.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are advanced options.</source>
-      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones avanzadas.</translation>
-    </message>
-    <message>
-      <source>Sky</source>
-      <translation>Cielo</translation>
-    </message>
-    <message>
-      <source>clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows</source>
-      <translation>clear: sol con sombras proyectadas; overcast: luz de todo el cielo, sin sombras proyectadas</translation>
-    </message>
-    <message>
-      <source>Sun elevation [deg]</source>
-      <translation>Elevación del sol [grados]</translation>
-    </message>
-    <message>
-      <source>height of the sun above the horizon; default: by date, time and place (about 40-50)</source>
-      <translation>altura del sol sobre el horizonte; por defecto: según fecha, hora y lugar (unos 40-50)</translation>
-    </message>
-    <message>
-      <source>Shadow samples</source>
-      <translation>Muestras de sombra</translation>
-    </message>
-    <message>
-      <source>rays to the sun's disc from each spot; 16 and more make smooth penumbrae</source>
-      <translation>rayos desde cada punto al disco solar; con 16 o más las penumbras salen suaves</translation>
-    </message>
-    <message>
-      <source>Wind smooth</source>
-      <translation>Viento continuo</translation>
-    </message>
-    <message>
-      <source>each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by --wind-sway-cm; off = three positions in turn</source>
-      <translation>cada foto tiene su propio instante del viento: cada árbol se balancea desde su pie con su propio periodo, su ápice en --wind-sway-cm; desactivado = tres posiciones por turno</translation>
-    </message>
-    <message>
-      <source>Wind flutter [cm]</source>
-      <translation>Agitación por viento [cm]</translation>
-    </message>
-    <message>
-      <source>twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation</source>
-      <translation>ramillas, hojas, arbustos y hierba que se mueven por su cuenta de foto a foto, desviación estándar</translation>
-    </message>
-    <message>
-      <source>Sensor</source>
-      <translation>Sensor</translation>
-    </message>
-    <message>
-      <source>clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, vignetting, drifting exposure and white balance, JPEG 88</source>
-      <translation>clean: solo ruido y JPEG; drone: mosaico de Bayer, reducción de ruido, enfoque, curva de tonos, ruido de color, viñeteado, deriva de la exposición y del balance de blancos, JPEG 88</translation>
-    </message>
-    <message>
-      <source>Vignetting [%]</source>
-      <translation>Viñeteado [%]</translation>
-    </message>
-    <message>
-      <source>light lost in the corners</source>
-      <translation>luz que se pierde en las esquinas</translation>
-    </message>
-    <message>
-      <source>Chroma noise [%]</source>
-      <translation>Ruido de color [%]</translation>
-    </message>
-    <message>
-      <source>colour noise, of full scale</source>
-      <translation>ruido de color, respecto a la escala completa</translation>
-    </message>
-    <message>
-      <source>Denoise [%]</source>
-      <translation>Reducción de ruido [%]</translation>
-    </message>
-    <message>
-      <source>noise that the camera's software smooths away, of full scale</source>
-      <translation>ruido que suaviza el software de la cámara, respecto a la escala completa</translation>
-    </message>
-    <message>
-      <source>Contrast</source>
-      <translation>Contraste</translation>
-    </message>
-    <message>
-      <source>strength of the S-shaped tone curve</source>
-      <translation>intensidad de la curva de tonos en forma de S</translation>
-    </message>
-    <message>
-      <source>Sharpening</source>
-      <translation>Enfoque</translation>
-    </message>
-    <message>
-      <source>strength of the camera's sharpening</source>
-      <translation>intensidad del enfoque que aplica la cámara</translation>
-    </message>
-    <message>
-      <source>Jpeg quality</source>
-      <translation>Calidad JPEG</translation>
-    </message>
-    <message>
-      <source>JPEG quality (colour at half resolution)</source>
-      <translation>calidad JPEG (color a media resolución)</translation>
-    </message>
-    <message>
-      <source>rolling shutter: time from reading the first row of a photo to the last</source>
-      <translation>obturador rodante: tiempo desde la lectura de la primera fila de una foto hasta la última</translation>
-    </message>
-    <message>
-      <source>exposure time of a row: motion blur of a flying drone</source>
-      <translation>tiempo de exposición de una fila: desenfoque de movimiento de un dron en vuelo</translation>
-    </message>
-    <message>
-      <source>Flight speed [m/s]</source>
-      <translation>Velocidad de vuelo [m/s]</translation>
-    </message>
-    <message>
-      <source>speed of the drone at each photo; 0 = it hovers for a photo</source>
-      <translation>velocidad del dron en cada foto; 0 = se detiene en el aire para cada foto</translation>
-    </message>
-    <message>
-      <source>Gimbal rate [deg/s]</source>
-      <translation>Velocidad de giro del cardán [grados/s]</translation>
-    </message>
-    <message>
-      <source>residual turning of the camera during a photo, standard deviation about each axis</source>
-      <translation>giro residual de la cámara durante una foto, desviación estándar en torno a cada eje</translation>
-    </message>
-    <message>
-      <source>K1</source>
-      <translation>K1</translation>
-    </message>
-    <message>
-      <source>radial distortion, r^2</source>
-      <translation>distorsión radial, r^2</translation>
-    </message>
-    <message>
-      <source>K2</source>
-      <translation>K2</translation>
-    </message>
-    <message>
-      <source>radial distortion, r^4</source>
-      <translation>distorsión radial, r^4</translation>
-    </message>
-    <message>
-      <source>K3</source>
-      <translation>K3</translation>
-    </message>
-    <message>
-      <source>radial distortion, r^6</source>
-      <translation>distorsión radial, r^6</translation>
-    </message>
-    <message>
-      <source>P1</source>
-      <translation>P1</translation>
-    </message>
-    <message>
-      <source>decentring of the lens, p1</source>
-      <translation>distorsión descentrada de la lente, p1</translation>
-    </message>
-    <message>
-      <source>P2</source>
-      <translation>P2</translation>
-    </message>
-    <message>
-      <source>decentring of the lens, p2</source>
-      <translation>distorsión descentrada de la lente, p2</translation>
-    </message>
-    <message>
-      <source>Focal drift</source>
-      <translation>Deriva de la focal</translation>
-    </message>
-    <message>
-      <source>relative change of the focal length from flight to flight (0.0006 = 0.06 %)</source>
-      <translation>cambio relativo de la distancia focal de vuelo a vuelo (0.0006 = 0,06 %)</translation>
-    </message>
-    <message>
-      <source>GNSS</source>
-      <translation>GNSS</translation>
-    </message>
-    <message>
-      <source>ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off</source>
-      <translation>ppk: MRK y .pos; consumer: solo las posiciones de las fotos, con metros de error</translation>
-    </message>
-    <message>
-      <source>Control points</source>
-      <translation>Puntos de control</translation>
-    </message>
-    <message>
-      <source>surveyed plates on the ground, with their marks in the photos (gcp_list.txt)</source>
-      <translation>placas en el suelo con coordenadas medidas, con sus marcas en las fotos (gcp_list.txt)</translation>
-    </message>
-    <message>
-      <source>Flight</source>
-      <translation>Vuelo</translation>
-    </message>
-    <message>
-      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and plots</source>
-      <translation>rings: fotos nadir y anillos dirigidos a la parcela; grid: líneas nadir paralelas y una cuadrícula cruzada de líneas oblicuas sobre un área, no dirigidas a ninguna parcela; o un plan de vuelo, plan.gpkg de plan-flight: sus fotos, cámara y parcelas</translation>
-    </message>
-    <message>
-      <source>Height [m]</source>
-      <translation>Altura [m]</translation>
-    </message>
-    <message>
-      <source>height of a grid flight</source>
-      <translation>altura de un vuelo en cuadrícula</translation>
-    </message>
-    <message>
-      <source>Front overlap [%]</source>
-      <translation>Solape longitudinal [%]</translation>
-    </message>
-    <message>
-      <source>overlap of a grid flight along its lines</source>
-      <translation>solape de un vuelo en cuadrícula a lo largo de sus pasadas</translation>
-    </message>
-    <message>
-      <source>Side overlap [%]</source>
-      <translation>Solape transversal [%]</translation>
-    </message>
-    <message>
-      <source>overlap between the lines of a grid flight</source>
-      <translation>solape entre las pasadas de un vuelo en cuadrícula</translation>
-    </message>
-    <message>
-      <source>Oblique [deg]</source>
-      <translation>Oblicuidad [grados]</translation>
-    </message>
-    <message>
-      <source>tilt from straight down of the oblique lines of a grid flight; 0 = nadir lines only</source>
-      <translation>inclinación desde la vertical de las pasadas oblicuas de un vuelo en cuadrícula; 0 = solo pasadas nadirales</translation>
-    </message>
-    <message>
-      <source>Terrain following</source>
-      <translation>Seguimiento del terreno</translation>
-    </message>
-    <message>
-      <source>a grid flight keeps its height above the ground, not above its start</source>
-      <translation>un vuelo en cuadrícula mantiene su altura sobre el suelo, no sobre su despegue</translation>
-    </message>
-    <message>
-      <source>plots that one grid flight covers</source>
-      <translation>parcelas que cubre un vuelo en cuadrícula</translation>
-    </message>
-    <message>
-      <source>Bark variety</source>
-      <translation>Cortezas variadas</translation>
-    </message>
-    <message>
-      <source>each stem has one of five barks: furrowed plates, smooth grey, pale with dark lenticels, dark furrows, reddish flakes; off = furrowed plates</source>
-      <translation>cada tronco tiene una de cinco cortezas: placas surcadas, gris lisa, clara con lenticelas oscuras, surcos oscuros, escamas rojizas; desactivado = placas surcadas</translation>
-    </message>
-    <message>
-      <source>Moss [%]</source>
-      <translation>Musgo [%]</translation>
-    </message>
-    <message>
-      <source>bark under moss, mean of the lowest 2 m; most at the foot and on the north side</source>
-      <translation>corteza bajo musgo, media de los 2 m inferiores; sobre todo al pie y en el lado norte</translation>
-    </message>
-    <message>
-      <source>Lichen [%]</source>
-      <translation>Líquenes [%]</translation>
-    </message>
-    <message>
-      <source>bark under pale lichen, mean</source>
-      <translation>corteza bajo líquenes claros, media</translation>
-    </message>
-    <message>
-      <source>Ivy stems</source>
-      <translation>Troncos con hiedra</translation>
-    </message>
-    <message>
-      <source>in-plot stems under ivy from the ground to 1.5-5 m, its leaves 3-8 cm off the bark</source>
-      <translation>troncos de la parcela bajo hiedra desde el suelo hasta 1,5-5 m; sus hojas a 3-8 cm de la corteza</translation>
-    </message>
-    <message>
-      <source>Wrapped stems</source>
-      <translation>Troncos rodeados de arbustos</translation>
-    </message>
-    <message>
-      <source>in-plot stems with shrubs all round their lowest 1-2 m</source>
-      <translation>troncos de la parcela con arbustos alrededor de sus 1-2 m inferiores</translation>
-    </message>
-    <message>
-      <source>Flute [%]</source>
-      <translation>Acanaladura [%]</translation>
-    </message>
-    <message>
-      <source>depth of the hollows between 3 to 6 lobes all the way up every stem, of its radius</source>
-      <translation>profundidad de los surcos entre 3 a 6 lóbulos a lo largo de cada tronco, respecto a su radio</translation>
-    </message>
-    <message>
-      <source>Buttress [m]</source>
-      <translation>Contrafuertes [m]</translation>
-    </message>
-    <message>
-      <source>height over which 3 to 6 root buttresses (a third of the radius at the ground) fall to a third</source>
-      <translation>altura en la que 3 a 6 contrafuertes (un tercio del radio en el suelo) disminuyen a un tercio</translation>
-    </message>
-    <message>
-      <source>Snags</source>
-      <translation>Troncos muertos rotos</translation>
-    </message>
-    <message>
-      <source>in-plot dead stems of weathered wood, without twigs, broken off at 4-10 m</source>
-      <translation>troncos muertos de la parcela, de madera meteorizada, sin ramillas, rotos a 4-10 m</translation>
-    </message>
-    <message>
-      <source>Hardwood [%]</source>
-      <translation>Frondosas [%]</translation>
-    </message>
-    <message>
-      <source>trees that are hardwoods</source>
-      <translation>árboles que son frondosas</translation>
-    </message>
-    <message>
-      <source>Leaf off</source>
-      <translation>Sin hojas</translation>
-    </message>
-    <message>
-      <source>hardwoods are bare, and so is a third of the shrubs of several kinds</source>
-      <translation>las frondosas no tienen hojas, ni un tercio de los arbustos de varias clases</translation>
-    </message>
-    <message>
-      <source>Spacing</source>
-      <translation>Espaciamiento</translation>
-    </message>
-    <message>
-      <source>rows: planted, jittered; natural: at random with a least distance, denser here and thinner there</source>
-      <translation>rows: filas plantadas, irregulares; natural: al azar con una distancia mínima, más denso aquí y más abierto allá</translation>
-    </message>
-    <message>
-      <source>DBH distribution</source>
-      <translation>Distribución de los DAP</translation>
-    </message>
-    <message>
-      <source>of the diameters, with the stated mean and standard deviation</source>
-      <translation>de los diámetros, con la media y la desviación típica indicadas</translation>
-    </message>
-    <message>
-      <source>Shrub height [m]</source>
-      <translation>Altura de los arbustos [m]</translation>
-    </message>
-    <message>
-      <source>height of the tallest shrubs</source>
-      <translation>altura de los arbustos más altos</translation>
-    </message>
-    <message>
-      <source>Shrub variety</source>
-      <translation>Arbustos variados</translation>
-    </message>
-    <message>
-      <source>shrubs of several kinds: greens and browns, small and large leaves</source>
-      <translation>arbustos de varias clases: verdes y marrones, de hojas pequeñas y grandes</translation>
-    </message>
-    <message>
-      <source>Undergrowth [1/m2]</source>
-      <translation>Sotobosque [1/m2]</translation>
-    </message>
-    <message>
-      <source>young broadleaved plants 0.5-2.5 m high with leaves down to the ground</source>
-      <translation>plantas jóvenes de hoja ancha de 0,5-2,5 m, con hojas hasta el suelo</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of the command line (treedgs simulate-plot --help).</source>
+      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones de la línea de órdenes (treedgs simulate-plot --help).</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
@@ -4419,128 +3891,8 @@ cero.&lt;/p&gt;
       <translation>diámetro medio a la altura del pecho</translation>
     </message>
     <message>
-      <source>its standard deviation</source>
-      <translation>su desviación estándar</translation>
-    </message>
-    <message>
-      <source>Lean max [deg]</source>
-      <translation>Inclinación máxima [grados]</translation>
-    </message>
-    <message>
-      <source>largest lean of any stem</source>
-      <translation>mayor inclinación de un tronco</translation>
-    </message>
-    <message>
-      <source>Strong leans</source>
-      <translation>Muy inclinados</translation>
-    </message>
-    <message>
-      <source>in-plot stems that lean by 75-100 % of the largest lean</source>
-      <translation>troncos de la parcela inclinados el 75-100 % de la inclinación máxima</translation>
-    </message>
-    <message>
-      <source>Forks below breast height</source>
-      <translation>Horquillas bajo la altura del pecho</translation>
-    </message>
-    <message>
-      <source>in-plot trees forked below breast height</source>
-      <translation>árboles de la parcela ahorquillados bajo la altura del pecho</translation>
-    </message>
-    <message>
-      <source>Forks above breast height</source>
-      <translation>Horquillas sobre la altura del pecho</translation>
-    </message>
-    <message>
-      <source>in-plot trees forked above breast height</source>
-      <translation>árboles de la parcela ahorquillados sobre la altura del pecho</translation>
-    </message>
-    <message>
-      <source>Touching saplings</source>
-      <translation>Arbolitos en contacto</translation>
-    </message>
-    <message>
-      <source>in-plot stems touched by a sapling</source>
-      <translation>troncos de la parcela tocados por un arbolito</translation>
-    </message>
-    <message>
-      <source>Dead trees</source>
-      <translation>Árboles muertos</translation>
-    </message>
-    <message>
-      <source>in-plot trees without needles</source>
-      <translation>árboles de la parcela sin acículas</translation>
-    </message>
-    <message>
-      <source>Leaf area [m2]</source>
-      <translation>Superficie foliar [m2]</translation>
-    </message>
-    <message>
-      <source>one-sided needle area of a tree of mean DBH; what hides the stems</source>
-      <translation>superficie de acículas (una cara) de un árbol de DAP medio; lo que oculta los troncos</translation>
-    </message>
-    <message>
-      <source>Shrubs [1/m2]</source>
-      <translation>Arbustos [1/m2]</translation>
-    </message>
-    <message>
-      <source>shrubs, up to --shrub-height-m</source>
-      <translation>arbustos, hasta --shrub-height-m</translation>
-    </message>
-    <message>
-      <source>Saplings [1/m2]</source>
-      <translation>Arbolitos [1/m2]</translation>
-    </message>
-    <message>
-      <source>saplings below 7.5 cm DBH</source>
-      <translation>arbolitos de menos de 7,5 cm de DAP</translation>
-    </message>
-    <message>
-      <source>Logs</source>
-      <translation>Troncos caídos</translation>
-    </message>
-    <message>
-      <source>logs lying about</source>
-      <translation>troncos tirados en el suelo</translation>
-    </message>
-    <message>
-      <source>Slope [%]</source>
-      <translation>Pendiente [%]</translation>
-    </message>
-    <message>
-      <source>slope of the ground</source>
-      <translation>pendiente del suelo</translation>
-    </message>
-    <message>
-      <source>Roughness [m]</source>
-      <translation>Rugosidad [m]</translation>
-    </message>
-    <message>
-      <source>standard deviation of the ground about its plane</source>
-      <translation>desviación estándar del suelo respecto a su plano</translation>
-    </message>
-    <message>
-      <source>Image width [px]</source>
-      <translation>Ancho de imagen [px]</translation>
-    </message>
-    <message>
-      <source>width of a photo</source>
-      <translation>ancho de una foto</translation>
-    </message>
-    <message>
-      <source>Image height [px]</source>
-      <translation>Alto de imagen [px]</translation>
-    </message>
-    <message>
-      <source>height of a photo</source>
-      <translation>alto de una foto</translation>
-    </message>
-    <message>
       <source>number of photos, both flights together</source>
       <translation>número de fotos, ambos vuelos juntos</translation>
-    </message>
-    <message>
-      <source>rays a pixel</source>
-      <translation>rayos por píxel</translation>
     </message>
     <message>
       <source>Ground sample distance [cm]</source>
@@ -4549,38 +3901,6 @@ cero.&lt;/p&gt;
     <message>
       <source>ground sample distance straight down from 70 m; sets the focal length</source>
       <translation>tamaño de píxel en el suelo en vertical desde 70 m; fija la distancia focal</translation>
-    </message>
-    <message>
-      <source>Sun shift [min]</source>
-      <translation>Avance del sol [min]</translation>
-    </message>
-    <message>
-      <source>minutes by which the sun moves on between the flights; 0 = same shadows in both</source>
-      <translation>minutos que avanza el sol entre los vuelos; 0 = mismas sombras en ambos</translation>
-    </message>
-    <message>
-      <source>Float epochs</source>
-      <translation>Épocas flotantes</translation>
-    </message>
-    <message>
-      <source>photos that fall into a burst of PPK float solutions (0.3 m error)</source>
-      <translation>fotos que caen en un tramo de soluciones PPK flotantes (0,3 m de error)</translation>
-    </message>
-    <message>
-      <source>Labels</source>
-      <translation>Etiquetas de los píxeles</translation>
-    </message>
-    <message>
-      <source>write truth/labels: what every pixel of every photo shows</source>
-      <translation>escribir truth/labels: lo que muestra cada píxel de cada foto</translation>
-    </message>
-    <message>
-      <source>LiDAR density [1/m2]</source>
-      <translation>Densidad LiDAR [1/m2]</translation>
-    </message>
-    <message>
-      <source>LiDAR pulses per square metre; 0 = no cloud</source>
-      <translation>pulsos LiDAR por metro cuadrado; 0 = sin nube</translation>
     </message>
     <message>
       <source>the plot's folder</source>
@@ -5295,6 +4615,10 @@ cero.&lt;/p&gt;
       <translation>Troncos sin DAP</translation>
     </message>
     <message>
+      <source>Dead trees</source>
+      <translation>Árboles muertos</translation>
+    </message>
+    <message>
       <source>Trees per hectare</source>
       <translation>Árboles por hectárea</translation>
     </message>
@@ -5325,6 +4649,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Counts as</source>
       <translation>Cuenta como</translation>
+    </message>
+    <message>
+      <source>Height [m]</source>
+      <translation>Altura [m]</translation>
     </message>
     <message>
       <source>Height from</source>
@@ -5381,6 +4709,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Exposure (UTC) [s since 1970]</source>
       <translation>Disparo (UTC) [s desde 1970]</translation>
+    </message>
+    <message>
+      <source>Flight</source>
+      <translation>Vuelo</translation>
     </message>
     <message>
       <source>Yaw [°]</source>

@@ -19,7 +19,7 @@ class GaussianOptions:
     """
 
     gaussians: int = param(
-        3000, kind="integer", help="most Gaussians of a stem, its bark's", minimum=10, maximum=100000, advanced=True
+        3000, kind="integer", help="most Gaussians of a stem, its bark's", minimum=10, maximum=100000, dialog=False
     )
     max_gaussians: int = param(
         60000,
@@ -27,9 +27,9 @@ class GaussianOptions:
         help="hard limit on Gaussians in all; shared among the stems",
         minimum=10,
         maximum=10_000_000,
-        advanced=True,
+        dialog=False,
     )
-    max_views: int = param(60, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True)
+    max_views: int = param(60, kind="integer", help="photos used per stem", minimum=1, maximum=1000, dialog=False)
     band_m: float = param(
         3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20
     )
@@ -52,8 +52,8 @@ class GaussianOptions:
         advanced=True,
         help="where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang",
     )
-    threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, advanced=True)
-    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
+    threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, dialog=False)
+    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, dialog=False)
     mask_foliage: bool = True
     stem_gaussians: int = 300
     stem_epochs: int = 4
@@ -69,8 +69,8 @@ class SampleOptions:
     """
 
     samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
-    threads: int = param(2, kind="integer", help="views scored at once", minimum=1, maximum=256, advanced=True)
-    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
+    threads: int = param(2, kind="integer", help="views scored at once", minimum=1, maximum=256, dialog=False)
+    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, dialog=False)
     tau: float = 0.0
     seen_transmittance: float = 0.02
 

@@ -42,4 +42,4 @@ class MeasureOptions:
     )
     max_lean_deg: float = param(25.0, kind="number", help="more lean is refused", unit="deg", minimum=0, maximum=45)
     source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
-    seed: int = param(0, kind="integer", help="seed of the random draws", minimum=0, maximum=2**31 - 1, advanced=True)
+    seed: int = param(0, kind="integer", help="seed of the random draws", minimum=0, maximum=2**31 - 1, dialog=False)
