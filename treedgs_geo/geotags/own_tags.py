@@ -19,7 +19,7 @@ _GAP_M = 2000.0
 #: Altitudes of both signs that differ by less than this, without their sign, and lie further than it from zero, metres.
 _SIGN_SPREAD_M = 5.0
 #: A gimbal this far from upright has passed straight down, degrees.
-_OVERHEAD_DEG = 90.0
+OVERHEAD_DEG = 90.0
 
 
 def without_faults(photos: list[Photo], reporter: Reporter) -> list[Photo]:
@@ -132,10 +132,10 @@ def _no_angles(photos: list[Photo], reporter: Reporter) -> list[Photo]:
 
 
 def _note_overhead(photos: list[Photo], reporter: Reporter) -> None:
-    over = [photo.name for photo in photos if abs(photo.roll_deg) > _OVERHEAD_DEG]
+    over = [photo.name for photo in photos if abs(photo.roll_deg) > OVERHEAD_DEG]
     if over:
         reporter.warn(
             f"{len(over)} of {len(photos)} photos have a gimbal roll near 180 degrees (tilted past straight down, as "
-            f"in smart oblique capture); whether their pictures are stored turned is not known before the block: look "
-            f"in its report whether they are placed ({shorten(over, 3)})."
+            f"in smart oblique capture); whether their pictures are stored turned, their matches decide: look in the "
+            f"report whether they are placed ({shorten(over, 3)})."
         )

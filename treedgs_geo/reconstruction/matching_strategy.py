@@ -15,7 +15,7 @@ from ..core.errors import ReconstructionError
 from ..core.files import fingerprint
 from ..core.machine import available_threads
 from ..core.progress import Reporter
-from ..geotags.photos import shorten
+from ..geotags.own_tags import OVERHEAD_DEG
 from ..geotags.stations import Stations
 from .calibration import Calibration
 from .checks import check_block
@@ -128,7 +128,8 @@ def at_level(
         if level.guided:
             guide = _guide(survey, former if level.again else None)
             match_guided(store, pairs, guide, options.seed, work.threads, reporter)
-            guide = _with_turned(store, pairs, guide, work, reporter)
+            if not level.again:
+                guide = _as_stored(store, pairs, guide, work, reporter)
         else:
             match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
             store = FeatureStore.read(database, stations.names)
@@ -184,24 +185,22 @@ def _sure(joined: Joined) -> np.ndarray:
         return joined.block.is_posed & (posterior_of(joined.adjusted).poses_px <= KEPT_SURE_PX)
 
 
-def _with_turned(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work, reporter: Reporter) -> Guide:
-    """The guide, with photos that match no other turned on their heads where they then do; their matches, too.
-
-    A gimbal's roll of 180 degrees does not say whether the picture was stored turned, and programs turn pictures.
-    """
-    found = store.matches
-    alone = ~np.isin(np.arange(len(guide.rotations)), np.array([*found, (-1, -1)]))
-    again = pairs[alone[pairs].any(axis=1)]
+def _as_stored(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work, reporter: Reporter) -> Guide:
+    """The guide with photos whose gimbal rolled by half a turn as more pairs of photos match: with their pictures as
+    that says, or as cameras store them that turn them upright; the matches, too."""
+    over = np.abs(work.stations.roll_deg) > OVERHEAD_DEG
+    again = pairs[over[pairs].any(axis=1)]
     if not len(again):
         return guide
-    turned = replace(guide, rotations=np.where(alone[:, None, None], HALF_TURN @ guide.rotations, guide.rotations))
-    match_guided(store, again, turned, work.options.seed, work.threads, reporter)
-    store.matches = found | store.matches
-    right = alone & np.isin(np.arange(len(alone)), np.array([*store.matches, (-1, -1)]))
-    if right.any():
-        names = shorten([work.stations.names[i] for i in np.flatnonzero(right)])
-        reporter.info(f"{right.sum()} photos are stored turned by 180 degrees against their gimbal angles: {names}.")
-    return replace(guide, rotations=np.where(right[:, None, None], turned.rotations, guide.rotations))
+    before = store.matches
+    upright = replace(guide, rotations=np.where(over[:, None, None], HALF_TURN @ guide.rotations, guide.rotations))
+    match_guided(store, again, upright, work.options.seed, work.threads, reporter)
+    after = {pair: rows for pair, rows in before.items() if not over[list(pair)].any()} | store.matches
+    store.matches = max(after, before, key=len)
+    if len(after) <= len(before):
+        return guide
+    reporter.info(f"The pictures of {over.sum()} photos are stored upright, not as their gimbal rolled (180 degrees).")
+    return upright
 
 
 def _guide(survey: Survey, former: Joined | None = None) -> Guide:
