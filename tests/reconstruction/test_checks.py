@@ -96,6 +96,21 @@ def test_a_photo_metres_from_its_geotag_is_named() -> None:
     assert "4.jpg" in report["warnings"][0] and report["geotag_contradicted"] == ["4.jpg"]
 
 
+def test_groups_without_overlap_are_said_in_two_sentences() -> None:
+    joined, stations, calibration = _case()
+    assert check_block(joined, stations, calibration, READOUT, Reporter())["groups"] == [18]
+    # The points of the second ring are others than those of the first.
+    block = joined.block
+    high = block.image >= 10
+    block.point[high] += len(block.points)
+    block.points = np.vstack([block.points, block.points])
+    apart = _joined(block, joined.known.xyz, stations.sd)
+    report = check_block(apart, stations, calibration, READOUT, Reporter())
+    assert report["groups"] == [10, 8] and report["registered"] == 18
+    assert "2 groups that share no points: 10 (0.jpg, 1.jpg and 8 more), 8 (10.jpg" in report["warnings"][0]
+    assert "held by its own geotags" in report["warnings"][1]
+
+
 def test_movements_by_photo_need_geotags_that_hold_the_block() -> None:
     joined, stations, calibration = _case()
     rolling = Readout(0.033, 0.007, "table")

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
@@ -30,6 +32,8 @@ RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
 CONTROL_REFUSE_SD = 6.0
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
+#: Photos that show so many points together hold each other.
+TOGETHER_POINTS = 6
 #: Warned when a flight's geotags are not of the exposures' instants by this many standard errors, and metres.
 LATE_WARN_SD, LATE_WARN_M = 3.0, 0.03
 #: Warned when the standard error of the block's scale exceeds this (1.5 mm in 30 cm).
@@ -85,6 +89,8 @@ def check_block(
     """
     block, xyz, warnings = joined.block, joined.known.xyz, list[str]()
     _check_registered(block, stations, warnings)
+    groups = _groups(block)
+    _note_groups(groups, block, stations, warnings)
     geotags = _against_geotags(block, stations, xyz)
     _check_geotags(geotags, warnings)
     focal = 0.5 * (block.camera.fx + block.camera.fy)
@@ -118,6 +124,7 @@ def check_block(
         "photos": len(stations),
         "registered": int(posed.sum()),
         "left_out": _left_out(block, stations),
+        "groups": [len(group) for group in groups],
         "points": len(block.points),
         "track_length": round(ties.track, 2),
         "points_per_photo_median": float(np.median(ties.per_photo)),
@@ -191,6 +198,32 @@ def _check_registered(block: Block, stations: Stations, warnings: list[str]) -> 
     if registered < REGISTERED_WARN * count:
         left_out = shorten(_left_out(block, stations))
         warnings.append(f"{registered} of {count} photos registered; left out: {left_out}.")
+
+
+def _groups(block: Block) -> list[np.ndarray]:
+    """Registered photos by groups of three and more that share no points, the largest first."""
+    count = len(block.keypoints)
+    shows = coo_array((np.ones(len(block.image), np.int32), (block.image, block.point)), (count, len(block.points)))
+    together = shows.tocsr() @ shows.T.tocsr() >= TOGETHER_POINTS
+    label = connected_components(together, directed=False)[1]
+    found = [np.flatnonzero((label == each) & block.is_posed) for each in np.unique(label[block.is_posed])]
+    return sorted((group for group in found if len(group) > 2), key=lambda group: (-len(group), group[0]))
+
+
+def _note_groups(groups: list[np.ndarray], block: Block, stations: Stations, warnings: list[str]) -> None:
+    if len(groups) < 2:
+        return
+    middles = np.array([block.centres[group].mean(axis=0) for group in groups])
+    apart_m = np.linalg.norm(middles - middles[0], axis=1).max()
+    told = [f"{len(group)} ({shorten([stations.names[i] for i in group], 2)})" for group in groups]
+    warnings.append(
+        f"The photos form {len(groups)} groups that share no points: {', '.join(told[:3])}"
+        f"{' and more' if len(told) > 3 else ''}, up to {apart_m:.0f} m apart."
+    )
+    warnings.append(
+        "Each group is held by its own geotags alone, so what lies between them is not sure: measure them as "
+        "jobs of their own, or add photos that overlap both."
+    )
 
 
 def _known(block: Block, xyz: np.ndarray) -> np.ndarray:
