@@ -11,7 +11,7 @@ from treedgs_geo.reconstruction.adjustment import Adjusted, Known, adjust
 from treedgs_geo.reconstruction.bundle import LAST
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.covariance import posterior_of
-from treedgs_geo.reconstruction.geotag_errors import as_photos_say, in_time, tell_the_time
+from treedgs_geo.reconstruction.geotag_errors import as_photos_say, in_time, settle_time, tell_the_time
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.tracks import Block
 
@@ -58,7 +58,7 @@ def test_geotags_of_another_instant_are_found_and_moved(late_s: float) -> None:
     block, known, adjusted, posterior, truth = _adjusted(_rings(), late_s, seed=3)
     assert posterior.late_sd_s[0] < 0.004
     assert abs(posterior.late_s[0] - late_s) < 2.5 * posterior.late_sd_s[0], "and the standard error is true"
-    assert tell_the_time(adjusted, posterior).all()
+    assert tell_the_time(known, adjusted, posterior).all()
     moved = in_time(known, adjusted, posterior)
     assert moved.late_s[0] == pytest.approx(late_s, abs=0.004)
     assert np.abs(np.median(moved.xyz - truth, axis=0)).max() < 0.02
@@ -68,13 +68,24 @@ def test_geotags_of_another_instant_are_found_and_moved(late_s: float) -> None:
 def test_the_time_of_good_geotags_is_none() -> None:
     _, known, adjusted, posterior, _ = _adjusted(_rings(), 0.0, seed=4)
     assert abs(posterior.late_s[0]) < 2.5 * posterior.late_sd_s[0]
+    assert not tell_the_time(known, adjusted, posterior).any(), "so that clocks are believed"
     assert in_time(known, adjusted, posterior) is known
+
+
+def test_what_was_moved_and_then_not_shown_is_taken_back() -> None:
+    _, known, adjusted, posterior, _ = _adjusted(_rings(), 0.06, seed=8)
+    moved = in_time(known, adjusted, posterior)
+    assert moved is not known
+    unsure = replace(posterior, late_s=-moved.late_s, late_sd_s=np.array([0.05]))
+    back = settle_time(moved, adjusted, unsure, known)
+    assert np.array_equal(back.xyz, known.xyz) and np.array_equal(back.sd, known.sd)
+    assert not back.late_s.any() and not back.late_sd_s.any()
 
 
 def test_a_flight_in_one_direction_does_not_tell_the_time() -> None:
     _, known, adjusted, posterior, _ = _adjusted(_one_way(), 0.2, seed=5)
     assert posterior.late_sd_s[0] * 6.0 > 0.1, "nor does it claim to"
-    assert not tell_the_time(adjusted, posterior).any()
+    assert not tell_the_time(known, adjusted, posterior).any()
     assert in_time(known, adjusted, posterior) is known
 
 

@@ -34,8 +34,8 @@ CONTROL_REFUSE_SD = 6.0
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
 #: Photos that show so many points together hold each other.
 TOGETHER_POINTS = 6
-#: Warned when a flight's geotags are not of the exposures' instants by this many standard errors, and metres.
-LATE_WARN_SD, LATE_WARN_M = 3.0, 0.03
+#: Warned when a flight's geotags lie so far from its exposures along the flight, metres.
+LATE_WARN_M = 0.03
 #: Warned when the standard error of the block's scale exceeds this (1.5 mm in 30 cm).
 SCALE_WARN = 0.005
 
@@ -262,9 +262,10 @@ def _check_geotags(geotags: _Geotags, warnings: list[str]) -> None:
 
 
 def _note_late(late_s: np.ndarray, late_sd_s: np.ndarray, speed_m_s: np.ndarray, warnings: list[str]) -> None:
-    """Say by how much the geotags of each flight, (F,), were taken before or after its photos."""
+    """Say by how much the geotags of each flight, (F,), were taken before or after its photos; NaN: not looked for, or
+    not shown."""
     along_m = np.abs(late_s) * speed_m_s
-    for flight in np.flatnonzero((np.abs(late_s) > LATE_WARN_SD * late_sd_s) & (along_m > LATE_WARN_M)):
+    for flight in np.flatnonzero(np.isfinite(late_sd_s) & (along_m > LATE_WARN_M)):
         warnings.append(
             f"The geotags of flight {flight} belong to places {1000 * abs(late_s[flight]):.0f} ms "
             f"{'before' if late_s[flight] > 0 else 'after'} its photos (standard error "

@@ -11,8 +11,10 @@ from .camera_model import Sensor
 from .covariance import Posterior
 
 #: When a flight's geotags were taken is left to the photos where these tell it to so many metres along the flight, or
-#: where it is so many standard errors from the exposures; else clocks are believed.
+#: where it is so many standard errors from the exposures ...
 TOLD_M, CERTAIN_SD = 0.05, 6.0
+#: ... and where those of all such flights together are so many standard errors from theirs; else clocks are believed.
+SHOWN_SD = 3.0
 #: Geotags are moved along the velocities by this at least, metres; so large a share of it may be wrong, as the speed
 #: changes meanwhile.
 MIN_M, MOVED_SHARE = 0.02, 0.1
@@ -26,20 +28,23 @@ def usual_speed_m_s(sensor: Sensor) -> np.ndarray:
     return np.array([np.median(speed[sensor.flight == flight]) for flight in range(len(sensor.drift))])
 
 
-def tell_the_time(adjusted: Adjusted, posterior: Posterior) -> np.ndarray:
-    """(F,) bool: flights whose photos tell when their geotags were taken.
+def tell_the_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> np.ndarray:
+    """(F,) bool: flights whose photos tell that their geotags were taken at another time.
 
     Where lines are flown both ways or cross, geotags of another instant lie behind their cameras on one line and before
     them on the next. Flown one way only they move the block as a whole, which nothing in the photos tells.
     """
+    looked = posterior.late_sd_s > 0
+    times = np.abs(known.late_s + posterior.late_s) / np.where(looked, posterior.late_sd_s, np.inf)
     told = posterior.late_sd_s * usual_speed_m_s(adjusted.problem.sensor) < TOLD_M
-    return (posterior.late_sd_s > 0) & (told | (np.abs(posterior.late_s) > CERTAIN_SD * posterior.late_sd_s))
+    told = looked & (told | (times > CERTAIN_SD))
+    return told & (np.sqrt(np.sum(times[told] ** 2)) > SHOWN_SD)
 
 
 def in_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
     """What is known, with the geotags of each flight moved along its velocities to when its photos were taken."""
     sensor = adjusted.problem.sensor
-    late_s = np.where(tell_the_time(adjusted, posterior), posterior.late_s, 0.0)
+    late_s = np.where(tell_the_time(known, adjusted, posterior), posterior.late_s, 0.0)
     late_s[np.abs(late_s) * usual_speed_m_s(sensor) < MIN_M] = 0.0
     if not late_s.any():
         return known
@@ -53,7 +58,7 @@ def settle_time(known: Known, adjusted: Adjusted, posterior: Posterior, given: K
     """What is known for the last adjustment: geotags of flights whose photos do not tell the time are as they were
     given, and held there, for clocks are right unless they show otherwise.
     """
-    told = tell_the_time(adjusted, posterior)
+    told = tell_the_time(known, adjusted, posterior)
     of_told = told[adjusted.problem.sensor.flight, None]
     known = in_time(known, adjusted, posterior)
     return replace(
