@@ -111,6 +111,19 @@ def test_groups_without_overlap_are_said_in_two_sentences() -> None:
     assert "held by its own geotags" in report["warnings"][1]
 
 
+def test_a_block_of_half_of_the_photos_goes_on_and_names_the_others() -> None:
+    joined, stations, calibration = _case()
+    block = joined.block
+    block.unpose(np.arange(18) >= 10)
+    half = _joined(block, joined.known.xyz, stations.sd)
+    report = check_block(half, stations, calibration, READOUT, Reporter())
+    assert report["registered"] == 10 and report["left_out"] == [f"{k}.jpg" for k in range(10, 18)]
+    assert "10 of 18 photos registered; left out: 10.jpg" in report["warnings"][0]
+    block.unpose(np.arange(18) >= 8)
+    with pytest.raises(ReconstructionError, match="8 of 18 photos could be registered, expected 50%"):
+        check_block(_joined(block, joined.known.xyz, stations.sd), stations, calibration, READOUT, Reporter())
+
+
 def test_movements_by_photo_need_geotags_that_hold_the_block() -> None:
     joined, stations, calibration = _case()
     rolling = Readout(0.033, 0.007, "table")
@@ -133,8 +146,8 @@ def test_contradictions_are_refused() -> None:
     with pytest.raises(ReconstructionError, match="flying height"):
         high = replace(stations, relative_altitude_m=np.full(18, 120.0))
         check_block(joined, high, calibration, READOUT, Reporter())
-    joined.block.unpose(np.arange(18) < 9)
-    with pytest.raises(ReconstructionError, match="9 of 18 photos"):
+    joined.block.unpose(np.arange(18) < 10)
+    with pytest.raises(ReconstructionError, match="8 of 18 photos"):
         check_block(joined, stations, calibration, READOUT, Reporter())
 
 

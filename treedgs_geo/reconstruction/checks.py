@@ -24,7 +24,7 @@ from .incremental_block import Joined
 from .tracks import Block
 
 #: Refused below this share of registered photos; warned below the second.
-REGISTERED_REFUSE, REGISTERED_WARN = 0.60, 0.95
+REGISTERED_REFUSE, REGISTERED_WARN = 0.50, 0.95
 #: Refused when the median distance to the geotags exceeds this many stated standard deviations (plus the slack in
 #: metres).
 RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
