@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from qgis.core import (
+    QgsCoordinateReferenceSystem,
     QgsProcessingAlgorithm,
     QgsProcessingContext,
     QgsProcessingException,
@@ -202,7 +203,9 @@ class EngineAlgorithm(BaseAlgorithm):
         """What is wrong with one of the values that are given, or ''."""
         for entry in self.declaration["parameters"]:
             name, given = qgis_name(entry["name"]), parameters.get(qgis_name(entry["name"]))
-            empty = given in (None, "")
+            # "Not set" in a dialog is a CRS that is not valid.
+            unset = isinstance(given, QgsCoordinateReferenceSystem) and not given.isValid()
+            empty = given in (None, "") or (unset and not entry["required"])
             sentence = "" if empty else self._value_problem(entry, name, given, parameters, context)
             if sentence:
                 return sentence

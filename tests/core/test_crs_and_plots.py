@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from treedgs_geo.core.crs import LocalFrame, check_projected, lonlat_to_project, project_crs, suggest_utm
 from treedgs_geo.core.errors import CRSError, InputError
-from treedgs_geo.core.frames import frame_named, heights_named, transform
+from treedgs_geo.core.frames import frame_named, heights_named, transform, usual_crs
 from treedgs_geo.core.plots import read_plots
 
 
@@ -146,3 +146,19 @@ def test_nothing_known_stays_nothing_known():
     points = np.array([[np.nan, 33.6, 1.0], [-91.8, 33.6, 1.0]])
     moved = transform(pyproj.CRS("EPSG:6319"), pyproj.CRS("EPSG:6344"), points, "x")
     assert np.isnan(moved[0]).all() and np.isfinite(moved[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("lon", "lat", "epsg"),
+    [
+        (-91.8, 33.6, 6344),  # Arkansas: NAD83(2011)
+        (-123.5, 50.5, 3157),  # British Columbia: NAD83(CSRS)
+        (146.3, -37.5, 7855),  # Victoria: MGA zone 55
+        (8.4, 48.1, 25832),  # Black Forest
+        (-48.6, -25.4, 31982),  # Paraná: SIRGAS 2000
+        (36.9, -0.4, 32737),  # Kenya: WGS 84
+    ],
+)
+def test_the_usual_crs_of_a_place(lon, lat, epsg):
+    assert usual_crs(lon, lat).to_epsg() == epsg
+    assert check_projected(usual_crs(lon, lat), "--crs") == usual_crs(lon, lat)

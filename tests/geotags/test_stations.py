@@ -98,6 +98,18 @@ def test_renamed_photos_pair_by_time(tmp_path: Path) -> None:
     np.testing.assert_allclose(part.xyz, whole.xyz[5:17])
 
 
+def test_without_a_crs_the_usual_one_is_taken_and_named() -> None:
+    class Ears(Reporter):
+        said = ""
+
+        def info(self, message):
+            self.said += message
+
+    ears, folder = Ears(), needs_shared("plot_e")
+    stations = read_stations(folder / "images", folder, None, check_photos=False, reporter=ears)
+    assert stations.crs.to_epsg() == 6344 and "Project CRS: EPSG:6344, NAD83(2011) / UTM zone 15N" in ears.said
+
+
 def test_refusals(tmp_path: Path) -> None:
     folder, other = needs_shared("plot_a"), needs_shared("plot_e")
     with pytest.raises(GeotagError, match="belong to other photos"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from functools import lru_cache
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import numpy as np
 import pyproj
 from pyproj.aoi import AreaOfInterest
+from pyproj.database import query_crs_info
+from pyproj.enums import PJType
 from pyproj.transformer import TransformerGroup
 
 from .errors import CRSError
@@ -52,6 +55,31 @@ def suggest_utm(lon_deg: float, lat_deg: float) -> pyproj.CRS:
     """WGS 84 / UTM zone of a position."""
     zone = int((lon_deg + 180) // 6) % 60 + 1
     return pyproj.CRS.from_epsg((32600 if lat_deg >= 0 else 32700) + zone)
+
+
+#: Grids that forest inventories use where they are at home, in this order; elsewhere WGS 84.
+_USUAL = (
+    r"NAD83\(2011\) / UTM zone \d+N",
+    r"NAD83\(CSRS\) / UTM zone \d+N",
+    r"GDA2020 / MGA zone \d+",
+    r"ETRS89 / UTM zone \d+N",
+    r"SIRGAS 2000 / UTM zone \d+[NS]",
+)
+
+
+def usual_crs(lon_deg: float, lat_deg: float) -> pyproj.CRS:
+    """The UTM zone of a position in the datum that is usual there: of North America, Australia, Europe or South
+    America, else WGS 84."""
+    place = AreaOfInterest(lon_deg, lat_deg, lon_deg, lat_deg)
+    found = query_crs_info("EPSG", PJType.PROJECTED_CRS, place, contains=True)
+    for pattern in _USUAL:
+        names = {info.name: info.code for info in found if re.fullmatch(pattern, info.name)}
+        # At the rim of two zones both hold the place: the one of its longitude.
+        zone = int((lon_deg + 180) // 6) % 60 + 1
+        best = min(names, key=lambda name: abs(int(re.findall(r"\d+", name)[-1]) - zone), default=None)
+        if best is not None:
+            return pyproj.CRS.from_epsg(int(names[best]))
+    return suggest_utm(lon_deg, lat_deg)
 
 
 def vertical_of(crs: pyproj.CRS | None) -> pyproj.CRS | None:

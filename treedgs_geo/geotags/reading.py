@@ -13,7 +13,7 @@ import pyproj
 from ..core.crs import check_projected, horizontal, lonlat_to_project, suggest_utm
 from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
-from ..core.frames import vertical_of
+from ..core.frames import usual_crs, vertical_of
 from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
 from .agreement import check_agreement
@@ -46,7 +46,7 @@ LATE_M = 0.05
 def read_stations(
     photos: Path,
     geotags: Path | None,
-    crs: str | pyproj.CRS,
+    crs: str | pyproj.CRS | None,
     *,
     check_photos: bool = True,
     camera_delay_ms: float = 0.0,
@@ -60,7 +60,8 @@ def read_stations(
 
     Args:
         photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``
-            or RINEX), or a table of positions; None = EXIF/XMP. crs: project CRS, projected, metres.
+            or RINEX), or a table of positions; None = EXIF/XMP. crs: project CRS, projected, metres; None =
+            the usual one where the photos lie (:func:`treedgs_geo.core.frames.usual_crs`).
         check_photos: leave out blurred and empty photos. camera_delay_ms: exposure minus mark time.
         frame: geographic CRS of the geotags (default: the project CRS's datum). base, base_position: the base station's
             RINEX file and place, see :func:`.ppk.solve`. keep_solution: where the solved ``.pos`` is kept.
@@ -77,7 +78,7 @@ def read_stations(
     reporter = reporter or Reporter()
     found = without_faults(read_photos(Path(photos), reporter), reporter)
     own = _middle(found)
-    project = _checked_crs(crs, own)
+    project = _usual(own, Path(photos), reporter) if crs is None else _checked_crs(crs, own)
     source = geotags_frame(frame)
     if own is not None and source is not None:
         check_lon_lat(source, *own, "--geotags-crs")
@@ -141,6 +142,17 @@ class _Track:
     @staticmethod
     def of_nothing(count: int) -> _Track:
         return _Track(np.full((count, 3), np.nan), np.zeros(count), np.full((count, 3), np.nan))
+
+
+def _usual(lon_lat: tuple[float, float] | None, photos: Path, reporter: Reporter) -> pyproj.CRS:
+    if lon_lat is None:
+        raise CRSError(
+            f"{photos}: no photo has a GPS position of its own, which would tell the project's CRS; give --crs, "
+            "projected and in metres, like EPSG:32615."
+        )
+    crs = usual_crs(*lon_lat)
+    reporter.info(f"Project CRS: EPSG:{crs.to_epsg()}, {crs.name}: usual where the photos lie; --crs takes another.")
+    return crs
 
 
 def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:

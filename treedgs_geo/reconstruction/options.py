@@ -55,6 +55,16 @@ def calibration_option() -> Any:
     )
 
 
+def project_crs_option() -> Any:
+    """``crs`` of the verbs that read photos."""
+    return param(
+        None,
+        kind="crs",
+        help="Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; "
+        "default: the UTM zone where the photos lie, in the datum that is usual there",
+    )
+
+
 def geotags_crs_option() -> Any:
     """Setting ``geotags_crs``: the frame of the geotags, where it is not the project's."""
     return param(

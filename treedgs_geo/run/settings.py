@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.settings import TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
-from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option
+from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -44,7 +44,7 @@ class PhotosToDbhSettings(KeptWorkspace):
         help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.",
         suffixes=(".tif", ".tiff"),
     )
-    crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
+    crs: str | None = project_crs_option()
     plots: Path | None = param(
         None,
         kind="file",

@@ -46,7 +46,9 @@ def same_run(settings: PhotosToDbhSettings) -> PhotosToDbhSettings:
         elif isinstance(value, Path) and isinstance(before, str):
             same = _where(Path(start) / before) == _where(value)
         elif item.name == "crs":
-            same = _same_crs(value, before)
+            # The run's own, as it found it where none was given.
+            before = before or (record or {}).get("crs")
+            same = value is None or _same_crs(value, before)
             crs = str(before) if same else crs
         else:
             # How far points may be off is asked anew where the run had no field stems.

@@ -10,7 +10,7 @@ from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..reconstruction.options import geotags_crs_option
+from ..reconstruction.options import geotags_crs_option, project_crs_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,10 +24,7 @@ class GeotagSettings:
         help="Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; "
         "without it EXIF/XMP positions are used.",
     )
-    crs: str = param(
-        kind="crs",
-        help="Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.",
-    )
+    crs: str | None = project_crs_option()
     output: Path = param(kind="output_file", help="Camera stations layer to write.", suffixes=(".gpkg",))
     geotags_crs: str | None = geotags_crs_option()
     base: Path | None = param(

@@ -10,7 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import DENSE, GEOTAGS, SFM, KeptWorkspace, Workspace, workspace_option
-from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option
+from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option, project_crs_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class ReconstructSettings(KeptWorkspace):
     geotags_crs: str | None = geotags_crs_option()
     gcp: Path | None = gcp_option()
     calibration: Path | None = calibration_option()
-    crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
+    crs: str | None = project_crs_option()
     dtm: Path | None = param(
         None,
         kind="file",

@@ -1810,7 +1810,7 @@ beginnen von vorn.&lt;/p&gt;
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344.</source>
-      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:25832.</translation>
+      <translation type="unfinished" />
     </message>
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
@@ -2354,7 +2354,7 @@ beginnen von vorn.&lt;/p&gt;
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
-      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:25832, oder mit Höhendatum, EPSG:25832+7837.</translation>
+      <translation type="unfinished" />
     </message>
     <message>
       <source>Camera stations layer to write.</source>

@@ -1808,7 +1808,7 @@ cero.&lt;/p&gt;
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344.</source>
-      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:25830.</translation>
+      <translation type="unfinished" />
     </message>
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
@@ -2352,7 +2352,7 @@ cero.&lt;/p&gt;
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
-      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:25830, o con datum vertical, EPSG:25830+5782.</translation>
+      <translation type="unfinished" />
     </message>
     <message>
       <source>Camera stations layer to write.</source>
