@@ -1809,8 +1809,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden in den Fotos gesucht.</translation>
     </message>
     <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344.</source>
-      <translation type="unfinished" />
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
+      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:6344, oder mit Höhendatum EPSG:6344+5703; Vorgabe: die UTM-Zone, in der die Fotos liegen, im dort üblichen Datum</translation>
     </message>
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
@@ -2351,10 +2351,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
       <translation>Ordner oder Datei mit MRK und RTKLIB-.pos oder RINEX (PPK), oder eine CSV mit name, lat, lon, h; sonst gelten die Positionen aus EXIF/XMP.</translation>
-    </message>
-    <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
-      <translation type="unfinished" />
     </message>
     <message>
       <source>Camera stations layer to write.</source>

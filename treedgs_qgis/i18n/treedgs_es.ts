@@ -1807,8 +1807,8 @@ cero.&lt;/p&gt;
       <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se busca en las fotos.</translation>
     </message>
     <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344.</source>
-      <translation type="unfinished" />
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
+      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:6344, o con datum de alturas, EPSG:6344+5703; por omisión: la zona UTM en la que están las fotos, en el datum habitual allí</translation>
     </message>
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
@@ -2349,10 +2349,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
       <translation>Carpeta o archivo con MRK y .pos de RTKLIB o RINEX (PPK), o un CSV con name, lat, lon, h; si falta, valen las posiciones EXIF/XMP.</translation>
-    </message>
-    <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
-      <translation type="unfinished" />
     </message>
     <message>
       <source>Camera stations layer to write.</source>
