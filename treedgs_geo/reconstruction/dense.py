@@ -15,7 +15,6 @@ import cv2
 import numpy as np
 
 from ..core.progress import Reporter
-from ..core.settings import param
 from .cameras import View
 from .images import load_image
 
@@ -24,21 +23,19 @@ from .images import load_image
 class DenseOptions:
     """How the stem band is made dense."""
 
-    low_m: float = param(
-        0.2, kind="number", unit="m", help="Lower end of the band above ground", minimum=-1, maximum=50
-    )
-    high_m: float = param(
-        3.2, kind="number", unit="m", help="Upper end of the band above ground", minimum=0, maximum=60
-    )
-    voxel_m: float = param(
-        0.04, kind="number", unit="m", help="Cell in which two reference photos must agree", minimum=0.005, maximum=1
-    )
-    min_votes: int = param(2, kind="integer", help="Reference photos that must agree", minimum=1, maximum=10)
-    neighbours: int = param(2, kind="integer", help="Partners per reference photo", minimum=1, maximum=6)
-    max_views: int = param(30, kind="integer", help="Most reference photos", minimum=2, maximum=500)
-    max_megapixels: float = param(
-        4.0, kind="number", unit="MP", help="Largest rectified crop; bigger ones are reduced", minimum=0.1, maximum=50
-    )
+    #: Ends of the band above ground, m.
+    low_m: float = 0.2
+    high_m: float = 3.2
+    #: Cell in which two reference photos must agree, m.
+    voxel_m: float = 0.04
+    #: Reference photos that must agree.
+    min_votes: int = 2
+    #: Partners per reference photo.
+    neighbours: int = 2
+    #: Most reference photos.
+    max_views: int = 30
+    #: Largest rectified crop, megapixels; bigger ones are reduced.
+    max_megapixels: float = 4.0
 
 
 def densify_band(

@@ -12,24 +12,17 @@ from ..core.settings import param
 class ReconstructOptions:
     """How to reconstruct; the defaults suit drone photos of 1 to 60 MP."""
 
-    max_features: int = param(
-        8000, kind="integer", help="Most features per photo", minimum=500, maximum=60000, advanced=True
-    )
-    max_image_size: int = param(
-        4000,
-        kind="integer",
-        unit="px",
-        help="Photos are reduced to this longer side for the features",
-        minimum=500,
-        maximum=20000,
-        advanced=True,
-    )
-    neighbours: int = param(
-        20, kind="integer", help="Photos that each photo is matched with", minimum=4, maximum=200, advanced=True
-    )
-    threads: int = param(0, kind="integer", help="Processor threads, 0 = all", minimum=0, maximum=256, advanced=True)
-    seed: int = param(1, kind="integer", help="Random seed", minimum=0, advanced=True)
-    keep_cache: bool = param(False, kind="flag", help="Keep the feature database after a successful run", advanced=True)
+    #: Most features per photo.
+    max_features: int = 8000
+    #: Photos are reduced to this longer side for the features, px.
+    max_image_size: int = 4000
+    #: Photos that each photo is matched with.
+    neighbours: int = 20
+    #: Processor threads; 0 = all.
+    threads: int = 0
+    seed: int = 1
+    #: The feature database stays after a successful run.
+    keep_cache: bool = False
 
 
 def gcp_option() -> Any:
