@@ -57,9 +57,3 @@ def local_places(rows: list[dict[str, str]], frame: LocalFrame) -> np.ndarray:
     return frame.to_local(np.array([[float(row["E_bh"]), float(row["N_bh"]), 0.0] for row in rows]).reshape(-1, 3))[
         :, :2
     ]
-
-
-def noisy_places(rows: list[dict[str, str]], frame: LocalFrame, seed: int, noise_m: float = 0.1) -> np.ndarray:
-    """(T, 2) true places with an error of ``noise_m`` on each axis, local metres."""
-    xy = local_places(rows, frame)
-    return xy + np.random.default_rng(seed).normal(0, noise_m, xy.shape)
