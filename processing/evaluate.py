@@ -9,4 +9,4 @@ class Algorithm(EngineAlgorithm):
     """The verb ``evaluate``."""
 
     COMMAND = "evaluate"
-    TAGS = ("accuracy", "rmse", "bias", "validation")
+    TAGS = ("accuracy", "rmse", "bias", "validation", "inventory", "export")

@@ -10,4 +10,4 @@ class Algorithm(EngineAlgorithm):
 
     COMMAND = "match-plots"
     LAYER_NAME = "Pairs"
-    TAGS = ("field", "tally", "pair", "stem map", "inventory")
+    TAGS = ("field", "tally", "pair", "stem map", "inventory", "export")

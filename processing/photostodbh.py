@@ -17,7 +17,19 @@ class Algorithm(EngineAlgorithm):
 
     COMMAND = "photos-to-dbh"
     LAYER_NAME = "Trees"
-    TAGS = ("drone", "uav", "photo", "photogrammetry", "gaussian", "splatting", "inventory")
+    TAGS = (
+        "drone",
+        "uav",
+        "photo",
+        "photogrammetry",
+        "gaussian",
+        "splatting",
+        "inventory",
+        "canopy",
+        "treetop",
+        "height",
+        "timber",
+    )
 
     def needs(self, parameters, context):
         """Enough photos, and a terrain model of this place."""

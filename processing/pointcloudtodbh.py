@@ -13,7 +13,7 @@ class Algorithm(EngineAlgorithm):
 
     COMMAND = "pointcloud-to-dbh"
     LAYER_NAME = "Trees"
-    TAGS = ("lidar", "las", "laz", "tls", "point cloud", "inventory")
+    TAGS = ("lidar", "las", "laz", "tls", "point cloud", "inventory", "timber", "stem curve")
 
     def needs(self, parameters, context):
         """What is called LAS or LAZ begins like it, and the terrain model lies under it."""

@@ -38,11 +38,11 @@ class Algorithm(BaseAlgorithm):
 
     def group(self):
         """With the simulator."""
-        return self.tr("Tools")
+        return self.tr("5 Steps and research")
 
     def groupId(self):
         """With the simulator."""
-        return "tools"
+        return "5stepsandresearch"
 
     def tags(self):
         """Search words."""

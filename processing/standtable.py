@@ -9,4 +9,16 @@ class Algorithm(EngineAlgorithm):
     """The verb ``stand-table``."""
 
     COMMAND = "stand-table"
-    TAGS = ("inventory", "report", "volume", "biomass", "basal area", "stock", "FVS", "cruise")
+    TAGS = (
+        "inventory",
+        "report",
+        "volume",
+        "biomass",
+        "basal area",
+        "stock",
+        "FVS",
+        "cruise",
+        "timber",
+        "export",
+        "Excel",
+    )

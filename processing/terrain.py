@@ -10,4 +10,4 @@ class Algorithm(EngineAlgorithm):
 
     COMMAND = "terrain"
     LAYER_NAME = "Terrain model"
-    TAGS = ("dtm", "dem", "ground", "csf", "lidar", "height")
+    TAGS = ("dtm", "dem", "ground", "csf", "lidar", "height", "canopy")

@@ -187,9 +187,9 @@ for language in ("de_DE", "es_MX", "fr_FR"):
 QgsSettings().setValue("locale/overrideFlag", False)
 """
     shown = qgis.python(code).stdout
-    assert "SHOWN de_DE photostodbh BHD aus Drohnenfotos messen | Bäume messen | ['Brusthöhe [m]']" in shown, shown
-    assert "SHOWN es_MX photostodbh Medir el DAP en fotos de dron | Medir árboles" in shown, shown
-    assert "SHOWN fr_FR photostodbh Measure DBH from drone photos | Measure trees | ['Breast height [m]']" in shown
+    assert "SHOWN de_DE photostodbh BHD aus Drohnenfotos messen | 2 Messen | ['Brusthöhe [m]']" in shown, shown
+    assert "SHOWN es_MX photostodbh Medir el DAP en fotos de dron | 2 Medir" in shown, shown
+    assert "SHOWN fr_FR photostodbh Measure DBH from drone photos | 2 Measure | ['Breast height [m]']" in shown
     assert "WHY de_DE CRS: EPSG:4326 (WGS 84) ist geographisch (Grad)" in shown
     assert "WHY es_MX CRS: EPSG:4326 (WGS 84) es geográfico (grados)" in shown
     assert "WHY fr_FR CRS: EPSG:4326 (WGS 84) is geographic (degrees)" in shown

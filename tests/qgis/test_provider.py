@@ -419,3 +419,27 @@ def test_every_stage_has_words():
             named |= set(re.findall(r'\.stage\(\s*"([^"]+)"', path.read_text(encoding="utf-8")))
     assert len(named) > 20
     assert not [name for name in sorted(named) if f'"{name}": "' not in source], "give it words in listener.STAGES"
+
+
+def test_groups_are_in_the_order_of_work_and_common_words_find_algorithms(qgis):
+    done = qgis.python(
+        """
+from collections import defaultdict
+groups, found = defaultdict(list), defaultdict(list)
+for algorithm in provider.algorithms():
+    groups[algorithm.group()].append(algorithm.name())
+    for word in ("canopy", "timber", "treetop", "export", "inventory"):
+        if word in algorithm.tags():
+            found[word].append(algorithm.name())
+print("GROUPS", sorted(groups))
+print("WORDS", {word: sorted(names) for word, names in found.items()})
+"""
+    )
+    groups = (
+        "GROUPS ['1 Plan', '2 Measure', '3 Check', '4 Report', '5 Steps and research', 'Ready-made models', 'Setup']"
+    )
+    assert groups in done.stdout, done.stdout + done.stderr
+    words = done.stdout.partition("WORDS ")[2]
+    for word, name in (("canopy", "photostodbh"), ("timber", "standtable"), ("treetop", "photostodbh"),
+                       ("export", "standtable"), ("inventory", "compare")):  # fmt: skip
+        assert f"'{word}'" in words and name in words.partition(f"'{word}'")[2].partition("]")[0], words

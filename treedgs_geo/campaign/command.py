@@ -20,7 +20,7 @@ COMMAND = Command(
     name="campaign",
     qgis_id="campaign",
     title="Measure many plots",
-    group="Measure trees",
+    group="2 Measure",
     summary="Many plots from one table, on this machine or a cluster: one trees layer, one report.",
     help=(
         "One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything "

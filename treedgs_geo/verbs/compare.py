@@ -128,7 +128,7 @@ COMMAND = Command(
     name="compare",
     qgis_id="compare",
     title="Compare two dates",
-    group="Inventory",
+    group="4 Report",
     summary="Growth, ingrowth and mortality between two tree layers of the same ground, per tree and per hectare.",
     help=(
         "Pairs the trees of both dates by position, plot by plot, as match-plots pairs field plots (the maps may be "

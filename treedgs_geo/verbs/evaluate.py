@@ -189,7 +189,7 @@ COMMAND = Command(
     name="evaluate",
     qgis_id="evaluate",
     title="Evaluate DBH accuracy",
-    group="Inventory",
+    group="3 Check",
     summary="Accuracy tables and charts of measured DBH against field DBH.",
     help=(
         "From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of "

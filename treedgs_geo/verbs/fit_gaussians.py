@@ -158,7 +158,7 @@ COMMAND = Command(
     name="fit-gaussians",
     qgis_id="fitgaussians",
     title="Fit Gaussians to the stem band",
-    group="Single steps",
+    group="5 Steps and research",
     summary="3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.",
     help=(
         "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a "

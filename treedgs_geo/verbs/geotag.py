@@ -98,7 +98,7 @@ COMMAND = Command(
     name="geotag",
     qgis_id="geotag",
     title="Geotag drone photos",
-    group="Single steps",
+    group="5 Steps and research",
     summary="MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.",
     help=(
         "Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by "

@@ -137,7 +137,7 @@ COMMAND = Command(
     name="match-plots",
     qgis_id="matchplots",
     title="Pair field and measured trees",
-    group="Inventory",
+    group="3 Check",
     summary="Pair field trees with measured trees by position, as an editable layer.",
     help=(
         "Turns bearing and distance into coordinates (true, grid or magnetic north; level or slope distance; to "

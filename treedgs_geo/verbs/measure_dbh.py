@@ -93,7 +93,7 @@ COMMAND = Command(
     name="measure-dbh",
     qgis_id="measuredbh",
     title="Measure DBH of segmented stems",
-    group="Single steps",
+    group="5 Steps and research",
     summary="Measure the DBH of stems whose points carry tree ids.",
     help=(
         "Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one "

@@ -31,7 +31,7 @@ COMMAND = Command(
     name="photos-to-dbh",
     qgis_id="photostodbh",
     title="Measure DBH from drone photos",
-    group="Measure trees",
+    group="2 Measure",
     summary="Drone photos (and PPK geotags) in, tree points with DBH, error and reasons out.",
     help=(
         "Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from "

@@ -20,7 +20,7 @@ COMMAND = Command(
     name="plan-flight",
     qgis_id="planflight",
     title="Plan the flight",
-    group="Plan",
+    group="1 Plan",
     summary="What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.",
     help=(
         "Compares flights over the plots (orbits, crosshatch, nadir with oblique lines; two heights, two tilts, "

@@ -25,7 +25,7 @@ COMMAND = Command(
     name="pointcloud-to-dbh",
     qgis_id="pointcloudtodbh",
     title="Measure DBH from a point cloud",
-    group="Measure trees",
+    group="2 Measure",
     summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",
     help=(
         "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast "

@@ -169,7 +169,7 @@ COMMAND = Command(
     name="reconstruct",
     qgis_id="reconstruct",
     title="Reconstruct cameras from photos",
-    group="Single steps",
+    group="5 Steps and research",
     summary="Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.",
     help=(
         "Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF "

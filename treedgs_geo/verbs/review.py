@@ -66,7 +66,7 @@ COMMAND = Command(
     name="review",
     qgis_id="review",
     title="Review trees",
-    group="Inventory",
+    group="3 Check",
     summary="Write a person's decisions on trees into the tree layer, beside the measured values.",
     help=(
         "Decisions: accept (tree and DBH count as measured), reject (no tree stands here), dbh (the taped diameter "

@@ -82,7 +82,7 @@ COMMAND = Command(
     name="sample-surface",
     qgis_id="samplesurface",
     title="Sample surface points from Gaussians",
-    group="Single steps",
+    group="5 Steps and research",
     summary="Points drawn inside the Gaussians, each with its opacity reliability over the photos.",
     help=(
         "Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its "

@@ -288,7 +288,7 @@ COMMAND = Command(
     name="segment-stems",
     qgis_id="segmentstems",
     title="Find stems in a point cloud",
-    group="Single steps",
+    group="5 Steps and research",
     summary="Find stems in a point cloud and give each point the id of its tree.",
     help=(
         "Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that "

@@ -203,7 +203,7 @@ COMMAND = Command(
     name="stand-table",
     qgis_id="standtable",
     title="Stand table and report",
-    group="Inventory",
+    group="4 Report",
     summary="Stand and stock tables per hectare with their errors, and a report for the client.",
     help=(
         "Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, "

@@ -52,7 +52,7 @@ COMMAND = Command(
     name="tape-check",
     qgis_id="tapecheck",
     title="Check diameters against tapes",
-    group="Inventory",
+    group="3 Check",
     summary="What taped trees say of the measured ones: bias, intervals, flags, outliers, corrected totals.",
     help=(
         "Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, "

@@ -73,7 +73,7 @@ COMMAND = Command(
     name="tape-sample",
     qgis_id="tapesample",
     title="Choose trees to tape",
-    group="Inventory",
+    group="3 Check",
     summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",
     help=(
         "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): "

@@ -184,7 +184,7 @@ COMMAND = Command(
     name="terrain",
     qgis_id="terrain",
     title="Terrain model from a point cloud",
-    group="Single steps",
+    group="5 Steps and research",
     summary="Find the ground in a point cloud and write a terrain model (DTM).",
     help=(
         "A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust "

@@ -95,7 +95,7 @@ COMMAND = Command(
     name="benchmark",
     qgis_id="benchmark",
     title="Benchmark speed and accuracy",
-    group="Tools",
+    group="5 Steps and research",
     summary="Chart seconds against DBH error for every preset and method; or test where they fail.",
     help=(
         "Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated "

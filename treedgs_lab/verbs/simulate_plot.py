@@ -21,7 +21,7 @@ COMMAND = Command(
     name="simulate-plot",
     qgis_id="simulateplot",
     title="Simulate a plot",
-    group="Tools",
+    group="5 Steps and research",
     summary="Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.",
     help=(
         "Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding "

@@ -98,8 +98,8 @@ that with everything filled in. The photos are rendered, not taken: their trees 
       <translation>Beispielflug holen</translation>
     </message>
     <message>
-      <source>Tools</source>
-      <translation>Werkzeuge</translation>
+      <source>5 Steps and research</source>
+      <translation>5 Schritte und Forschung</translation>
     </message>
     <message>
       <source>Get a small flight to try the plugin with.</source>
@@ -1453,8 +1453,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Flug planen</translation>
     </message>
     <message>
-      <source>Plan</source>
-      <translation>Planen</translation>
+      <source>1 Plan</source>
+      <translation>1 Planen</translation>
     </message>
     <message>
       <source>What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.</source>
@@ -1753,8 +1753,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>BHD aus Drohnenfotos messen</translation>
     </message>
     <message>
-      <source>Measure trees</source>
-      <translation>Bäume messen</translation>
+      <source>2 Measure</source>
+      <translation>2 Messen</translation>
     </message>
     <message>
       <source>Drone photos (and PPK geotags) in, tree points with DBH, error and reasons out.</source>
@@ -2333,10 +2333,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Drohnenfotos verorten</translation>
     </message>
     <message>
-      <source>Single steps</source>
-      <translation>Einzelne Schritte</translation>
-    </message>
-    <message>
       <source>MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.</source>
       <translation>MRK und RTKLIB-.pos (oder EXIF/XMP) zu Kamerapositionen bei der Auslösung, als Punktlayer.</translation>
     </message>
@@ -2753,8 +2749,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Dimension der Wolke, die die Baumkennungen enthält</translation>
     </message>
     <message>
-      <source>Inventory</source>
-      <translation>Inventur</translation>
+      <source>3 Check</source>
+      <translation>3 Prüfen</translation>
     </message>
     <message>
       <source>Write a person's decisions on trees into the tree layer, beside the measured values.</source>
@@ -3255,6 +3251,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Stand table and report</source>
       <translation>Bestandestabelle und Bericht</translation>
+    </message>
+    <message>
+      <source>4 Report</source>
+      <translation>4 Berichten</translation>
     </message>
     <message>
       <source>Stand and stock tables per hectare with their errors, and a report for the client.</source>

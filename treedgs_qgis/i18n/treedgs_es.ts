@@ -98,8 +98,8 @@ lo abre con todo rellenado. Las fotos son calculadas, no tomadas: sus árboles s
       <translation>Obtener el vuelo de ejemplo</translation>
     </message>
     <message>
-      <source>Tools</source>
-      <translation>Herramientas</translation>
+      <source>5 Steps and research</source>
+      <translation>5 Pasos e investigación</translation>
     </message>
     <message>
       <source>Get a small flight to try the plugin with.</source>
@@ -1451,8 +1451,8 @@ cero.&lt;/p&gt;
       <translation>Planificar el vuelo</translation>
     </message>
     <message>
-      <source>Plan</source>
-      <translation>Planificar</translation>
+      <source>1 Plan</source>
+      <translation>1 Planificar</translation>
     </message>
     <message>
       <source>What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.</source>
@@ -1751,8 +1751,8 @@ cero.&lt;/p&gt;
       <translation>Medir el DAP en fotos de dron</translation>
     </message>
     <message>
-      <source>Measure trees</source>
-      <translation>Medir árboles</translation>
+      <source>2 Measure</source>
+      <translation>2 Medir</translation>
     </message>
     <message>
       <source>Drone photos (and PPK geotags) in, tree points with DBH, error and reasons out.</source>
@@ -2331,10 +2331,6 @@ cero.&lt;/p&gt;
       <translation>Geoetiquetar fotos de dron</translation>
     </message>
     <message>
-      <source>Single steps</source>
-      <translation>Pasos sueltos</translation>
-    </message>
-    <message>
       <source>MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.</source>
       <translation>De MRK y .pos de RTKLIB (o EXIF/XMP) a posiciones de cámara en el disparo, como capa de puntos.</translation>
     </message>
@@ -2751,8 +2747,8 @@ cero.&lt;/p&gt;
       <translation>dimensión de la nube que contiene los identificadores de árbol</translation>
     </message>
     <message>
-      <source>Inventory</source>
-      <translation>Inventario</translation>
+      <source>3 Check</source>
+      <translation>3 Comprobar</translation>
     </message>
     <message>
       <source>Write a person's decisions on trees into the tree layer, beside the measured values.</source>
@@ -3253,6 +3249,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Stand table and report</source>
       <translation>Tabla de rodal e informe</translation>
+    </message>
+    <message>
+      <source>4 Report</source>
+      <translation>4 Informar</translation>
     </message>
     <message>
       <source>Stand and stock tables per hectare with their errors, and a report for the client.</source>
