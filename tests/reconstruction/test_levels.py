@@ -315,14 +315,14 @@ def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.Monkey
     known = known_of(block.centres, 0.02)
     pixels = posterior_of(adjust(block, known, LENS, final=True)).poses_px
     names, told = [f"{k}.jpg" for k in range(10)], Collector()
-    monkeypatch.setattr(outlier_photos, "UNSURE_PX", 1.1 * pixels[3])
-    assert not outlier_photos.leave_out_unsure(block, pixels, names, told) and block.is_posed.all()
-    monkeypatch.setattr(outlier_photos, "UNSURE_PX", 0.9 * pixels[3])
-    monkeypatch.setattr(outlier_photos, "UNSURE_TIMES", 0.9 * pixels[3] / np.median(pixels))
-    assert outlier_photos.leave_out_unsure(block, pixels, names, told)
+    monkeypatch.setattr(outlier_photos, "LOOSE_PX", 1.1 * pixels[3])
+    assert not outlier_photos.leave_out_loose(block, pixels, names, told) and block.is_posed.all()
+    monkeypatch.setattr(outlier_photos, "LOOSE_PX", 0.9 * pixels[3])
+    monkeypatch.setattr(outlier_photos, "LOOSE_TIMES", 0.9 * pixels[3] / np.median(pixels))
+    assert outlier_photos.leave_out_loose(block, pixels, names, told)
     assert block.is_posed.tolist() == [k != 3 for k in range(10)]
     assert "3.jpg" in told.said[0] and 3 not in block.image
-    assert not outlier_photos.leave_out_unsure(block, np.full(10, np.nan), names, told)
+    assert not outlier_photos.leave_out_loose(block, np.full(10, np.nan), names, told)
 
 
 class Collector(Reporter):

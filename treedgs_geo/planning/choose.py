@@ -21,7 +21,7 @@ from .stand import CELL_M, REACH_M, Scene, about_plot, make_scene
 from .views import ViewModel, framed_views, shown_share
 
 #: Stems that the choice rests on, at most; more are left out evenly.
-MOST_STEMS = 240
+MAX_STEMS = 240
 #: Where the stand is drawn, as many stems at least: plots are drawn again with other trees.
 LEAST_STEMS = 40
 #: Clear views that a height is chosen for: the flight is then as high as the wanted error allows.
@@ -109,7 +109,7 @@ def stems_of(site: PlanSite, seed: int) -> Stems:
             f"{site.numbers.stems_per_ha:g} stems/ha leave no stem in the plots; check the density, the tree layer and "
             "the plots' places."
         )
-    every = max(1, int(np.ceil(sum(map(len, made.rows)) / MOST_STEMS)))
+    every = max(1, int(np.ceil(sum(map(len, made.rows)) / MAX_STEMS)))
     rows = [own[k % every :: every] for k, own in enumerate(made.rows)]
     return Stems(made.scenes, rows, made.centres, made.plot_ids)
 

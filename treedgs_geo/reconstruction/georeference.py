@@ -17,7 +17,7 @@ from .features import run_task
 from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
-GIMBAL_GATE_DEG = 4.0
+GIMBAL_LIMIT_DEG = 4.0
 #: A photo on its head: half a turn about the camera's axis.
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
@@ -185,7 +185,7 @@ def _fit_model(
         error = rotations[known] @ aimed[known].transpose(0, 2, 1)
         bias = nearest_rotation(error[good[known]].sum(axis=0))
         away = rotation_angle_deg(error @ bias.T)
-        good[np.flatnonzero(known)[away > GIMBAL_GATE_DEG + 3 * np.median(away)]] = False
+        good[np.flatnonzero(known)[away > GIMBAL_LIMIT_DEG + 3 * np.median(away)]] = False
     new = ids[good & ~placement.mapped[ids]]
     keep = good & ~placement.mapped[ids]
     if keep.sum() < 3:
@@ -228,7 +228,7 @@ def _turned_to_gimbals(
         away = rotation_angle_deg(rotations[known] @ turn.T @ aimed.transpose(0, 2, 1))
         found.append((float(np.nanmedian(np.linalg.norm(moved - xyz, axis=1))), np.median(away), turn, moved))
     _, spread_deg, turn, moved = min(found, key=lambda each: each[0])
-    return (rotations, centres) if spread_deg > 2 * GIMBAL_GATE_DEG else (rotations @ turn.T, moved)
+    return (rotations, centres) if spread_deg > 2 * GIMBAL_LIMIT_DEG else (rotations @ turn.T, moved)
 
 
 def _fill_from_gimbal(placement: Placement, xyz: np.ndarray, gimbal: np.ndarray, known: np.ndarray) -> None:

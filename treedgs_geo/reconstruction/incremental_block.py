@@ -18,7 +18,7 @@ from .covariance import posterior_of
 from .features import FeatureStore
 from .georeference import Placement, as_stored
 from .geotag_errors import as_photos_say, in_time, settle_time
-from .outlier_photos import leave_out, leave_out_unsure, set_loose
+from .outlier_photos import leave_out, leave_out_loose, set_loose
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
 from .rolling_shutter import settle_lens, settle_shutter
 from .texture_ties import GreyPhotos
@@ -101,7 +101,7 @@ def join_photos(
         adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
     if leave_out(block, known, stations.names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    if leave_out_unsure(block, posterior_of(adjusted).poses_px, stations.names, reporter):
+    if leave_out_loose(block, posterior_of(adjusted).poses_px, stations.names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     return Joined(block, adjusted, known, free, tested)
 

@@ -8,17 +8,17 @@ from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from .adjustment import Known
-from .georeference import GIMBAL_GATE_DEG
+from .georeference import GIMBAL_LIMIT_DEG
 from .poses import nearest_rotation, rotation_angle_deg
 from .resection import MIN_OBSERVATIONS
 from .tracks import Block
 
-#: A photo may be turned this much against its gimbal angles (its vertical: :data:`.georeference.GIMBAL_GATE_DEG`).
-COMPASS_GATE_DEG = 15.0
+#: A photo may be turned this much against its gimbal angles (its vertical: :data:`.georeference.GIMBAL_LIMIT_DEG`).
+COMPASS_LIMIT_DEG = 15.0
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
 STRAY_SD, STRAY_M, MAX_STRAYS = 5.0, 0.15, 1 / 3
 #: A photo is left out when it is less sure at the stems than this, pixels, and than so many times the median photo.
-UNSURE_PX, UNSURE_TIMES = 0.3, 4.0
+LOOSE_PX, LOOSE_TIMES = 0.3, 4.0
 #: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
 GOOD_GEOTAG_M = 0.15
 
@@ -74,8 +74,8 @@ def _turned(block: Block, known: Known) -> np.ndarray:
         away = rotation_angle_deg(error @ mounting.T)
         cosine = np.einsum("nk,nk->n", rotations[:, :, 2], gimbal[:, :, 2] @ mounting.T)
         tilted = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-        near = away <= max(COMPASS_GATE_DEG, 3 * float(np.median(away)))
-        near &= tilted <= max(GIMBAL_GATE_DEG, 3 * float(np.median(tilted)))
+        near = away <= max(COMPASS_LIMIT_DEG, 3 * float(np.median(away)))
+        near &= tilted <= max(GIMBAL_LIMIT_DEG, 3 * float(np.median(tilted)))
     found[both[~near]] = True
     return found
 
@@ -107,7 +107,7 @@ def leave_out(block: Block, known: Known, names: list[str], reporter: Reporter) 
     return bool((weak | stray).any())
 
 
-def leave_out_unsure(block: Block, poses_px: np.ndarray, names: list[str], reporter: Reporter) -> bool:
+def leave_out_loose(block: Block, poses_px: np.ndarray, names: list[str], reporter: Reporter) -> bool:
     """Take out photos that hang on so few points that they may stand anywhere; whether there were any.
 
     poses_px: (N,) of :class:`.covariance.Posterior`. A geotag of half a metre does not tell that such a photo is 50 cm
@@ -116,7 +116,7 @@ def leave_out_unsure(block: Block, poses_px: np.ndarray, names: list[str], repor
     if not np.isfinite(poses_px).any():
         return False
     with np.errstate(invalid="ignore"):
-        unsure = block.is_posed & (poses_px > max(UNSURE_PX, UNSURE_TIMES * float(np.nanmedian(poses_px))))
+        unsure = block.is_posed & (poses_px > max(LOOSE_PX, LOOSE_TIMES * float(np.nanmedian(poses_px))))
     if unsure.any():
         named = shorten([names[i] for i in np.flatnonzero(unsure)])
         reporter.warn(

@@ -67,7 +67,7 @@ def sparse_ground_points(points: np.ndarray, cell_m: float = 1.0, tolerance_m: f
 #: Three rendered plots: 23 to 160 points, 0.01-0.09 m.
 FAR_M, LAYER_M, MIN_POINTS, ROUGHEST_M = 5.0, 0.5, 6, 0.15
 #: Standard error of the ground's height, m: shown round the stem; rough, or shown some metres off.
-SHOWN_SE_M, UNSURE_SE_M = 0.05, 0.6
+SHOWN_SE_M, UNKNOWN_SE_M = 0.05, 0.6
 
 
 def sparse_ground_se(points: np.ndarray, dtm: Dtm, xy: np.ndarray, above_m: float | None = None) -> np.ndarray:
@@ -95,7 +95,7 @@ def sparse_ground_se(points: np.ndarray, dtm: Dtm, xy: np.ndarray, above_m: floa
         elif shown:
             found[k] = SHOWN_SE_M
         elif len(tree.query_ball_point(xy[k], FAR_M)) >= MIN_POINTS:
-            found[k] = UNSURE_SE_M
+            found[k] = UNKNOWN_SE_M
     return found
 
 

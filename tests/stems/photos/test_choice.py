@@ -14,7 +14,7 @@ from treedgs_geo.stems.photos.deduplicate import looked_at_twice
 from treedgs_geo.stems.photos.evidence.companion import crowded
 from treedgs_geo.stems.photos.evidence.error_budget import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
-from treedgs_geo.stems.photos.fit.search import Mode
+from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
@@ -71,7 +71,9 @@ def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 
         0.001,
     )
     vector = np.array([0, 0, 0, 0, dbh_cm / 200])
-    return Explanation(edges, contrast, Mode(0, 0, 0, 0, dbh_cm / 200, edges), fine, vector, nothing, evidence, rms)
+    return Explanation(
+        edges, contrast, Hypothesis(0, 0, 0, 0, dbh_cm / 200, edges), fine, vector, nothing, evidence, rms
+    )
 
 
 def test_evidence_over_the_same_photos_beats_a_high_edge_score():

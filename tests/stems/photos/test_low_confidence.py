@@ -10,7 +10,7 @@ import pytest
 from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.stems.photos.evidence.diameter_uncertainty import UNSURE_SE
+from treedgs_geo.stems.photos.evidence.diameter_uncertainty import AMBIGUOUS_SE
 from treedgs_geo.stems.photos.low_confidence import HOPELESS, may_be_settled, settled_by_network, with_unclear_edges
 from treedgs_geo.stems.photos.network.inference import network_maps
 from treedgs_geo.stems.photos.network.pieces import About, of_all_photos, piece_odds, piece_of
@@ -47,7 +47,7 @@ def settled(scene, fits, **options):
 @pytest.mark.slow
 def test_the_pieces_of_a_stem_say_what_the_whole_maps_say(scene):
     axis = next(fit.axis for fit in scene.fits if fit.flag == "ok")
-    about = About(*scene.fitter.bands.outline, 0.75)
+    about = About(*scene.fitter.bands.silhouette, 0.75)
     found = [piece_of(0, view, axis, about, scene.stack, scene.plumbs) for view in range(len(scene.stack))]
     pieces = [piece for piece in found if piece is not None]
     assert len(pieces) > 5 and all(piece.size % 64 == 0 for piece in pieces)
@@ -96,7 +96,7 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
 def test_an_error_that_is_too_wide_then_is_flagged():
     narrow, wide = clear_photo_fit(0.0, 30.0, se_cm=0.9), clear_photo_fit(0.0, 30.0, se_cm=1.1)
     assert with_unclear_edges(narrow).flag == "ok" and with_unclear_edges(narrow).se_cm == pytest.approx(
-        0.9 * UNSURE_SE
+        0.9 * AMBIGUOUS_SE
     )
     assert (with_unclear_edges(wide).flag, with_unclear_edges(wide).reasons) == ("check", ("wide_error",))
     unsure = clear_photo_fit(0.0, 30.0, flag="check", reasons=("ambiguous",))

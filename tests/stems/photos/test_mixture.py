@@ -13,7 +13,7 @@ from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed, without_o
 from treedgs_geo.stems.photos.evidence.diameter_uncertainty import PAIR_SE_CM, Mixture, Others
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
-from treedgs_geo.stems.photos.fit.search import Mode
+from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Choice, Explanation
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
@@ -24,7 +24,7 @@ def explanation(dbh_cm: float) -> Explanation:
     nothing = np.zeros(3)
     axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
     fine = FineFit(axis, dbh_cm / 200, -0.005, nothing, nothing, nothing > 0, nothing, 100.0, 0.5, 0.001)
-    return Explanation(50.0, 1.0, Mode(0, 0, 0, 0, dbh_cm / 200, 50.0), fine, np.zeros(5), nothing)
+    return Explanation(50.0, 1.0, Hypothesis(0, 0, 0, 0, dbh_cm / 200, 50.0), fine, np.zeros(5), nothing)
 
 
 def choice(*dbh_and_share: tuple[float, float]) -> Choice:

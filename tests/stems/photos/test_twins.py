@@ -8,7 +8,7 @@ from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.stems.photos.evidence.double_stem import LEAST_RADIUS_M, find_twins, halves
+from treedgs_geo.stems.photos.evidence.double_stem import MIN_RADIUS_M, find_twins, halves
 from treedgs_geo.stems.photos.fit.null_model import BREAST, build_null, coarse_strips
 from treedgs_geo.stems.photos.fit.search import Prior, Search
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
@@ -43,7 +43,7 @@ def gain(tmp_path_factory):
     def of(x: float, y: float, r: float, silhouettes: bool = True) -> float:
         axis = StemAxis(np.array([x, y]), np.zeros(2), np.zeros(2), 0.0, OPTIONS.bh_m)
         search = Search(*coarse_strips(stack, axis, OPTIONS, NO_SUN), null, Prior())
-        outline = cut_silhouette(stack, backdrop, grid, axis, BREAST.outline) if silhouettes else None
+        outline = cut_silhouette(stack, backdrop, grid, axis, BREAST.silhouette) if silhouettes else None
         return find_twins(search, np.array([0.0, 0.0, 0.0, 0.0, r]), outline)
 
     return of
@@ -62,7 +62,7 @@ def test_a_stem_alone_is_no_pair(gain, stem):
 
 
 def test_nothing_is_said_of_thin_discs_and_without_silhouettes(gain):
-    assert np.isnan(gain(THIN.x, THIN.y, 0.9 * LEAST_RADIUS_M)).all()
+    assert np.isnan(gain(THIN.x, THIN.y, 0.9 * MIN_RADIUS_M)).all()
     assert np.isnan(gain(-0.01, 0.0, 0.215, silhouettes=False)).all()
 
 

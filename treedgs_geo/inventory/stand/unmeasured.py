@@ -30,9 +30,9 @@ NOTHING_KNOWN = 0.75
 ALIKE = 1 / 13
 #: The same for a stem that was read as thin, but badly seen: one of the thin trees stands in for it, those below this
 #: quantile. (Of five such stems of a rendered plot four were trees, of 9, 10, 10 and 24 cm.)
-THIN_UNSURE, THIN_QUANTILE = 0.5, 0.25
+THIN_CHANCE, THIN_QUANTILE = 0.5, 0.25
 #: A reading that was refused is off by this share of itself at least (its standard error holds the other explanations).
-UNSURE_SHARE = 0.1
+UNKNOWN_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def judge_gaps(
         stems.loc[mine & (stems["chance"] <= 0), "why"] = "tally"
     thin = np.array([is_thin(text) for text in table["qc_reason"]])[tree] if len(tree) else np.zeros(0, int)
     stems["thin"] = thin == 1
-    stems.loc[stems["thin"], "chance"] *= THIN_UNSURE
+    stems.loc[stems["thin"], "chance"] *= THIN_CHANCE
     sure = table["paired"].eq(True).to_numpy()[tree] if "paired" in table else np.zeros(len(tree), bool)
     stems.loc[sure, "chance"], stems.loc[sure, "why"] = 1.0, ""
     certain = (thin == 2) & ~sure
@@ -179,7 +179,7 @@ def stand_ins(gaps: Gaps, rows: pd.DataFrame, table: pd.DataFrame, min_dbh_cm: f
 
 def _alike(dbh_cm: np.ndarray, read_cm: float, se_cm: float) -> np.ndarray:
     """(N,) how well trees of these diameters agree with what was read of a refused stem, the best 1."""
-    wide = max(float(np.nan_to_num(se_cm)), UNSURE_SHARE * read_cm)
+    wide = max(float(np.nan_to_num(se_cm)), UNKNOWN_SHARE * read_cm)
     off = 0.5 * ((dbh_cm - read_cm) / wide) ** 2
     return np.exp(off.min() - off)
 

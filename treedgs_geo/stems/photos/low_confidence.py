@@ -16,7 +16,7 @@ from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ..quality.limits import judge
 from .deduplicate import known_rows, not_swallowed
-from .evidence.diameter_uncertainty import UNSURE_SE
+from .evidence.diameter_uncertainty import AMBIGUOUS_SE
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
 from .images.background_kernels import REACH_M
@@ -89,7 +89,7 @@ def with_unclear_edges(fit: PhotoFit) -> PhotoFit:
     """A fit that the network made certain, with the larger error of stems whose edges are unclear."""
     if fit.flag != "ok":
         return fit
-    se_cm = UNSURE_SE * fit.se_cm
+    se_cm = AMBIGUOUS_SE * fit.se_cm
     return fit.assessed(
         fit.assessment.remeasured(fit.dbh_cm, se_cm).adding(judge("photos", {"se_cm": se_cm}, fit.dbh_cm))
     )
@@ -107,7 +107,7 @@ def _free_places(fits: list[PhotoFit], fitter: Fitter, tile: Area) -> list[StemA
 
 def _maps_of(axes: list[StemAxis], fitter: Fitter, plumbs: list[PlumbGrid]) -> list[NetworkMaps]:
     """What the network sees about each axis, as high and as far aside as silhouettes are compared."""
-    stack, about = fitter.stack, About(*fitter.bands.outline, REACH_M)
+    stack, about = fitter.stack, About(*fitter.bands.silhouette, REACH_M)
     found = [piece_of(k, v, axis, about, stack, plumbs) for k, axis in enumerate(axes) for v in range(len(stack))]
     pieces = [piece for piece in found if piece is not None]
     odds = piece_odds(pieces, stack, plumbs, ("stem",))

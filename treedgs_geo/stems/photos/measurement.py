@@ -9,7 +9,7 @@ import numpy as np
 
 from ..quality.assessment import Assessment
 from ..quality.priors import SECTION_SD
-from .evidence.diameter_uncertainty import OPEN, PAIR_SE_CM, UNSURE, UNSURE_SE, Others
+from .evidence.diameter_uncertainty import AMBIGUOUS, AMBIGUOUS_SE, OPEN, PAIR_SE_CM, Others
 from .evidence.double_stem import NO_TWINS, PARTS, Twins
 from .evidence.error_budget import (
     LEAN_ERROR,
@@ -60,14 +60,14 @@ class Shared:
 
 class Fitted(NamedTuple):
     """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain: as of
-    :class:`.fit.photo_fit.PhotoFit`; outline: silhouettes about the place; others: what else was tried; above_cm: the
+    :class:`.fit.photo_fit.PhotoFit`; silhouette: of the place; others: what else was tried; above_cm: the
     diameter read farther up, brought down, NaN where there is none; twins: full stems instead of it."""
 
     best: Explanation
     fine: FineFit
     gap: float
     sure: float = np.nan
-    outline: Silhouette | None = None
+    silhouette: Silhouette | None = None
     gain: float = 0.0
     others: Others | None = None
     above_cm: float = np.nan
@@ -96,7 +96,7 @@ def by_edges(found: Found) -> dict[str, float]:
     """What the edges' fit and its photos say."""
     best, weight = found.chosen.best, found.weight
     return {
-        "polish_cm": 200 * best.mode.r,
+        "polish_cm": 200 * best.hypothesis.r,
         "r1": found.fine.r1,
         "lean_deg": float(np.degrees(np.arctan(np.hypot(*found.chosen.fine.axis.s)))),
         "llr": best.edges,
@@ -121,17 +121,17 @@ def by_companions(found: Found) -> dict[str, float]:
 
 def by_silhouette(found: Found) -> dict[str, float]:
     """How wide it is as the ground or the network shows it."""
-    best, outline = found.chosen.best, found.chosen.outline
-    if outline is None:
+    best, silhouette = found.chosen.best, found.chosen.silhouette
+    if silhouette is None:
         return {}
-    width = {} if best.mate is not None else {"outline_cm": 200 * widest(outline, best.vector)}
+    width = {} if best.mate is not None else {"outline_cm": 200 * widest(silhouette, best.vector)}
     return width | {"contrast": best.contrast / found.shared.chance}
 
 
 def by_opacity(found: Found) -> dict[str, float]:
     """Whether the ground shows through it."""
     shared = found.shared
-    if found.chosen.outline is None or shared.backdrop is None:
+    if found.chosen.silhouette is None or shared.backdrop is None:
         return {}
     radius = found.r0, found.fine.r1
     seen = ground_correlation(shared.stack, shared.ground, shared.backdrop, found.axis, radius, shared.bands.fine)
@@ -190,7 +190,7 @@ def _kish(weight: np.ndarray) -> float:
 
 def _over_explanations(stated: Assessment, others: Others, evidence: Evidence, soft_cm: float) -> Assessment:
     """With the error and the interval over all explanations of the place."""
-    times = UNSURE_SE if UNSURE & set(stated.reasons) else 1.0
+    times = AMBIGUOUS_SE if AMBIGUOUS & set(stated.reasons) else 1.0
     mixture = others.mixture(stated.dbh_cm, stated.se_cm, times, soft_cm)
     low_cm, high_cm = mixture.interval_cm(stated.dbh_cm)
     if evidence.twins_likely:
@@ -221,10 +221,10 @@ def px_cm(shared: Shared, axis: StemAxis, views: np.ndarray) -> float:
     return float(np.median(size[views] if views.any() else size))
 
 
-def widest(outline: Silhouette, vector: np.ndarray) -> float:
+def widest(silhouette: Silhouette, vector: np.ndarray) -> float:
     """Radius (m) at which the silhouette around a fitted axis is clearest."""
     radii = np.arange(max(0.3 * vector[4], 0.02), 2.0 * vector[4] + 0.06, 0.004)
-    return float(radii[np.argmax([outline.contrast(np.r_[vector[:4], r]) for r in radii])])
+    return float(radii[np.argmax([silhouette.contrast(np.r_[vector[:4], r]) for r in radii])])
 
 
 def _azimuths(shared: Shared, axis: StemAxis) -> np.ndarray:

@@ -118,7 +118,7 @@ def fit_by_carving(search: TileSearch) -> None:
     known, (x0, y0, rows, columns) = known_rows(fits), searched(search.box)
     layers = hidden_ground(fitter.stack, fitter.ground, fitter.backdrop, x0, y0, rows, columns)
     seeds = carved_seeds(
-        layers, (x0, y0), fitter.ground, fitter.outline, search.area, fitter.options, known, fitter.chance
+        layers, (x0, y0), fitter.ground, fitter.silhouette, search.area, fitter.options, known, fitter.chance
     )
     refused = [fit for fit in fits if not fit.measured]
     fits += looked_at_twice(fits_of_seeds(fitter, seeds, 1.0, search.reporter, known), refused)

@@ -16,7 +16,7 @@ from .evidence.upper_band import reading_above
 from .fit.edge_adjustment import NO_STEMS, FineFit, Sighting, refine
 from .fit.null_model import BREAST, coarse_strips
 from .fit.photo_fit import PhotoFit, seen_probability
-from .fit.search import Mode, Search, distinct
+from .fit.search import Hypothesis, Search, distinct
 from .fit.selection import Explanation, choose
 from .fit.silhouette_search import moved_to_edges
 from .images.axis_patches import StemAxis
@@ -31,7 +31,7 @@ MIN_RAW, MIN_POLISHED = 38.0, 50.0
 #: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
 WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
 #: Silhouettes, clearest first, that are followed as they are.
-MOST_SETTLED = 2
+MAX_SETTLED = 2
 
 
 class _Place(NamedTuple):
@@ -41,7 +41,7 @@ class _Place(NamedTuple):
     start: StemAxis
     known: np.ndarray
     search: Search
-    outline: Silhouette | None
+    silhouette: Silhouette | None
     shapes: list[np.ndarray]
     clearest: float
 
@@ -53,13 +53,13 @@ class _Place(NamedTuple):
 class Fitter(Shared):
     """Fits stems on one stack of photos."""
 
-    def outline(self, axis: StemAxis, band: tuple[float, float] | None = None) -> Silhouette:
+    def silhouette(self, axis: StemAxis, band: tuple[float, float] | None = None) -> Silhouette:
         """Silhouettes about an axis: where no ground is seen and, with ``shown``, where the network sees a stem. band:
         heights above the ground, metres; ``None``: those of ``self.bands``."""
         assert self.backdrop is not None
-        band = band or self.bands.outline
-        outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
-        return outline if self.shown is None else with_bark(outline, cut_bark(self.shown.bark, axis, band))
+        band = band or self.bands.silhouette
+        silhouette = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
+        return silhouette if self.shown is None else with_bark(silhouette, cut_bark(self.shown.bark, axis, band))
 
     def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's
@@ -68,17 +68,17 @@ class Fitter(Shared):
         None where nothing can be fitted at all.
         """
         place = self._place(seed, known, quick)
-        modes = self._modes(place, quick)
-        if modes is None:
+        hypotheses = self._hypotheses(place, quick)
+        if hypotheses is None:
             return None
-        finalists = distinct(modes)[:1] if quick else self._finalists(place, modes)
+        finalists = distinct(hypotheses)[:1] if quick else self._finalists(place, hypotheses)
         tried = self._tried(place, finalists, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
         if not tried:
             return None
         if quick:
             best = max(tried, key=lambda item: item.edges)
             return measured(self, seed, Fitted(best, best.fine, best.edges))
-        found = self._chosen(place, self._compared(tried, known), modes)
+        found = self._chosen(place, self._compared(tried, known), hypotheses)
         best, hidden, window = found.best, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
@@ -116,59 +116,65 @@ class Fitter(Shared):
         start = self._start(seed)
         strips, ridge, unit, border = coarse_strips(self.stack, start, self.options, self.sun, known, self.bands.coarse)
         search = Search(strips, ridge, unit, border, self.null, self.prior)
-        outline = None if self.backdrop is None else self.outline(start)
-        shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
-        clearest = outline.contrast(shapes[0]) if outline is not None and shapes else -np.inf
-        return _Place(start, known, search, outline, shapes, clearest)
+        silhouette = None if self.backdrop is None else self.silhouette(start)
+        shapes = [] if silhouette is None or quick else silhouette.peaks(self.null.radii)
+        clearest = silhouette.contrast(shapes[0]) if silhouette is not None and shapes else -np.inf
+        return _Place(start, known, search, silhouette, shapes, clearest)
 
-    def _modes(self, place: _Place, quick: bool) -> list[Mode] | None:
+    def _hypotheses(self, place: _Place, quick: bool) -> list[Hypothesis] | None:
         """Stems by their edges, polished, best first; ``None`` where neither edges nor silhouettes are worth more."""
         stands_out = place.clearest > self.chance
-        raw = place.search.modes(0.24)
+        raw = place.search.hypotheses(0.24)
         if (not raw or raw[0].score < MIN_RAW) and not stands_out:
             return None
         share = 0.8 if quick else 0.3
-        modes = place.search.polish_all([m for m in raw if m.score > share * raw[0].score])
-        modes.sort(key=lambda m: -m.score)
-        return modes if stands_out or (modes and modes[0].score >= MIN_POLISHED) else None
+        hypotheses = place.search.polish_all([m for m in raw if m.score > share * raw[0].score])
+        hypotheses.sort(key=lambda m: -m.score)
+        return hypotheses if stands_out or (hypotheses and hypotheses[0].score >= MIN_POLISHED) else None
 
-    def _finalists(self, place: _Place, modes: list[Mode]) -> list[Mode]:
+    def _finalists(self, place: _Place, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
         """The best of the edges' stems, wholes of which they may be parts, and what the silhouettes draw; less those
         that neither edges nor silhouettes speak for."""
-        search, outline = place.search, place.outline
-        best = [mode for mode in distinct(modes)[:5] if mode.score > 0.4 * modes[0].score]
-        drawn = search.polish_all([Mode(*[*map(float, shape), 0.0]) for shape in place.shapes])
-        if outline is not None and place.clearest > self.chance:
-            drawn += [self._settled(search, outline, shape) for shape in place.shapes[:MOST_SETTLED]]
-        finalists = distinct(best + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
-        score = max((mode.score for mode in finalists), default=0.0)
-        contrast = [0.0 if outline is None else outline.contrast(mode.vector) for mode in finalists]
-        most = max(contrast, default=0.0) if outline is not None else np.inf
+        search, silhouette = place.search, place.silhouette
+        best = [hypothesis for hypothesis in distinct(hypotheses)[:5] if hypothesis.score > 0.4 * hypotheses[0].score]
+        drawn = search.polish_all([Hypothesis(*[*map(float, shape), 0.0]) for shape in place.shapes])
+        if silhouette is not None and place.clearest > self.chance:
+            drawn += [self._settled(search, silhouette, shape) for shape in place.shapes[:MAX_SETTLED]]
+        finalists = distinct(best + (search.wholes(hypotheses[0]) if hypotheses else []) + drawn, 0.012, 0.006)
+        score = max((hypothesis.score for hypothesis in finalists), default=0.0)
+        contrast = [0.0 if silhouette is None else silhouette.contrast(hypothesis.vector) for hypothesis in finalists]
+        most = max(contrast, default=0.0) if silhouette is not None else np.inf
         return [m for m, c in zip(finalists, contrast, strict=True) if m.score > 0.5 * score or c > 0.75 * most]
 
-    def _tried(self, place: _Place, finalists: list[Mode], windows_px: tuple[float, ...]) -> list[Explanation]:
+    def _tried(self, place: _Place, finalists: list[Hypothesis], windows_px: tuple[float, ...]) -> list[Explanation]:
         """Each of them refined in the photos that show it."""
         search, start, tried = place.search, place.start, []
-        for mode in finalists:
-            seen = seen_probability(search.z(mode.vector))
+        for hypothesis in finalists:
+            seen = seen_probability(search.z(hypothesis.vector))
             axis = StemAxis(
-                start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), start.ground_z, start.bh_m
+                start.p + hypothesis.vector[:2],
+                start.s + hypothesis.vector[2:4],
+                np.zeros(2),
+                start.ground_z,
+                start.bh_m,
             )
-            fine = self._refine(axis, mode.r, START_TAPER, seen, place.known, windows_px)
+            fine = self._refine(axis, hypothesis.r, START_TAPER, seen, place.known, windows_px)
             if fine is None or fine.r0 < 0.015:
                 continue
             vector = place.vector(fine)
-            contrast = 0.0 if place.outline is None else place.outline.contrast(vector)
-            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector, search.z(vector)))
+            contrast = 0.0 if place.silhouette is None else place.silhouette.contrast(vector)
+            tried.append(Explanation(search.score(vector), contrast, hypothesis, fine, vector, search.z(vector)))
         return tried
 
-    def _chosen(self, place: _Place, tried: list[Explanation], modes: list[Mode]) -> Fitted:
-        """The stem among the explanations tried, and whether it is one. modes: what else a companion may touch."""
-        search, outline = place.search, place.outline
+    def _chosen(self, place: _Place, tried: list[Explanation], hypotheses: list[Hypothesis]) -> Fitted:
+        """The stem among the explanations tried, and whether it is one. hypotheses: what else a companion may touch."""
+        search, silhouette = place.search, place.silhouette
         trust = float(np.clip(place.clearest / self.chance, 0.0, 1.0)) if place.shapes else 0.0
         choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
         best, sure = choice.best, choice.sure
-        pair = find_companion(search, place.start, [item.vector for item in tried] + [mode.vector for mode in modes])
+        pair = find_companion(
+            search, place.start, [item.vector for item in tried] + [hypothesis.vector for hypothesis in hypotheses]
+        )
         gain = 0.0 if pair is None else pair.gain
         touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_WEIGHED else None
         if touched is not None and self.shown is not None and touched.contrast < best.contrast:
@@ -179,10 +185,10 @@ class Fitter(Shared):
             # Which single disc would be the next best is no longer the question.
             sure = 1.0 if np.isfinite(sure) else sure
         # A companion may be the other one of two full stems: the disc that holds both is asked, too.
-        twins = find_twins(search, best.vector, outline)
+        twins = find_twins(search, best.vector, silhouette)
         if best is not choice.best:
-            twins = twins.clearest(find_twins(search, choice.best.vector, outline))
-        return Fitted(best, best.fine, choice.gap, sure, outline, gain, Others(choice, touched, gain), twins=twins)
+            twins = twins.clearest(find_twins(search, choice.best.vector, silhouette))
+        return Fitted(best, best.fine, choice.gap, sure, silhouette, gain, Others(choice, touched, gain), twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
         """The same with evidence and residual over the same photos for all."""
@@ -209,9 +215,9 @@ class Fitter(Shared):
         sighting, sd_px = Sighting(seen, known, skip), self.options.offset_sd_px
         return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, sd_px, windows_px, oval)
 
-    def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
-        p = moved_to_edges(search, outline, self.chance, shape)
-        return Mode(*[*map(float, p), search.score(p)])
+    def _settled(self, search: Search, silhouette: Silhouette, shape: np.ndarray) -> Hypothesis:
+        p = moved_to_edges(search, silhouette, self.chance, shape)
+        return Hypothesis(*[*map(float, p), search.score(p)])
 
     def _with_companion(self, place: _Place, pair: Pair) -> Explanation | None:
         """The place as a stem that another one touches, measured by the edges that are its own."""
@@ -223,7 +229,7 @@ class Fitter(Shared):
             return None
         vector = place.vector(fine)
         both = np.concatenate([vector, v[5:]])
-        contrast = 0.0 if place.outline is None else pair_contrast(place.outline, both)
-        mode = Mode(*[*map(float, v[:5]), pair.score])
+        contrast = 0.0 if place.silhouette is None else pair_contrast(place.silhouette, both)
+        hypothesis = Hypothesis(*[*map(float, v[:5]), pair.score])
         z = pair_z(search, v)
-        return Explanation(pair.score, contrast, mode, fine, vector, z, mate=mate, skip=skip)
+        return Explanation(pair.score, contrast, hypothesis, fine, vector, z, mate=mate, skip=skip)

@@ -133,7 +133,7 @@ def with_chance(fitter: Fitter, places: np.ndarray) -> Fitter:
     """The same, with the contrast that chance reaches at (N, 2) places."""
     if fitter.backdrop is None:
         return fitter
-    chance = chance_contrast(fitter.outline, fitter.ground, places, fitter.null.radii, fitter.options.bh_m)
+    chance = chance_contrast(fitter.silhouette, fitter.ground, places, fitter.null.radii, fitter.options.bh_m)
     return replace(fitter, chance=chance)
 
 

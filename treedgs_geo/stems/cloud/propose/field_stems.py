@@ -13,9 +13,9 @@ from .segment import StemMap
 #: A field stem and a found one further apart than this are two, metres, however inexact the positions.
 FIELD_MATCH_M = 1.0
 #: The distance allowed, in medians of the pairs' distances, but not less than this, m; pairs needed to know it.
-GATE_SHARE, MIN_GATE_M, MIN_PAIRS = 3.0, 0.3, 3
+LIMIT_SHARE, MIN_LIMIT_M, MIN_PAIRS = 3.0, 0.3, 3
 #: From this distance on, m, a pair is unsure where another stem is less than this many times as far.
-FAR_M, UNSURE_SHARE = 0.5, 1.5
+FAR_M, AMBIGUOUS_SHARE = 0.5, 1.5
 #: An answer of the search is a place's own within the first; a tree of another field stem takes the place up to this
 #: distance from its bark, m.
 SAME_PLACE_M, TAKEN_M = 0.1, 0.35
@@ -38,7 +38,7 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
     """One answer for each field stem, in their order.
 
     Field stems and found ones are paired one to one, the distances' sum least, within :data:`FIELD_MATCH_M`. How far a
-    pair may be apart follows from how exact the positions are: :data:`GATE_SHARE` times the pairs' median. A pair half
+    pair may be apart follows from how exact the positions are: :data:`LIMIT_SHARE` times the pairs' median. A pair half
     a metre apart or more is unsure where another stem is hardly farther."""
     feet = np.array([stem.cone.centre(bh_m) for stem in stems.stems]).reshape(-1, 2) + stems.origin
     unseen = np.array([stem.cone.centre(bh_m) for stem in stems.unseen]).reshape(-1, 2) + stems.origin
@@ -51,7 +51,7 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
     ]
     gate = FIELD_MATCH_M
     if len(pairs) >= MIN_PAIRS:
-        gate = float(np.clip(GATE_SHARE * np.median([gap[i, j] for i, j in pairs]), MIN_GATE_M, FIELD_MATCH_M))
+        gate = float(np.clip(LIMIT_SHARE * np.median([gap[i, j] for i, j in pairs]), MIN_LIMIT_M, FIELD_MATCH_M))
     partner = {j: i for i, j in pairs}
     answers = []
     for j, name in enumerate(field.names):
@@ -62,7 +62,7 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
             continue
         found, near = stems.stems[i], float(gap[i, j])
         others = np.r_[np.delete(gap[:, j], i), np.delete(gap[i], j)]
-        unsure = near >= FAR_M and len(others) > 0 and others.min() < UNSURE_SHARE * near
+        unsure = near >= FAR_M and len(others) > 0 and others.min() < AMBIGUOUS_SHARE * near
         answers.append(
             Answer(name, "refused" if found.refused else "unsure" if unsure else "found", found.refused, near, i)
         )

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..fit.pattern_search import pattern_search
-from ..fit.search import Mode, Search, distinct
+from ..fit.search import Hypothesis, Search, distinct
 from ..fit.search_kernels import SINGLE_WEIGHT, edge_pair, seen_sum
 from ..images.axis_patches import StemAxis
 from ..images.background import Silhouette
@@ -23,7 +23,7 @@ from ..images.background_kernels import step_contrast
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Radii of companions that are looked for, and of the thickest one as a share of the stem's, metres.
-MATE_RADII_M, MOST_SHARE = (0.022, 0.036), 0.6
+MATE_RADII_M, MAX_SHARE = (0.022, 0.036), 0.6
 TURNS = 24
 THINNEST_M, THICKEST_M = 0.012, 0.075
 #: The bark of the two lies this close at breast height (sd, metres); a companion leans by this much (sd, m/m).
@@ -34,9 +34,9 @@ MASK_M, CLEAR_M = 0.012, 0.045
 OPEN_M = 0.012
 #: Share of the best single disc's score that a pair needs on the first grid to be worth polishing; how many
 #: of them are, from each single stem, and from how many single stems.
-WORTH, MOST_STARTS, STARTS_EACH, MOST_STEMS = 0.8, 9, 3, 3
+WORTH, MAX_STARTS, STARTS_EACH, MAX_STEMS = 0.8, 9, 3, 3
 #: Gain of a pair over the best single disc, both on the edges, from which it is an explanation (log likelihood units).
-LEAST_GAIN = 6.0
+MIN_GAIN = 6.0
 #: Moves of the search over both discs (:func:`pair_step`).
 PAIR_MOVES = 52
 
@@ -93,7 +93,7 @@ def pair_view_z(edges, null, p, z):
 def _pair_objective(data, p):
     """Summed log likelihood ratio of a pair, (10,)."""
     edges, null, prior, upright, z = data
-    if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MOST_SHARE * p[4]:
+    if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MAX_SHARE * p[4]:
         return -1e9
     pair_view_z(edges, null, p, z)
     total = seen_sum(z)
@@ -190,16 +190,16 @@ class Pair:
 def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> Pair | None:
     """The best pair made of one of ``stems`` ((5,) vectors) and a companion; None where no companion helps."""
     data = _data(search, start)
-    singles = search.polish_all([Mode(*[*map(float, stem), 0.0]) for stem in stems])
-    singles = distinct(sorted(singles, key=lambda mode: -mode.score), 0.015, 0.008)[:MOST_STEMS]
-    single = max((mode.score for mode in singles), default=0.0)
-    owners, pairs = _beside([mode.vector for mode in singles], -start.s)
+    singles = search.polish_all([Hypothesis(*[*map(float, stem), 0.0]) for stem in stems])
+    singles = distinct(sorted(singles, key=lambda hypothesis: -hypothesis.score), 0.015, 0.008)[:MAX_STEMS]
+    single = max((hypothesis.score for hypothesis in singles), default=0.0)
+    owners, pairs = _beside([hypothesis.vector for hypothesis in singles], -start.s)
     scores = np.empty(len(pairs))
     _pair_scores(*data[:4], pairs, scores)
     starts: list[tuple[int, np.ndarray]] = []
     for at in np.argsort(-scores, kind="stable"):
         owner, p = owners[at], pairs[at]
-        if len(starts) == MOST_STARTS or scores[at] < WORTH * single:
+        if len(starts) == MAX_STARTS or scores[at] < WORTH * single:
             break
         # Each single disc gets its turn, from different sides.
         near = [np.hypot(*(p[5:7] - k[5:7])) < 0.05 and abs(p[4] - k[4]) < 0.01 for _, k in starts]
@@ -212,7 +212,7 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
     begun, reached = np.array([p for _, p in starts]), np.empty(len(starts))
     _pair_polish_many(*data[:4], begun, limits, np.array([1.0]), reached)
     best = int(np.argmax(reached))
-    if reached[best] < single + LEAST_GAIN:
+    if reached[best] < single + MIN_GAIN:
         return None
     vector = begun[best]
     score = float(_pair_polish(data, vector, *limits, np.array([0.5, 0.25])))
@@ -230,7 +230,7 @@ def _beside(stems: list[np.ndarray], upright: np.ndarray) -> tuple[np.ndarray, n
             # Beside the disc, or split off from it: the disc itself may be the sum of both.
             for shrink in (0.0, radius):
                 thick = stem[4] - shrink
-                if radius > MOST_SHARE * thick:
+                if radius > MAX_SHARE * thick:
                     continue
                 place = stem[:2] - shrink * away
                 mate = place + (thick + radius) * away
@@ -260,15 +260,15 @@ def _data(search: Search, start: StemAxis) -> tuple:
     return edges, null, prior, -start.s, scratch
 
 
-def pair_contrast(outline: Silhouette, vector: np.ndarray) -> float:
+def pair_contrast(silhouette: Silhouette, vector: np.ndarray) -> float:
     """Contrast of the common silhouette of a (10,) pair, as :meth:`.images.background.Silhouette.contrast` is for one
     disc."""
-    return float(_contrast(outline, vector))
+    return float(_contrast(silhouette, vector))
 
 
 @njit(**_FAST)
-def _contrast(outline, p):
-    total, u0, qs, normal, widen, blind, taper = outline
+def _contrast(silhouette, p):
+    total, u0, qs, normal, widen, blind, taper = silhouette
     result = 0.0
     for v in range(total.shape[0]):
         if blind[v]:

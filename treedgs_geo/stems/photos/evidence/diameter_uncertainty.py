@@ -15,11 +15,11 @@ from ..quality_control import GAIN_MERGED, companion_share
 PAIR_SE_CM = 1.1
 #: Where the explanation is unsure, the edges of the right one are poorer too: root mean squared error over standard
 #: error of the 44 such stems of the stability suite (seeds 1 to 3) that were less than 3 cm off.
-UNSURE_SE = 1.8
+AMBIGUOUS_SE = 1.8
 #: Reasons that say that another explanation may be the right one: the error is then that of all of them.
-UNSURE = frozenset({"ambiguous", "merged"})
+AMBIGUOUS = frozenset({"ambiguous", "merged"})
 #: With few photos another may be right as well, and nothing says so: the error is that of all, each as it is stated.
-OPEN = UNSURE | {"few_views"}
+OPEN = AMBIGUOUS | {"few_views"}
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Others:
     touched: Explanation | None
     gain: float
 
-    def mixture(self, dbh_cm: float, se_cm: float, times: float = UNSURE_SE, soft_cm: float = 0.0) -> Mixture:
+    def mixture(self, dbh_cm: float, se_cm: float, times: float = AMBIGUOUS_SE, soft_cm: float = 0.0) -> Mixture:
         """Over all explanations; the one that was taken has ``dbh_cm`` at breast height along the stem, ``se_cm`` were
         it certain. times: standard errors are larger by this. soft_cm: what of ``se_cm`` soft photos make."""
         pair = companion_share(self.gain) if self.touched is not None else 0.0

@@ -17,28 +17,28 @@ import numpy as np
 from numba import njit, prange
 
 from ..fit.pattern_search import pattern_search
-from ..fit.search import Mode, Search
+from ..fit.search import Hypothesis, Search
 from ..fit.search_kernels import seen_sum
 from ..images.background import Silhouette
 from .companion import COMPANION_LEAN_SD, PAIR_MOVES, pair_contrast, pair_step, pair_view_z
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Radii of the two as shares of the disc's; how far they may reach beyond it, metres.
-LEAST_PART, MOST_PART, BEYOND_M = 0.25, 0.75, 0.02
+MIN_PART, MAX_PART, BEYOND_M = 0.25, 0.75, 0.02
 #: Between their barks at breast height (sd, metres): with more ground between them photos tell them apart.
 GAP_SD_M = 0.03
 #: Directions and proportions that are tried, and how many of the best are followed.
 TURNS, PARTS, FOLLOWED = 12, (0.4, 0.5, 0.6), 3
 #: Thinner discs are not split, metres.
-LEAST_RADIUS_M = 0.05
+MIN_RADIUS_M = 0.05
 #: Gain by edges alone from which its share of the disc's own score counts (log likelihood units).
-LEAST_GAIN = 15.0
+MIN_GAIN = 15.0
 
 
 class Twins(NamedTuple):
     """Two full stems instead of one disc. gain: of the edges' log likelihood where the silhouettes of all photos stand
     out more, too, NaN elsewhere. share: the gain by edges alone over the disc's own score, 0 below
-    :data:`LEAST_GAIN`; NaN where nothing is said (thin discs, no silhouettes)."""
+    :data:`MIN_GAIN`; NaN where nothing is said (thin discs, no silhouettes)."""
 
     gain: float
     share: float
@@ -57,7 +57,7 @@ def _twin_objective(data, p):
     edges, null, whole, z = data
     for k in range(0, 10, 5):
         part = p[k + 4] / whole[4]
-        if part < LEAST_PART or part > MOST_PART:
+        if part < MIN_PART or part > MAX_PART:
             return -1e9
         if np.sqrt((p[k] - whole[0]) ** 2 + (p[k + 1] - whole[1]) ** 2) + p[k + 4] > whole[4] + BEYOND_M:
             return -1e9
@@ -85,7 +85,7 @@ def _twin_polish(edges, null, whole, pairs, scores):
     for m in prange(len(pairs)):
         z = np.empty(edges.ridge.shape[0])
         data = edges, null, whole, z
-        low, high = LEAST_PART * whole[4], MOST_PART * whole[4]
+        low, high = MIN_PART * whole[4], MAX_PART * whole[4]
         scores[m] = pattern_search(_twin_objective, data, pair_step, PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
 
 
@@ -101,16 +101,16 @@ def halves(disc: np.ndarray) -> np.ndarray:
     return np.array(pairs)
 
 
-def find_twins(search: Search, disc: np.ndarray, outline: Silhouette | None) -> Twins:
+def find_twins(search: Search, disc: np.ndarray, silhouette: Silhouette | None) -> Twins:
     """How much better two stems inside a disc, (5,) x, y, lx, ly, r, explain the photos than the disc.
 
     Edges alone are a weak witness: between the leaves that hide a stem from some photos there are enough of them for
     two narrow stems.
     """
-    if disc[4] < LEAST_RADIUS_M or outline is None:
+    if disc[4] < MIN_RADIUS_M or silhouette is None:
         return NO_TWINS
     edges, null, _, _ = search.data
-    settled = search.polish_all([Mode(*[*map(float, disc), 0.0])])[0].vector
+    settled = search.polish_all([Hypothesis(*[*map(float, disc), 0.0])])[0].vector
     alone = max(_alone(search, disc), _alone(search, settled))
     pairs = halves(disc)
     scores = np.empty(len(pairs))
@@ -120,8 +120,8 @@ def find_twins(search: Search, disc: np.ndarray, outline: Silhouette | None) -> 
     _twin_polish(edges, null, disc, best, reached)
     first = int(reached.argmax())
     gain = float(reached[first] - alone)
-    both = pair_contrast(outline, best[first]) > outline.contrast(disc)
-    return Twins(gain if both else float("nan"), gain / max(alone, 1.0) if gain > LEAST_GAIN else 0.0)
+    both = pair_contrast(silhouette, best[first]) > silhouette.contrast(disc)
+    return Twins(gain if both else float("nan"), gain / max(alone, 1.0) if gain > MIN_GAIN else 0.0)
 
 
 def _alone(search: Search, disc: np.ndarray) -> float:

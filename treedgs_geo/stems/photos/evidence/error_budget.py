@@ -12,7 +12,7 @@ from ..fit.edge_adjustment import FineFit
 #: photos that see the stem much wider or narrower than the rest take part less (simulated oval stems, seeds 11 to 13).
 OVAL_FREE, OVAL_SEEN = 0.005, 1.5
 #: Prior standard deviation of a seen oval's two components, share of the diameter; least scatter of the photos, cm.
-_OVAL_PRIOR, _LEAST_SCATTER_CM = 0.05, 0.1
+_OVAL_PRIOR, _MIN_SCATTER_CM = 0.05, 0.1
 #: Standard deviation that lean adds, share of the diameter per tangent of the lean: simulated leaning stems were
 #: farther off than upright ones that were seen as well.
 LEAN_ERROR = 0.04
@@ -74,7 +74,7 @@ def seen_oval_error_cm(dbh_cm: float, view_cm: np.ndarray, azimuth: np.ndarray, 
     prior = np.diag([0.0, 1.0, 1.0]) / (_OVAL_PRIOR * dbh_cm) ** 2
     scatter = float(np.average((d - np.average(d, weights=w)) ** 2, weights=w))
     for _ in range(6):
-        weighed = design * (w / max(scatter, _LEAST_SCATTER_CM**2))[:, None]
+        weighed = design * (w / max(scatter, _MIN_SCATTER_CM**2))[:, None]
         covariance = np.linalg.inv(weighed.T @ design + prior)
         found = covariance @ (weighed.T @ d)
         scatter = float((w * (d - design @ found) ** 2).sum() / max(len(d) - 3, 1))

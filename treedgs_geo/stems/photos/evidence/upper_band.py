@@ -19,9 +19,9 @@ from ..images.crops import PhotoStack
 #: stems of six hard simulated plots (seeds 421 to 426); 35 stems of open ones lose nothing by it.
 ABOVE_SE_CM = 0.9
 #: A standard error of the fit counts up to this here, cm: what is more unsure is no better known from above.
-MOST_SE_CM = 1.0
+MAX_SE_CM = 1.0
 #: More than this (and this share of the diameter) it does not say: limbs of a fork, another stem.
-MOST_CM, MOST_SHARE = 3.0, 0.08
+MAX_CM, MAX_SHARE = 3.0, 0.08
 #: A photo may show the stem there even where something hides it at breast height: at least this probable.
 SEEN_AT_LEAST = 0.3
 
@@ -37,13 +37,13 @@ def reading_above(
     found = refine(stack, fine.axis, fine.r0, fine.r1, looked, ABOVE.fine, offset_sd_px, windows_px, oval=True)
     if found is None:
         return np.nan
-    most = max(MOST_CM, 200 * MOST_SHARE * fine.r0)
+    most = max(MAX_CM, 200 * MAX_SHARE * fine.r0)
     return float(np.clip(200 * (found.r0 - fine.r0), -most, most))
 
 
 def weight_above(se_cm: float) -> float:
     """0..1, of the reading from above beside a fit with this standard error (cm)."""
-    variance = min(se_cm, MOST_SE_CM) ** 2
+    variance = min(se_cm, MAX_SE_CM) ** 2
     return variance / (variance + ABOVE_SE_CM**2)
 
 

@@ -20,7 +20,7 @@ class Bands(NamedTuple):
 
     coarse: tuple[float, float]
     fine: tuple[float, float]
-    outline: tuple[float, float]
+    silhouette: tuple[float, float]
 
 
 #: About breast height; fitted above the butt, whose swell a straight taper would carry up.

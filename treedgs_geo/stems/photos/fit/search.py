@@ -28,7 +28,7 @@ from .search_kernels import (
 
 
 @dataclass(frozen=True)
-class Mode:
+class Hypothesis:
     """One explanation, relative to the strips' axis: x, y, r at breast height (m) and extra lean lx, ly (m/m)."""
 
     x: float
@@ -128,7 +128,7 @@ class Search:
         """Summed LLR with priors."""
         return float(objective(self.data, np.asarray(p, float)))
 
-    def modes(self, reach_m: float = 0.30, n_modes: int = 12) -> list[Mode]:
+    def hypotheses(self, reach_m: float = 0.30, n_hypotheses: int = 12) -> list[Hypothesis]:
         """Grid search: the best local maxima over place and radius (2 cm, 1 cm; 9 leans)."""
         radii = self.null.radii
         leans = np.array([(a, b) for a in (0.0, -0.05, 0.05) for b in (0.0, -0.05, 0.05)])
@@ -149,9 +149,9 @@ class Search:
 
         peaks = np.argwhere((score >= maximum_filter(score, size=(5, 5, 5))) & np.isfinite(score))
         values = score[tuple(peaks.T)]
-        order = np.argsort(-values, kind="stable")[:n_modes]
+        order = np.argsort(-values, kind="stable")[:n_hypotheses]
         return [
-            Mode(
+            Hypothesis(
                 float(xs[b]),
                 float(xs[a]),
                 float(leans[lean[a, b, r]][0]),
@@ -162,16 +162,16 @@ class Search:
             for a, b, r in peaks[order]
         ]
 
-    def polish_all(self, modes: list[Mode], r_low: list[float] | None = None) -> list[Mode]:
-        """Modes refined on the continuous score, in parallel; their radii stay above ``r_low``."""
-        starts = np.array([mode.vector for mode in modes]).reshape(-1, 5)
-        low = np.maximum(np.zeros(len(modes)) if r_low is None else np.array(r_low), float(self.null.radii[0]))
-        best = np.empty(len(modes))
+    def polish_all(self, hypotheses: list[Hypothesis], r_low: list[float] | None = None) -> list[Hypothesis]:
+        """Hypotheses refined on the continuous score, in parallel; their radii stay above ``r_low``."""
+        starts = np.array([hypothesis.vector for hypothesis in hypotheses]).reshape(-1, 5)
+        low = np.maximum(np.zeros(len(hypotheses)) if r_low is None else np.array(r_low), float(self.null.radii[0]))
+        best = np.empty(len(hypotheses))
         polish_many(self.edges, self.null, self.prior.row, starts, low, float(self.null.radii[-1]), best)
-        return [Mode(*[*map(float, p), float(score)]) for p, score in zip(starts, best, strict=True)]
+        return [Hypothesis(*[*map(float, p), float(score)]) for p, score in zip(starts, best, strict=True)]
 
-    def wholes(self, mode: Mode, share: float = 0.45, most: int = 2) -> list[Mode]:
-        """Larger explanations that keep one edge of ``mode`` and score at least ``share`` of it, polished.
+    def wholes(self, hypothesis: Hypothesis, share: float = 0.45, most: int = 2) -> list[Hypothesis]:
+        """Larger explanations that keep one edge of ``hypothesis`` and score at least ``share`` of it, polished.
 
         The shaded part of a stem alone can score higher than the whole stem; the whole is then one of these.
         """
@@ -179,14 +179,14 @@ class Search:
         angle = np.arange(16) * (np.pi / 8)
         step = np.zeros((len(growth), len(angle), 5))
         step[..., 0], step[..., 1], step[..., 4] = np.cos(angle), np.sin(angle), 1.0
-        trials = (mode.vector + growth[:, None, None] * step).reshape(-1, 5)
+        trials = (hypothesis.vector + growth[:, None, None] * step).reshape(-1, 5)
         trials = np.ascontiguousarray(trials[trials[:, 4] <= self.null.radii[-1]])
         scores = np.empty(len(trials))
         score_many(self.edges, self.null, self.prior.row, trials, scores)
-        good = scores > share * mode.score
-        found = [Mode(*[*map(float, p), float(v)]) for p, v in zip(trials[good], scores[good], strict=True)]
+        good = scores > share * hypothesis.score
+        found = [Hypothesis(*[*map(float, p), float(v)]) for p, v in zip(trials[good], scores[good], strict=True)]
         found.sort(key=lambda m: -m.score)
-        kept: list[Mode] = []
+        kept: list[Hypothesis] = []
         for candidate in found:
             if all(
                 np.hypot(candidate.x - k.x, candidate.y - k.y) > 0.03 or abs(candidate.r - k.r) > 0.025 for k in kept
@@ -194,7 +194,7 @@ class Search:
                 kept.append(candidate)
             if len(kept) == most:
                 break
-        return self.polish_all(kept, [mode.r + 0.009] * len(kept))
+        return self.polish_all(kept, [hypothesis.r + 0.009] * len(kept))
 
 
 def terminators(normal: np.ndarray, sun_azimuth: np.ndarray) -> np.ndarray:
@@ -210,10 +210,13 @@ def terminators(normal: np.ndarray, sun_azimuth: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(place), place, 2.0)
 
 
-def distinct(modes: list[Mode], apart_m: float = 0.03, apart_r: float = 0.015) -> list[Mode]:
+def distinct(hypotheses: list[Hypothesis], apart_m: float = 0.03, apart_r: float = 0.015) -> list[Hypothesis]:
     """Best first, without near-copies."""
-    kept: list[Mode] = []
-    for mode in modes:
-        if all(np.hypot(mode.x - k.x, mode.y - k.y) > apart_m or abs(mode.r - k.r) > apart_r for k in kept):
-            kept.append(mode)
+    kept: list[Hypothesis] = []
+    for hypothesis in hypotheses:
+        if all(
+            np.hypot(hypothesis.x - k.x, hypothesis.y - k.y) > apart_m or abs(hypothesis.r - k.r) > apart_r
+            for k in kept
+        ):
+            kept.append(hypothesis)
     return kept

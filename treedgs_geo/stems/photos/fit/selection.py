@@ -9,7 +9,7 @@ import numpy as np
 from ...quality.limits import bound_of
 from ...quality.priors import TAPER_SD, USUAL_TAPER
 from .edge_adjustment import FineFit
-from .search import Mode
+from .search import Hypothesis
 
 #: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel
 #: evidence (log likelihood, per 300), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (per 0.1 px). A
@@ -41,7 +41,7 @@ class Explanation:
 
     edges: float
     contrast: float
-    mode: Mode
+    hypothesis: Hypothesis
     fine: FineFit
     vector: np.ndarray
     z: np.ndarray

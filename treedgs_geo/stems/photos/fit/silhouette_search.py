@@ -22,8 +22,8 @@ PULL = 400.0
 
 @njit(**_FAST)
 def _value(data, p):
-    edges, outline, pull = data
-    return objective(edges, p) + pull * contrast_of(outline, p)
+    edges, silhouette, pull = data
+    return objective(edges, p) + pull * contrast_of(silhouette, p)
 
 
 @njit(**_FAST)
@@ -32,9 +32,9 @@ def _move_to_edges(data, p, r_low, r_high):
     return pattern_search(_value, data, disc_step, DISC_MOVES, p, r_low, r_high, (1.0, 0.5, 0.25), 10)
 
 
-def moved_to_edges(search: Search, outline: Silhouette, chance: float, shape: np.ndarray) -> np.ndarray:
+def moved_to_edges(search: Search, silhouette: Silhouette, chance: float, shape: np.ndarray) -> np.ndarray:
     """(5,) the silhouette ``shape`` moved to where it and the edges are clearest. chance: contrast chance reaches."""
     p = np.array(shape, float)
     radii = search.null.radii
-    _move_to_edges((search.data, outline, PULL / chance), p, float(radii[0]), float(radii[-1]))
+    _move_to_edges((search.data, silhouette, PULL / chance), p, float(radii[0]), float(radii[-1]))
     return p

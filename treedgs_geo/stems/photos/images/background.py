@@ -118,9 +118,9 @@ def cut_silhouette(
     stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: StemAxis, band: tuple[float, float] = BAND
 ) -> Silhouette:
     """Ground likelihood in every photo along an axis, in a band of heights above the ground (m)."""
-    outline, heights, places = blank(len(stack), axis, band)
-    likelihoods(stack.arrays, ground, backdrop, TONES, axis.row, heights, places, outline)
-    return outline
+    silhouette, heights, places = blank(len(stack), axis, band)
+    likelihoods(stack.arrays, ground, backdrop, TONES, axis.row, heights, places, silhouette)
+    return silhouette
 
 
 def blank(photos: int, axis: StemAxis, band: tuple[float, float]) -> tuple[Silhouette, np.ndarray, np.ndarray]:

@@ -158,12 +158,12 @@ def behind_on_ground(ground, centre, start_z, x, y, z):
 
 
 @njit(parallel=True, **_FAST)
-def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
-    """Fill ``outline`` (a :class:`.background.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
+def likelihoods(photos, ground, backdrop, tones, axis, heights, us, silhouette):
+    """Fill ``silhouette`` (a :class:`.background.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
     pixels, start, shape, corner, camera, centre = photos
     lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
     bx0, by0, bcell, mean, spread, layer = backdrop
-    total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
+    total, normal, widen, blind = silhouette.total, silhouette.normal, silhouette.widen, silhouette.blind
     per_block = heights.size // total.shape[1]
     rows, columns = mean.shape[1], mean.shape[2]
     for v in prange(camera.shape[0]):
@@ -240,9 +240,9 @@ def step_contrast(total, v, b, first, last, u0):
 
 
 @njit(**_FAST)
-def contrast_of(outline, p):
+def contrast_of(silhouette, p):
     """:meth:`.background.Silhouette.contrast` of (5,) x, y, lx, ly, r."""
-    total, u0, qs, normal, widen, blind, taper = outline
+    total, u0, qs, normal, widen, blind, taper = silhouette
     x, y, lx, ly, r = p[0], p[1], p[2], p[3], p[4]
     result = 0.0
     for v in range(total.shape[0]):
@@ -268,9 +268,9 @@ def mean_between(total, v, b, a, c, u0):
 
 
 @njit(**_FAST)
-def ring_of(outline, inner, outer):
+def ring_of(silhouette, inner, outer):
     """Summed ground likelihood ratio between two discs' edges, and how many samples it is of."""
-    total, u0, qs, normal, widen, blind, taper = outline
+    total, u0, qs, normal, widen, blind, taper = silhouette
     summed, count = 0.0, 0.0
     for v in range(total.shape[0]):
         if blind[v]:
@@ -299,13 +299,13 @@ def ring_of(outline, inner, outer):
 
 
 @njit(parallel=True, **_FAST)
-def grid_contrasts(outline, offsets, radii, score):
+def grid_contrasts(silhouette, offsets, radii, score):
     """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R).
 
     A photo sees of a place only how far it lies across the view: its contrast is tabled along that line, one entry a
     sample, and read between the entries.
     """
-    total, u0, qs, normal, widen, blind, taper = outline
+    total, u0, qs, normal, widen, blind, taper = silhouette
     n = offsets.size
     last = total.shape[2] - 1
     reach = 0.0

@@ -51,9 +51,9 @@ def _odds(maps, v, column, flat, z):
 
 
 @njit(parallel=True, **_FAST)
-def _cut(maps, axis, heights, us, outline):
-    """Fill ``outline`` (a :class:`.images.background.Silhouette`) with the log odds of "no stem"."""
-    total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
+def _cut(maps, axis, heights, us, silhouette):
+    """Fill ``silhouette`` (a :class:`.images.background.Silhouette`) with the log odds of "no stem"."""
+    total, normal, widen, blind = silhouette.total, silhouette.normal, silhouette.widen, silhouette.blind
     per_block = heights.size // total.shape[1]
     for v in prange(maps.centre.shape[0]):
         sums = np.zeros(us.size)
@@ -88,9 +88,9 @@ def _cut(maps, axis, heights, us, outline):
 def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
     """How little stem the network sees around an axis, in every photo: as a silhouette, so that contrast and peaks are
     those of the ground's (:mod:`.images.background`). band: heights above the ground, metres."""
-    outline, heights, places = blank(len(maps.centre), axis, band)
-    _cut(maps, axis.row, heights, places, outline)
-    return outline
+    silhouette, heights, places = blank(len(maps.centre), axis, band)
+    _cut(maps, axis.row, heights, places, silhouette)
+    return silhouette
 
 
 def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
@@ -119,7 +119,7 @@ def _shares(maps, axis, radii, heights, across, share):
 
 
 def covered_share(maps: NetworkMaps, axis: StemAxis, r0: float, r1: float) -> float:
-    """Share of ivy in what the network takes for stem or ivy within a stem's outline about breast height, over the
+    """Share of ivy in what the network takes for stem or ivy within a stem's silhouette about breast height, over the
     photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
     heights = axis.bh_m + np.arange(-0.6, 0.61, 0.1)
     radii = np.maximum(r0 + r1 * (heights - axis.bh_m), 0.01)

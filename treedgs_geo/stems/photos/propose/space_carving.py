@@ -116,16 +116,16 @@ def _lines(layers, leans, lever, cell, best, which):
 
 
 @njit(**_FAST)
-def _clearest(outline, p, r_low, r_high):
+def _clearest(silhouette, p, r_low, r_high):
     """Pattern search for the clearest silhouette over place, lean and radius; p is changed in place."""
-    return pattern_search(contrast_of, outline, disc_step, DISC_MOVES, p, r_low, r_high, (2.0, 1.0, 0.5), 12)
+    return pattern_search(contrast_of, silhouette, disc_step, DISC_MOVES, p, r_low, r_high, (2.0, 1.0, 0.5), 12)
 
 
 def carved_seeds(
     layers: np.ndarray,
     corner: tuple[float, float],
     ground: GroundGrid,
-    outline_of: Callable[[StemAxis], Silhouette],
+    silhouette_of: Callable[[StemAxis], Silhouette],
     area: Area,
     options: PhotoStemOptions,
     known: np.ndarray,
@@ -134,8 +134,8 @@ def carved_seeds(
     """Seeds of stems whose silhouette stands out, clearest first; their score is in units of what chance reaches.
 
     layers: (layers, rows, columns) of evidence at :data:`HEIGHTS`, changed in place; corner: x and y of the first cell.
-    outline_of: an axis -> its silhouette. known: (K, 10) rows of found stems, which are left out. chance: contrast that
-    places without a stem reach.
+    silhouette_of: an axis -> its silhouette. known: (K, 10) rows of found stems, which are left out. chance: contrast
+    that places without a stem reach.
     """
     x0, y0 = corner
     clear_known(layers, known, x0, y0, options.bh_m)
@@ -153,7 +153,7 @@ def carved_seeds(
     for place, lean in zip(places[order], leans[which[tuple(peaks[order].T)]], strict=True):
         foot = float(ground.at(place[:1], place[1:])[0])
         axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
-        seeds.append(clearest(outline_of(axis), axis, chance))
+        seeds.append(clearest(silhouette_of(axis), axis, chance))
     steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
     seeds = [seed for seed in seeds if seed.score > max(MIN_CONTRAST, CONTRAST_A_M * seed.r)]
@@ -203,9 +203,9 @@ def clear_known(layers: np.ndarray, known: np.ndarray, x0: float, y0: float, bh_
             layer[np.hypot(x[None] - cx, y[:, None] - cy) < row[8] + KNOWN_M] = 0.0
 
 
-def clearest(outline: Silhouette, axis: StemAxis, chance: float) -> Seed:
+def clearest(silhouette: Silhouette, axis: StemAxis, chance: float) -> Seed:
     """The line moved to where its silhouette stands out most."""
     p = np.array([0.0, 0.0, 0.0, 0.0, FIRST_RADIUS_M])
-    contrast = _clearest(outline, p, *RADIUS_M)
+    contrast = _clearest(silhouette, p, *RADIUS_M)
     x, y, lx, ly = np.concatenate([axis.p, axis.s]) + p[:4]
     return Seed(float(x), float(y), float(lx), float(ly), float(p[4]), float(contrast / chance))
