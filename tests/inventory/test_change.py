@@ -252,3 +252,33 @@ def test_breast_heights_that_differ(tmp_path):
     _, table, _, ears = compared(tmp_path)
     assert table["growth_cm"].abs().max() < 0.011
     assert any("Breast heights differ (1.3 m before, 1.37 m after)" in text for text in ears.warnings)
+
+
+def test_plots_whose_trees_fit_nowhere_count_nowhere(tmp_path):
+    two_dates(tmp_path)
+    plots = {"plots": tmp_path / "plots.csv"}
+    right = compared(tmp_path, **plots)[2]["per_ha"]["ba_growth"]["mean"]
+    table = gpd.read_file(tmp_path / "two.gpkg", layer="trees")
+    x, y = next(iter(CENTRES.values()))
+    near = np.hypot(table.geometry.x - EAST - x, table.geometry.y - NORTH - y) < 24
+    table[~near].to_file(tmp_path / "two.gpkg", layer="trees", engine="pyogrio")
+    _, _, made, ears = compared(tmp_path, **plots)
+    assert any("Left out of every figure: 1 plot" in text for text in ears.warnings)
+    assert made["per_ha"]["ba_mortality"]["mean"] == 0
+    assert made["per_ha"]["ba_growth"]["mean"] == pytest.approx(right, rel=0.15)
+    table.set_geometry(table.geometry.translate(90.0, 90.0)).to_file(
+        tmp_path / "two.gpkg", layer="trees", engine="pyogrio"
+    )
+    with pytest.raises(InputError, match="fit each other in no plot"):
+        compared(tmp_path, **plots)
+
+
+def test_years_that_are_months(tmp_path):
+    two_dates(tmp_path)
+    assert any("are years, not months" in text for text in compared(tmp_path, years=60.0)[3].warnings)
+    seen = searched_table(
+        shapely.box(EAST - 50, NORTH - 50, EAST + 200, NORTH + 200), [], CRS, datetime.date(2024, 5, 1)
+    )
+    seen.to_file(tmp_path / "one.gpkg", layer=SEARCHED, engine="pyogrio")
+    with pytest.raises(InputError, match=r"--years: is 60, but .* was flown on 2024-05-01: 2084 is still to come"):
+        compared(tmp_path, years=60.0)

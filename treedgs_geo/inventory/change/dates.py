@@ -15,6 +15,10 @@ from ..stand.treelist import TreeList
 
 #: Years given may be off those of the flights by this, or this share: seasons of growth are no calendar years.
 _OFF_YEARS, _OFF_SHARE = 1.0, 0.25
+#: Years are seasons of growth: the last may be counted before its date.
+_SOON = datetime.timedelta(days=366)
+#: Trees that grow less than this, cm a year, in the median, and more than their errors, are worth a look at the years.
+_SLOW_CM = 0.05
 #: Survivors from which their growth as a whole is judged; bias of a difference of two dates, cm; and of how many trees
 #: that shrink.
 _ENOUGH, _BIAS_CM, _SHRUNK = 5, 0.3, 0.75
@@ -45,6 +49,11 @@ def years_between(before: Path, after: Path, given: float | None) -> tuple[float
                 "--years: not given, and the layers do not say when they were flown; give the seasons of growth "
                 "between the two dates."
             )
+        if first is not None and first + datetime.timedelta(days=365.25 * given) > _today() + _SOON:
+            raise InputError(
+                f"--years: is {given:g}, but {before} was flown on {first}: {first.year + given:.0f} is still to come; "
+                "correct it (years, not months)."
+            )
         return given, ""
     years = (second - first).days / 365.25
     when = f"{before} was flown on {first}, {after} on {second}"
@@ -55,6 +64,10 @@ def years_between(before: Path, after: Path, given: float | None) -> tuple[float
     if given is not None and abs(given - years) > max(_OFF_YEARS, _OFF_SHARE * years):
         raise InputError(f"--years: is {given:g}, but {when}, {years:.1f} years apart; correct it, or leave it out.")
     return (years, f"{when}: {years:.1f} years.") if given is None else (given, "")
+
+
+def _today() -> datetime.date:
+    return datetime.date.today()
 
 
 def to_one_breast_height(before: TreeList, after: TreeList) -> list[str]:
@@ -94,6 +107,11 @@ def judge_growth(trees: pd.DataFrame, years: float, most_cm: float) -> list[str]
             f"--years: trees grew {yearly:.1f} cm a year in {years:g} years (median of {n}), expected at most "
             f"{most_cm:g} (--max-yearly-growth-cm); correct the years, or raise the limit if they grow so."
         )
+    if 0 < yearly < _SLOW_CM and mean > np.hypot(error, 2 * _BIAS_CM):
+        return [
+            f"Trees grew {mean:.1f} cm in {years:g} years, {yearly:.2f} cm a year (median of {n}): look whether "
+            "--years are years, not months."
+        ]
     if mean < -error:
         return [f"{shrunk}: a bias of one date, or exchanged dates."]
     return []

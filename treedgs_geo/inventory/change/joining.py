@@ -42,13 +42,15 @@ class Joined:
     """trees: one row a tree of either date: ``plot`` (its number), ``before_id, after_id`` (NaN: none), ``x, y`` in the
     second date's map, ``dbh1_cm, se1_cm, dbh2_cm, se2_cm`` (NaN: none), ``fate``, the ``chance`` that it is right (lost
     trees may only have been missed, new ones too) and its standard error ``chance_sd``, ``dist_m, margin``. offsets:
-    plot_id -> what the first map was moved by (m east, m north, degrees). miss: share of the trees that a flight
-    misses, as ``n_missed`` thick new ones say. warnings: sentences."""
+    plot_id -> what the first map was moved by (m east, m north, degrees). unpaired: numbers of the plots in which the
+    trees of both dates could not be laid over each other, so that nothing is known of their fates. miss: share of the
+    trees that a flight misses, as ``n_missed`` thick new ones say. warnings: sentences."""
 
     trees: pd.DataFrame
     offsets: dict[str, tuple[float, float, float]]
     miss: float = 0.0
     n_missed: int = 0
+    unpaired: list[int] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
 
@@ -101,6 +103,15 @@ def join_dates(
     found = match_plots(crew, measured, circles, options)
     offsets = {row["plot_id"]: (row["offset_e_m"], row["offset_n_m"], row["rot_deg"]) for row in found.plots}
     made = Joined(_table(first, second, found, plots, home, circles, offsets), offsets)
+    open_ = {row["plot_id"] for row in found.plots if row["status"] == "check"}
+    made.unpaired = [k for k, circle in enumerate(circles) if circle.plot_id in open_]
+    made.trees.loc[made.trees["plot"].isin(made.unpaired), "kind"] = "unsure"
+    if len(made.unpaired) == len(circles):
+        why = "; ".join(dict.fromkeys(str(row["reason"]) for row in found.plots))
+        raise InputError(
+            f"The trees of both dates fit each other in no plot ({_in_these_words(why)}): check that both layers are "
+            "of the same ground, their CRS and positions."
+        )
     made.warnings += [_in_these_words(text) for text in found.warnings if "has no field tree" not in text]
     _judge(made.trees, limits, np.inf)
     grown = (made.trees["dbh2_cm"] - made.trees["dbh1_cm"])[made.trees["fate"] == "survivor"].to_numpy(float)

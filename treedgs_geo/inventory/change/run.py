@@ -75,8 +75,11 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         trees = joined.trees.join(tree_growth(joined.trees, shared, settings.years, level))
         changes: dict[str, Change] = {}
         if plots:
-            design = Design(np.array([plot.area_ha for plot in plots]), False, level)
-            changes = stand_change(trees, design, shared, settings.years)
+            kept = [k for k in range(len(plots)) if k not in joined.unpaired]
+            design = Design(np.array([plots[k].area_ha for k in kept]), False, level)
+            number = trees["plot"].map({k: n for n, k in enumerate(kept)})
+            paired = trees.assign(plot=number)[number.notna()].reset_index(drop=True)
+            changes = stand_change(paired.astype({"plot": int}), design, shared, settings.years)
     warnings, notes = _remarks(before, after, joined, trees, plots, settings)
     for sentence in warnings:
         reporter.warn(sentence)
@@ -230,6 +233,12 @@ def _remarks(
             f"Not found again: {count_of(n_lost, 'tree')}. A flight may miss a living tree ({said}). Look at them "
             f"(fate "
             "'mortality' in the layer) before you report mortality."
+        )
+    if joined.unpaired and plots:
+        named = ", ".join(plots[k].plot_id for k in joined.unpaired[:8])
+        warnings.append(
+            f"Left out of every figure: {count_of(len(joined.unpaired), 'plot')} ({named}"
+            f"{', …' if len(joined.unpaired) > 8 else ''}) in which the trees of both dates could not be paired."
         )
     unsure = int((fate == "unsure").sum())
     if unsure:
