@@ -153,10 +153,10 @@ def test_magnetic_bearings_by_place_and_date(tmp_path):
     assert abs(declination) > 0.2
     np.testing.assert_allclose(by_date[["x", "y"]], by_hand[["x", "y"]], atol=1e-4)
     # a date column, row by row, beats the option
-    dated = tally(tmp_path, HEAD.strip() + ",date\na,1,90,10,20,2012-07-01\na,2,90,10,20,\n")
+    dated = tally(tmp_path, HEAD.strip() + ",date\na,1,90,10,20,2012-07-01\na,2,90,10,21,\n")
     rows = place(dated, [PLOT], UTM, day)
     assert rows.y[0] != pytest.approx(rows.y[1], abs=0.05) and rows.y[1] == pytest.approx(by_date.y[0])
-    for bad, says in (("01.07.2025", "year-month-day"), ("2025-13-01", "year-month-day"), ("1999-01-01", "outside")):
+    for bad, says in (("01/07/2025", "year-month-day"), ("2025-13-01", "year-month-day"), ("1999-01-01", "outside")):
         with pytest.raises(InputError, match=says):
             place(trees, [PLOT], UTM, FieldProtocol(north="magnetic", field_date=bad))
 

@@ -11,12 +11,14 @@ import numpy as np
 import pandas as pd
 import pyproj
 import pytest
-from shapely.geometry import LineString
+from shapely.geometry import LineString, Point
 from shared_data import needs_shared
 
 from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.inventory.accuracy.tables import evidence_from_pairs
 from treedgs_geo.inventory.pairs_layer import FIELD, MEASURED, PAIR_COLUMNS, PAIRS, PLOTS, SUGGESTED
+from treedgs_geo.inventory.searched import add_searched, searched_table
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.verbs.match_plots import MatchPlotsSettings, run
@@ -365,3 +367,18 @@ def test_a_real_plot_pairs(tmp_path):
     assert np.sqrt((pairs.delta_cm**2).mean()) < 1.2 and pairs.delta_cm.abs().max() < 4
     plot = gpd.read_file(tmp_path / "pairs.gpkg", layer=PLOTS).iloc[0]
     assert plot.offset_e_m == pytest.approx(-0.59, abs=0.3) and plot.offset_n_m == pytest.approx(0.18, abs=0.3)
+
+
+def test_field_trees_on_ground_that_was_not_searched_are_not_missed(survey):
+    field = pd.read_csv(survey / "field.csv")
+    beyond = field.assign(tree_id=field.tree_id + 100, distance_m=11.0 + 0.1 * np.arange(len(field)), dbh_cm=25.0)
+    pd.concat([field, beyond]).to_csv(survey / "field.csv", index=False)
+    pd.read_csv(survey / "plots.csv").assign(radius_m=12.62).to_csv(survey / "plots.csv", index=False)
+    before = evidence_from_pairs(match(survey) and survey / "pairs.gpkg")
+    crs = pyproj.CRS.from_epsg(6344)
+    add_searched(survey / "trees.gpkg", searched_table(Point(CENTRE + OFFSET).buffer(9.5), [], crs))
+    _, warnings = match(survey, output=survey / "searched.gpkg")
+    after = evidence_from_pairs(survey / "searched.gpkg")
+    assert any("15 of 30 field trees stand where stems were not searched for" in text for text in warnings)
+    assert (len(before.trees), len(after.trees)) == (30, 15)
+    assert any("15 field trees on ground that was not searched" in note for note in after.notes)

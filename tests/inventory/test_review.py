@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import subprocess
+import sys
 
 import geopandas as gpd
 import pandas as pd
@@ -307,6 +309,17 @@ def tg_styles():
     from importlib.resources import files
 
     return files("treedgs_geo.core") / "styles"
+
+
+def test_two_reviews_at_once_keep_both_decisions(tmp_path):
+    path = write_trees(tmp_path / "t.gpkg", [Tree(k, EAST + 3 * k, NORTH, dbh_cm=20.0 + k) for k in range(1, 6)], CRS)
+    started = []
+    for k in (2, 4):
+        decisions = table(tmp_path / f"d{k}.csv", f"tree_id,decision\n{k},reject\n")
+        command = ["-m", "treedgs_geo", "review", "--trees", path, "--decisions", decisions, "--by", f"p{k}"]
+        started.append(subprocess.Popen([sys.executable, *map(str, command)], stdout=subprocess.DEVNULL))
+    assert [process.wait() for process in started] == [0, 0]
+    assert read_trees(path)["rev_flag"].notna().tolist() == [False, True, False, True, False]
 
 
 def test_decisions_that_slipped_by_a_row_are_refused(tmp_path):

@@ -261,7 +261,7 @@ def test_a_cloud_becomes_styled_trees(qgis, tmp_path):
         assert np.hypot(nearest.x - x, nearest.y - y) < 0.05
         assert abs(nearest.dbh_cm - dbh_cm) < 1.0, (nearest.dbh_cm, dbh_cm)
     styles = geopandas.read_file(folder / "arbres.gpkg", layer="layer_styles")
-    assert set(styles["f_table_name"]) == {"trees", "circles", "sections"} and all(styles["useAsDefault"])
+    assert set(styles["f_table_name"]) == {"trees", "circles", "sections", "searched"} and all(styles["useAsDefault"])
 
 
 def test_an_unwritable_output_is_refused_and_leaves_nothing(qgis, tmp_path):

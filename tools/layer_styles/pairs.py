@@ -179,6 +179,7 @@ def field_trees() -> QgsVectorLayer:
         "no": ("not paired", "255,255,255,0", RED),
         "check": ("plot needs a hand check", "255,255,255,0", "#6a3d9a"),
         "rejected": ("pair rejected", "255,255,255,0", GREY),
+        "unsearched": ("not searched there", "255,255,255,0", AMBER),
     }
     layer.setRenderer(
         QgsCategorizedSymbolRenderer(

@@ -167,6 +167,24 @@ class Lease:
                         os.unlink(self.folder / name)
 
 
+@contextmanager
+def one_writer(folder: Path) -> Iterator[None]:
+    """Wait until no other process of ours reads and rewrites files of this folder, for the length of the block. Where
+    the system or the file system knows no such locks, go on at once."""
+    try:
+        import fcntl
+    except ImportError:  # Windows: a file that is read there cannot be replaced
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
 def holder_of(folder: Path) -> dict[str, Any] | None:
     """Who holds the folder's lease now, or None."""
     number, free = _highest(Path(folder))

@@ -15,14 +15,16 @@ _SPAN = 5
 
 
 def parse_date(text: str, where: str) -> date:
-    """``2025-06-30`` (ISO).
+    """``2025-06-30`` (ISO, also with a time), or ``30.6.2025`` as with points only days come first.
 
     Raises:
         InputError: another form, or no date: 03/04/2025 means two different days.
     """
-    if re.fullmatch(r"\d{4}-\d{2}-\d{2}", text.strip()):
+    iso = re.fullmatch(r"(\d{4})[-/](\d{2})[-/](\d{2})([ T]\d{1,2}:\d{2}.*)?", text.strip())
+    german = re.fullmatch(r"(\d{1,2})\.(\d{1,2})\.(\d{4})", text.strip())
+    if iso or german:
         try:
-            return date.fromisoformat(text.strip())
+            return date(*map(int, iso.groups()[:3] if iso else german.groups()[::-1]))  # type: ignore[union-attr]
         except ValueError:
             pass
     raise InputError(f"{where}: found the date {text!r}, expected year-month-day such as 2025-06-30.")

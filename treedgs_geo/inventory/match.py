@@ -9,6 +9,8 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+from shapely import contains_xy
+from shapely.geometry.base import BaseGeometry
 
 from ..core.errors import InputError
 from ..core.plots import Plot
@@ -18,6 +20,8 @@ from .pairs_layer import SNAP_M, Locked
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.
 _AROUND_M = 3.0
+#: A field tree this near to searched ground stands on it: two maps do not agree to the decimetre, m.
+_RIM_M = 0.5
 
 
 @dataclass
@@ -38,8 +42,10 @@ def match_plots(
     plots: list[Plot],
     options: PairingOptions,
     locked: Locked | None = None,
+    searched: BaseGeometry | None = None,
 ) -> Matched:
-    """Pair the trees of every plot.
+    """Pair the trees of every plot. searched: where stems were searched for (None: not known); a field tree elsewhere
+    that has no partner was not missed.
 
     field_trees: ``plot_id, field_id, x, y, dbh_cm`` as surveyed. measured: as from :func:`.measured.read_measured`,
     after :func:`.reviewed.reviewed` where a person decided on trees.
@@ -47,7 +53,7 @@ def match_plots(
     locked = locked or Locked()
     result = Matched([], [], field_trees.copy(), measured.copy(), [], [])
     drawn, left_out = field_trees[["x", "y"]].to_numpy(float).copy(), np.zeros(len(field_trees), bool)
-    taken = np.zeros(len(measured), bool)
+    beyond, taken = np.zeros(len(field_trees), bool), np.zeros(len(measured), bool)
     all_xy = measured[["x", "y"]].to_numpy(float)
     near_plot = np.full(len(measured), None, dtype=object)
     decisions = _resolve(locked, field_trees, measured, result.warnings)
@@ -101,9 +107,23 @@ def match_plots(
                 "y": middle[1],
             }
         )
-        result.warnings += _remarks(plot, placed, rows, good, suggested)
-    _finish(result, drawn, left_out, near_plot, plots)
+        beyond[rows] = _beyond(moved, searched)
+        result.warnings += _remarks(plot, placed, rows[~beyond[rows]], good, suggested)
+    _finish(result, drawn, np.select([left_out, beyond], ["rejected", "unsearched"], "no"), near_plot, plots)
+    n_beyond = int((result.field_trees["paired"] == "unsearched").sum())
+    if n_beyond:
+        result.warnings.append(
+            f"{n_beyond} of {len(result.field_trees)} field trees stand where stems were not searched for: they are "
+            "left unpaired, and no accuracy counts them as missed."
+        )
     return result
+
+
+def _beyond(places: np.ndarray, searched: BaseGeometry | None) -> np.ndarray:
+    """(N,) places farther from the searched ground than maps of it differ."""
+    if searched is None:
+        return np.zeros(len(places), bool)
+    return ~contains_xy(searched.buffer(_RIM_M), *np.asarray(places, float).T)
 
 
 def tally_of_other_trees(pairs: list[dict], tally: pd.DataFrame, path: Path) -> list[str]:
@@ -307,8 +327,9 @@ def _remarks(
     return remarks
 
 
-def _finish(result: Matched, drawn: np.ndarray, left_out: np.ndarray, near_plot: np.ndarray, plots: list[Plot]) -> None:
-    """Fill the two point layers: where each tree stands and whether it has a partner."""
+def _finish(result: Matched, drawn: np.ndarray, without: np.ndarray, near_plot: np.ndarray, plots: list[Plot]) -> None:
+    """Fill the two point layers: where each tree stands and whether it has a partner; ``without``: the word for each
+    field tree that has none."""
     used = [p for p in result.pairs if p["pair_status"] != "rejected"]
     by_field = {(p["plot_id"], p["field_id"]): p["tree_id"] for p in used}
     by_stem = {p["tree_id"]: p for p in used if p["tree_id"] is not None}
@@ -328,8 +349,8 @@ def _finish(result: Matched, drawn: np.ndarray, left_out: np.ndarray, near_plot:
             "x_field": table["x"],
             "y_field": table["y"],
             "paired": [
-                "yes" if key in by_field else "rejected" if out else "check" if status.get(key[0]) == "check" else "no"
-                for key, out in zip(keys, left_out, strict=True)
+                "yes" if key in by_field else "check" if word == "no" and status.get(key[0]) == "check" else str(word)
+                for key, word in zip(keys, without, strict=True)
             ],
             "tree_id": pd.array([by_field.get(key) for key in keys], dtype="Int64"),
         }

@@ -60,6 +60,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.measured import read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
     from ..inventory.reviewed import reviewed
+    from ..inventory.searched import searched_area
     from ..inventory.unplaced import drop_unplaced
 
     ensure_writable(settings.output)
@@ -81,7 +82,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     if locked.pairs or locked.plots:
         reporter.info(f"{len(locked.pairs)} locked pairs and {len(locked.plots)} confirmed plots are kept.")
     with reporter.stage("pair trees", 0.1, 0.9):
-        matched = match_plots(tally, measured, plots, settings, locked)
+        matched = match_plots(tally, measured, plots, settings, locked, searched_area(settings.trees, measured.crs))
     if slip := wrong_unit(*np.array([[p["field_cm"], p["dbh_cm"]] for p in matched.pairs], float).reshape(-1, 2).T):
         text = (
             f"{settings.field}: DBHs of the tally beside those of the same trees in {settings.trees.name}: "

@@ -39,7 +39,8 @@ class PairsEvidence:
 def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
     """Read a pairs layer. min_dbh_cm: the tally's limit; thinner measured trees without a partner are not false.
 
-    Left out, and said so: plots left to a hand check, trees whose pair a person rejected, field trees without a DBH.
+    Left out, and said so: plots left to a hand check, trees whose pair a person rejected, field trees without a DBH or
+    on ground that was not searched.
 
     Raises:
         InputError: no pairs file, unknown statuses, or nothing to evaluate.
@@ -69,13 +70,15 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
     partner = {(str(r["plot_id"]), str(r["field_id"])): r for _, r in used.iterrows()}
     if len(partner) < len(used):
         raise InputError(f"{path}: a field tree is in two pairs; reject one of them or run match-plots again.")
-    rows, n_blank, n_rejected = [], 0, 0
+    rows, n_blank, n_rejected, n_beyond = [], 0, 0, 0
     for _, tree in field.iterrows():
         key = str(tree["plot_id"]), str(tree["field_id"])
         if key[0] in unplaced:
             continue
         if key in rejected and key not in partner:
             n_rejected += 1
+        elif key not in partner and tree.get("paired") == "unsearched":
+            n_beyond += 1
         elif pd.isna(tree["dbh_cm"]):
             n_blank += 1
         else:
@@ -93,6 +96,8 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
             )
     if n_rejected:
         notes.append(f"{n_rejected} field trees whose pair was rejected by a person do not count.")
+    if n_beyond:
+        notes.append(f"{n_beyond} field trees on ground that was not searched for stems do not count.")
     if n_blank:
         notes.append(f"{n_blank} field trees without a DBH do not count.")
     pair_cm = _table(rows)[["reference_cm", "meas_cm"]].astype(float)

@@ -16,6 +16,7 @@ import pyogrio
 import shapely
 
 from ...core.errors import InputError
+from ...core.folder_lock import one_writer
 from ...core.plausible import refuse_odd_diameters
 from ...core.tables import read_table
 from ...core.wrong_units import wrong_unit
@@ -73,13 +74,14 @@ def review_trees(
     path = Path(trees)
     rows = decisions if isinstance(decisions, list) else read_decisions(Path(decisions), dbh_unit)
     check_output(path)
-    table = read_whole(path)
     source = path if isinstance(decisions, list) else Path(decisions)
-    if dbh_unit == "auto":
-        _refuse_unit(table, rows, source)
-        _refuse_large(table, rows, source)
-    made, outcome = decide(table, rows, by or _user(), source, path)
-    write_table(path, made)
+    with one_writer(path.absolute().parent):
+        table = read_whole(path)
+        if dbh_unit == "auto":
+            _refuse_unit(table, rows, source)
+            _refuse_large(table, rows, source)
+        made, outcome = decide(table, rows, by or _user(), source, path)
+        write_table(path, made)
     return outcome
 
 

@@ -138,7 +138,7 @@ def _tallied(measured: pd.DataFrame, crew: pd.DataFrame, placed: set[str]) -> di
     """
     found = {}
     inside = measured[(measured["in_plot"] == "in") & measured["dbh_cm"].notna()]
-    listed = crew[crew["paired"] != "rejected"]
+    listed = crew[~crew["paired"].isin(["rejected", "unsearched"])]
     for plot in placed:
         mine, theirs = inside[inside["plot_id"] == plot], listed[listed["plot_id"] == plot]
         if len(mine) and len(theirs):

@@ -16,6 +16,7 @@ from ...core.columns import table_crs
 from ...core.crs import check_projected, project_crs
 from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
+from ...core.folder_lock import one_writer
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
@@ -60,7 +61,8 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
     stand = read_stand(settings, reporter)
     with reporter.stage("write", 0.4, 1.0):
         document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
-        _write(folder, stand, document, settings, reporter)
+        with one_writer(folder):
+            _write(folder, stand, document, settings, reporter)
     return _result(folder, stand)
 
 
