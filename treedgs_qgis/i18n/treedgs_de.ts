@@ -4301,6 +4301,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Paar abgelehnt</translation>
     </message>
     <message>
+      <source>not searched there</source>
+      <translation>dort nicht gesucht</translation>
+    </message>
+    <message>
       <source>Measured DBH [cm]</source>
       <translation>Gemessener BHD [cm]</translation>
     </message>

@@ -4299,6 +4299,10 @@ cero.&lt;/p&gt;
       <translation>par rechazado</translation>
     </message>
     <message>
+      <source>not searched there</source>
+      <translation>allí no se buscó</translation>
+    </message>
+    <message>
       <source>Measured DBH [cm]</source>
       <translation>DAP medido [cm]</translation>
     </message>
