@@ -11,7 +11,7 @@ from treedgs_geo.reconstruction.adjustment import Adjusted, Known, adjust
 from treedgs_geo.reconstruction.bundle import LAST
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.covariance import posterior_of
-from treedgs_geo.reconstruction.geotag_errors import as_photos_say, in_time, settle_time, tell_the_time
+from treedgs_geo.reconstruction.geotag_errors import as_photos_say, in_time, lateness, settle_time
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.tracks import Block
 
@@ -58,8 +58,8 @@ def test_geotags_of_another_instant_are_found_and_moved(late_s: float) -> None:
     block, known, adjusted, posterior, truth = _adjusted(_rings(), late_s, seed=3)
     assert posterior.late_sd_s[0] < 0.004
     assert abs(posterior.late_s[0] - late_s) < 2.5 * posterior.late_sd_s[0], "and the standard error is true"
-    assert tell_the_time(known, adjusted, posterior).all()
-    moved = in_time(known, adjusted, posterior)
+    assert lateness(known, adjusted, posterior)[1].all()
+    moved = in_time(known, known, adjusted, posterior)
     assert moved.late_s[0] == pytest.approx(late_s, abs=0.004)
     assert np.abs(np.median(moved.xyz - truth, axis=0)).max() < 0.02
     assert np.sqrt(np.mean((block.centres - truth) ** 2)) < 0.02, "the block is right with or without the move"
@@ -68,16 +68,16 @@ def test_geotags_of_another_instant_are_found_and_moved(late_s: float) -> None:
 def test_the_time_of_good_geotags_is_none() -> None:
     _, known, adjusted, posterior, _ = _adjusted(_rings(), 0.0, seed=4)
     assert abs(posterior.late_s[0]) < 2.5 * posterior.late_sd_s[0]
-    assert not tell_the_time(known, adjusted, posterior).any(), "so that clocks are believed"
-    assert in_time(known, adjusted, posterior) is known
+    assert not lateness(known, adjusted, posterior)[1].any(), "so that clocks are believed"
+    assert in_time(known, known, adjusted, posterior) is known
 
 
 def test_what_was_moved_and_then_not_shown_is_taken_back() -> None:
     _, known, adjusted, posterior, _ = _adjusted(_rings(), 0.06, seed=8)
-    moved = in_time(known, adjusted, posterior)
+    moved = in_time(known, known, adjusted, posterior)
     assert moved is not known
     unsure = replace(posterior, late_s=-moved.late_s, late_sd_s=np.array([0.05]))
-    back = settle_time(moved, adjusted, unsure, known)
+    back = settle_time(moved, known, adjusted, unsure)
     assert np.array_equal(back.xyz, known.xyz) and np.array_equal(back.sd, known.sd)
     assert not back.late_s.any() and not back.late_sd_s.any()
 
@@ -85,8 +85,8 @@ def test_what_was_moved_and_then_not_shown_is_taken_back() -> None:
 def test_a_flight_in_one_direction_does_not_tell_the_time() -> None:
     _, known, adjusted, posterior, _ = _adjusted(_one_way(), 0.2, seed=5)
     assert posterior.late_sd_s[0] * 6.0 > 0.1, "nor does it claim to"
-    assert not tell_the_time(known, adjusted, posterior).any()
-    assert in_time(known, adjusted, posterior) is known
+    assert not lateness(known, adjusted, posterior)[1].any()
+    assert in_time(known, known, adjusted, posterior) is known
 
 
 def _contradicted(known: Known, block: Block, adjusted: Adjusted) -> tuple[Known, Adjusted]:
@@ -114,3 +114,16 @@ def test_float_solutions_labelled_fixed_count_less() -> None:
 def test_good_geotags_are_not_contradicted() -> None:
     _, known, adjusted, _, _ = _adjusted(_rings(), 0.0, seed=7)
     assert as_photos_say(known, adjusted) is known
+
+
+def test_a_flight_that_does_not_tell_the_time_takes_that_of_the_others() -> None:
+    _, known, adjusted, posterior, _ = _adjusted(_rings(), 0.06, seed=9)
+    flight = np.repeat([0, 1], 14)
+    sensor = replace(adjusted.problem.sensor, flight=flight, drift=np.zeros(2))
+    adjusted.problem.sensor = sensor
+    two = replace(known, late_s=np.zeros(2), late_sd_s=np.full(2, 0.3))
+    seen = replace(posterior, late_s=np.array([0.06, 0.02]), late_sd_s=np.array([0.003, 0.03]))
+    late_s, told = lateness(two, adjusted, seen)
+    assert told.tolist() == [True, False] and late_s[0] == 0.06 and late_s[1] == pytest.approx(0.06, abs=0.001)
+    unshown = replace(seen, late_s=np.array([0.006, 0.02]))
+    assert not lateness(two, adjusted, unshown)[0].any(), "what is not shown is no lateness"

@@ -262,14 +262,17 @@ def _check_geotags(geotags: _Geotags, warnings: list[str]) -> None:
 
 
 def _note_late(late_s: np.ndarray, late_sd_s: np.ndarray, speed_m_s: np.ndarray, warnings: list[str]) -> None:
-    """Say by how much the geotags of each flight, (F,), were taken before or after its photos; NaN: not looked for, or
-    not shown."""
+    """Say by how much the geotags of each flight, (F,), were taken before or after its photos; NaN: its own
+    photos do not tell it."""
     along_m = np.abs(late_s) * speed_m_s
-    for flight in np.flatnonzero(np.isfinite(late_sd_s) & (along_m > LATE_WARN_M)):
+    for flight in np.flatnonzero(along_m > LATE_WARN_M):
+        sure = (
+            f"standard error {1000 * late_sd_s[flight]:.0f} ms" if np.isfinite(late_sd_s[flight]) else "as the others"
+        )
         warnings.append(
             f"The geotags of flight {flight} belong to places {1000 * abs(late_s[flight]):.0f} ms "
-            f"{'before' if late_s[flight] > 0 else 'after'} its photos (standard error "
-            f"{1000 * late_sd_s[flight]:.0f} ms), {along_m[flight]:.2f} m along the flight: lines flown in several "
+            f"{'before' if late_s[flight] > 0 else 'after'} its photos ({sure}), "
+            f"{along_m[flight]:.2f} m along the flight: lines flown in several "
             "directions show it, and the block was corrected; look at the times of the PPK solution, or give the "
             "camera's delay (--camera-delay-ms)."
         )

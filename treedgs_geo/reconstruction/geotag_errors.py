@@ -28,46 +28,40 @@ def usual_speed_m_s(sensor: Sensor) -> np.ndarray:
     return np.array([np.median(speed[sensor.flight == flight]) for flight in range(len(sensor.drift))])
 
 
-def tell_the_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> np.ndarray:
-    """(F,) bool: flights whose photos tell that their geotags were taken at another time.
+def lateness(known: Known, adjusted: Adjusted, posterior: Posterior) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) seconds by which the geotags of each flight come late, 0 where clocks are believed; (F,) bool: whether its
+    own photos tell that, or those of the other flights, whose clocks are the same.
 
     Where lines are flown both ways or cross, geotags of another instant lie behind their cameras on one line and before
     them on the next. Flown one way only they move the block as a whole, which nothing in the photos tells.
     """
-    looked = posterior.late_sd_s > 0
-    times = np.abs(known.late_s + posterior.late_s) / np.where(looked, posterior.late_sd_s, np.inf)
-    told = posterior.late_sd_s * usual_speed_m_s(adjusted.problem.sensor) < TOLD_M
-    told = looked & (told | (times > CERTAIN_SD))
-    return told & (np.sqrt(np.sum(times[told] ** 2)) > SHOWN_SD)
+    late_s, looked = known.late_s + posterior.late_s, posterior.late_sd_s > 0
+    sd_s = np.where(looked, posterior.late_sd_s, np.inf)
+    told = sd_s * usual_speed_m_s(adjusted.problem.sensor) < TOLD_M
+    told |= np.abs(late_s) > CERTAIN_SD * sd_s
+    told &= looked
+    if np.sqrt(np.sum((late_s / sd_s)[told] ** 2)) <= SHOWN_SD:
+        return np.zeros_like(late_s), np.zeros_like(told)
+    usual = np.average(late_s, weights=1 / sd_s**2)
+    return np.where(told, late_s, np.where(looked, usual, 0.0)), told
 
 
-def in_time(known: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
-    """What is known, with the geotags of each flight moved along its velocities to when its photos were taken."""
+def in_time(known: Known, given: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
+    """What is known, with the geotags of each flight moved from where they were ``given`` along its velocities to when
+    its photos were taken."""
     sensor = adjusted.problem.sensor
-    late_s = np.where(tell_the_time(known, adjusted, posterior), posterior.late_s, 0.0)
-    late_s[np.abs(late_s) * usual_speed_m_s(sensor) < MIN_M] = 0.0
-    if not late_s.any():
+    speed, late_s = usual_speed_m_s(sensor), lateness(known, adjusted, posterior)[0]
+    late_s[np.abs(late_s) * speed < MIN_M] = 0.0
+    if (np.abs(late_s - known.late_s) * speed < MIN_M).all():
         return known
     moved = late_s[sensor.flight, None] * sensor.velocity_m_s
-    return replace(
-        known, xyz=known.xyz + moved, sd=np.hypot(known.sd, MOVED_SHARE * np.abs(moved)), late_s=known.late_s + late_s
-    )
+    return replace(known, xyz=given.xyz + moved, sd=np.hypot(given.sd, MOVED_SHARE * np.abs(moved)), late_s=late_s)
 
 
-def settle_time(known: Known, adjusted: Adjusted, posterior: Posterior, given: Known) -> Known:
-    """What is known for the last adjustment: geotags of flights whose photos do not tell the time are as they were
-    given, and held there, for clocks are right unless they show otherwise.
-    """
-    told = tell_the_time(known, adjusted, posterior)
-    of_told = told[adjusted.problem.sensor.flight, None]
-    known = in_time(known, adjusted, posterior)
-    return replace(
-        known,
-        xyz=np.where(of_told, known.xyz, given.xyz),
-        sd=np.where(of_told, known.sd, given.sd),
-        late_s=np.where(told, known.late_s, 0.0),
-        late_sd_s=np.where(told, known.late_sd_s, 0.0),
-    )
+def settle_time(known: Known, given: Known, adjusted: Adjusted, posterior: Posterior) -> Known:
+    """:func:`in_time` for the last adjustment: held where a flight's own photos do not tell."""
+    told = lateness(known, adjusted, posterior)[1]
+    return replace(in_time(known, given, adjusted, posterior), late_sd_s=np.where(told, known.late_sd_s, 0.0))
 
 
 def as_photos_say(known: Known, adjusted: Adjusted) -> Known:

@@ -130,11 +130,12 @@ def _first_block(
     return block
 
 
-def _in_time(block: Block, known: Known, free: frozenset[str]) -> Known:
+def _in_time(block: Block, given: Known, free: frozenset[str]) -> Known:
     """:func:`.geotag_errors.in_time`, until nothing changes: velocities hold for short times only."""
+    known = given
     for _ in range(_ROUNDS):
         adjusted = adjust(block, known, free, iterations=30)
-        former, known = known, in_time(known, adjusted, posterior_of(adjusted))
+        former, known = known, in_time(known, given, adjusted, posterior_of(adjusted))
         if known is former:
             break
         _refine(block, known, free, 4.0)
@@ -145,7 +146,7 @@ def _settle(block: Block, known: Known, given: Known, free: frozenset[str]) -> t
     """What holds the block (``given`` at first) in the last adjustment, and what is free of lens and shutter."""
     adjusted = adjust(block, known, free, final=True, tolerance=GOOD)
     posterior = posterior_of(adjusted)
-    known = settle_time(known, adjusted, posterior, given)
+    known = settle_time(known, given, adjusted, posterior)
     known, free = settle_shutter(block, known, free, posterior)
     return known, settle_lens(block, known, free, posterior)
 
