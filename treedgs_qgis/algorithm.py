@@ -20,7 +20,7 @@ from qgis.PyQt.QtGui import QIcon
 
 from . import checks, engine, i18n, layers, loading
 from .listener import Listener, duration, is_cancelled
-from .parameters import DESTINATIONS, engine_values, help_text, make_outputs, make_parameter, result_values
+from .parameters import DESTINATIONS, engine_values, help_text, label, make_outputs, make_parameter, result_values
 from .words import declarations, in_qgis_words, qgis_name
 
 ICONS = Path(__file__).with_name("icons")
@@ -129,8 +129,10 @@ class EngineAlgorithm(BaseAlgorithm):
         """The help panel: what it does, every input with its unit, every output, the same on the command line."""
         entry = self.declaration
 
-        def item(name: str, text: str) -> str:
-            return f"<li><b>{qgis_name(name)}</b>: {html.escape(text)}</li>"
+        def item(name: str, text: str, shown: str = "") -> str:
+            key = qgis_name(name)
+            title = f"<b>{html.escape(shown)}</b> ({key})" if shown else f"<b>{key}</b>"
+            return f"<li>{title}: {html.escape(text)}</li>"
 
         lines = [f"<p><b>{html.escape(self.tr(entry['summary']))}</b></p>"]
         lines.append(f"<p>{html.escape(in_qgis_words(self.tr(entry['help']), entry['known']))}</p>")
@@ -139,7 +141,7 @@ class EngineAlgorithm(BaseAlgorithm):
         for title, chosen in ((self.tr("Parameters"), plain), (self.tr("Advanced parameters"), expert)):
             if chosen:
                 lines.append(f"<h3>{title}</h3><ul>")
-                lines += [item(p["name"], help_text(p)) for p in chosen] + ["</ul>"]
+                lines += [item(p["name"], help_text(p), self.tr(label(p))) for p in chosen] + ["</ul>"]
         if entry["outputs"]:
             lines.append(f"<h3>{self.tr('Results')}</h3><ul>")
             lines += [item(key, self.tr(text)) for key, text in entry["outputs"].items()] + ["</ul>"]

@@ -55,7 +55,23 @@ _WORDS = {
     "ha": "hectare",
     "gcp": "ground control points",
     "gnss": "GNSS",
-    "at": "at these points",
+}
+#: Names that do not say what is meant, in words.
+_LABELS = {
+    "fit": "Way of measuring",
+    "sheets": "Evidence sheets (a picture a tree)",
+    "n": "Trees to tape",
+    "highest_m": "Highest flight over the ground",
+    "clearance_m": "Distance kept from the crowns",
+    "cancels_pct": "Part of the bias that both dates share",
+    "missing": "Stems without a DBH",
+    "to": "Distances reach to",
+    "distance": "Distances were taken",
+    "by": "Decided by",
+    "weights": "Reliability of points",
+    "against": "Pairs of another method",
+    "at": "Only at these points of a finished run",
+    "north": "North of the bearings",
 }
 #: Endings of a name that only repeat the unit.
 _UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms", "stops"}
@@ -65,6 +81,8 @@ _NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg
 def label(entry: dict[str, Any]) -> str:
     """What stands beside the widget: words, with the unit in brackets."""
     words, unit = entry["name"].split("_"), entry.get("unit", "")
+    if entry["name"] in _LABELS:
+        return f"{_LABELS[entry['name']]} [{unit}]" if unit else _LABELS[entry["name"]]
     # A unit of two words is two endings: flight_speed_m_s, gimbal_rate_deg_s.
     for _ in range(1 + unit.count("/")) if unit else ():
         if len(words) > 1 and words[-1] in _UNIT_WORDS:
@@ -112,6 +130,10 @@ def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
             made.setMaximum(entry["maximum"])
     else:
         made = QgsProcessingParameterString(name, text, default, False, optional)
+    if kind == "number":
+        # QGIS would show six decimals.
+        shown = max(2, len(f"{default or 0:.6f}".rstrip("0").partition(".")[2]))
+        made.setMetadata({"widget_wrapper": {"decimals": shown}})
     made.setHelp(help_text(entry))
     if entry.get("advanced"):
         made.setFlags(made.flags() | compat.FLAG_ADVANCED)

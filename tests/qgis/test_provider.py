@@ -443,3 +443,16 @@ print("WORDS", {word: sorted(names) for word, names in found.items()})
     for word, name in (("canopy", "photostodbh"), ("timber", "standtable"), ("treetop", "photostodbh"),
                        ("export", "standtable"), ("inventory", "compare")):  # fmt: skip
         assert f"'{word}'" in words and name in words.partition(f"'{word}'")[2].partition("]")[0], words
+
+
+def test_dialogs_speak_in_words_and_help_is_found_by_the_label(qgis):
+    done = qgis.python(
+        """
+algorithm = provider.algorithm("planflight").create({})
+shown = {definition.name(): definition for definition in algorithm.parameterDefinitions()}
+print("LABEL", shown["HIGHEST_M"].description(), shown["HIGHEST_M"].metadata())
+print("HELP", "<b>Highest flight over the ground [m]</b> (HIGHEST_M): " in algorithm.shortHelpString())
+"""
+    )
+    assert "LABEL Highest flight over the ground [m] {'widget_wrapper': {'decimals': 2}}" in done.stdout, done.stdout
+    assert "HELP True" in done.stdout

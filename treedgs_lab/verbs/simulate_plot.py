@@ -29,8 +29,8 @@ COMMAND = Command(
         "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
         "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
         "a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a "
-        "real lens and sensor, grid flights over several plots and ground control are options of the command line "
-        "(treedgs simulate-plot --help)."
+        "real lens and sensor, grid flights over several plots and ground control are options of treedgs "
+        "simulate-plot, which its own help lists."
     ),
     settings=SimulateSettings,
     run=run,

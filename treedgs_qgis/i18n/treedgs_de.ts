@@ -1629,16 +1629,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>höchste Fluggeschwindigkeit</translation>
     </message>
     <message>
-      <source>Clearance [m]</source>
-      <translation>Abstand [m]</translation>
+      <source>Distance kept from the crowns [m]</source>
+      <translation>Abstand von den Kronen [m]</translation>
     </message>
     <message>
       <source>least height over the canopy, anywhere on the way</source>
       <translation>kleinste Höhe über den Kronen, überall auf dem Weg</translation>
     </message>
     <message>
-      <source>Highest [m]</source>
-      <translation>Größte Höhe [m]</translation>
+      <source>Highest flight over the ground [m]</source>
+      <translation>Größte Flughöhe über dem Boden [m]</translation>
     </message>
     <message>
       <source>most height over the ground, by law or permit</source>
@@ -1833,8 +1833,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Wie weit eine Stelle von --field-stems oder --at von ihrem Stamm entfernt sein darf.</translation>
     </message>
     <message>
-      <source>At these points</source>
-      <translation>An diesen Punkten</translation>
+      <source>Only at these points of a finished run</source>
+      <translation>Nur an diesen Punkten eines fertigen Laufs</translation>
     </message>
     <message>
       <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
@@ -1853,8 +1853,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden).</translation>
     </message>
     <message>
-      <source>Fit</source>
-      <translation>Anpassung</translation>
+      <source>Way of measuring</source>
+      <translation>Messverfahren</translation>
     </message>
     <message>
       <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
@@ -1917,8 +1917,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Brusthöhe über dem Boden.</translation>
     </message>
     <message>
-      <source>Sheets</source>
-      <translation>Belegblätter</translation>
+      <source>Evidence sheets (a picture a tree)</source>
+      <translation>Belegblätter (ein Bild je Baum)</translation>
     </message>
     <message>
       <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = as the preset: those to check with fast, all otherwise.</source>
@@ -2077,8 +2077,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>was z ist: Höhe über Null oder Höhe über dem Boden (eine normalisierte Wolke); auto = aus den Punkten gelesen</translation>
     </message>
     <message>
-      <source>Weights</source>
-      <translation>Gewichte</translation>
+      <source>Reliability of points</source>
+      <translation>Zuverlässigkeit der Punkte</translation>
     </message>
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
@@ -2773,8 +2773,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>CSV mit tree_id, decision (accept, reject, dbh, merge, stem oder undo) und, wo nötig, dbh_cm, same_as, x, y, note, by, at</translation>
     </message>
     <message>
-      <source>By</source>
-      <translation>Von</translation>
+      <source>Decided by</source>
+      <translation>Entschieden von</translation>
     </message>
     <message>
       <source>who decided, where the table does not say (the user's name)</source>
@@ -2837,8 +2837,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Paar-Layer; festgelegte Paare einer vorhandenen Datei bleiben erhalten</translation>
     </message>
     <message>
-      <source>North</source>
-      <translation>Nordrichtung</translation>
+      <source>North of the bearings</source>
+      <translation>Nordbezug der Azimute</translation>
     </message>
     <message>
       <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
@@ -2861,16 +2861,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Tag der Feldarbeit, Jahr-Monat-Tag, für die Deklination</translation>
     </message>
     <message>
-      <source>Distance</source>
-      <translation>Entfernung</translation>
+      <source>Distances were taken</source>
+      <translation>Entfernungen gemessen</translation>
     </message>
     <message>
       <source>distance along the level or along the ground (then the table needs slope_deg or slope_pct)</source>
       <translation>Entfernung waagerecht oder am Hang entlang (dann braucht die Tabelle slope_deg oder slope_pct)</translation>
     </message>
     <message>
-      <source>To</source>
-      <translation>Bis</translation>
+      <source>Distances reach to</source>
+      <translation>Entfernungen reichen bis</translation>
     </message>
     <message>
       <source>distance to the middle of the stem, or to its near face (half the DBH is added)</source>
@@ -2993,8 +2993,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>mit --trees: truth/trees.csv der Probefläche</translation>
     </message>
     <message>
-      <source>Against</source>
-      <translation>Im Vergleich mit</translation>
+      <source>Pairs of another method</source>
+      <translation>Paare eines anderen Verfahrens</translation>
     </message>
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
@@ -3099,10 +3099,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from the plot's centre; without: the trees that have a plot_id, or all</source>
       <translation>Flächen wie für stand-table: nur Bäume darin werden gezogen, und das Formular nennt Richtung und Entfernung vom Mittelpunkt; ohne: die Bäume mit plot_id, sonst alle</translation>
-    </message>
-    <message>
-      <source>N</source>
-      <translation>n</translation>
     </message>
     <message>
       <source>trees to tape</source>
@@ -3317,8 +3313,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Breite einer BHD-Klasse (5 cm oder 2 Zoll, wo nicht angegeben)</translation>
     </message>
     <message>
-      <source>Missing</source>
-      <translation>Fehlende</translation>
+      <source>Stems without a DBH</source>
+      <translation>Stämme ohne BHD</translation>
     </message>
     <message>
       <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
@@ -3561,8 +3557,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Standardfehler einer Verzerrung, die alle BHD eines Zeitpunkts teilen</translation>
     </message>
     <message>
-      <source>Cancels [%]</source>
-      <translation>Hebt sich auf [%]</translation>
+      <source>Part of the bias that both dates share [%]</source>
+      <translation>Teil der Verzerrung, den beide Zeitpunkte gemeinsam haben [%]</translation>
     </message>
     <message>
       <source>of that bias's variance, what both dates have alike (same camera, same method, same settings) and what so cancels in the growth; 0 where it is not known</source>
@@ -3741,8 +3737,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Eine künstliche Probefläche erzeugen: Drohnenfotos, PPK-Dateien, LiDAR, Feldtabelle und Wahrheit.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of the command line (treedgs simulate-plot --help).</source>
-      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind Optionen der Befehlszeile (treedgs simulate-plot --help).</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of treedgs simulate-plot, which its own help lists.</source>
+      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind Optionen der Befehlszeile (treedgs simulate-plot, siehe dessen Hilfe).</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
@@ -4613,10 +4609,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Bäume je Hektar, für die ein Baum steht</translation>
     </message>
     <message>
-      <source>Stems without a DBH</source>
-      <translation>Stämme ohne BHD</translation>
-    </message>
-    <message>
       <source>Dead trees</source>
       <translation>Tote Bäume</translation>
     </message>
@@ -4911,10 +4903,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Why</source>
       <translation>Warum</translation>
-    </message>
-    <message>
-      <source>Decided by</source>
-      <translation>Entschieden von</translation>
     </message>
     <message>
       <source>Decided at (UTC)</source>

@@ -1627,16 +1627,16 @@ cero.&lt;/p&gt;
       <translation>velocidad máxima de vuelo</translation>
     </message>
     <message>
-      <source>Clearance [m]</source>
-      <translation>Distancia libre [m]</translation>
+      <source>Distance kept from the crowns [m]</source>
+      <translation>Distancia a las copas [m]</translation>
     </message>
     <message>
       <source>least height over the canopy, anywhere on the way</source>
       <translation>altura mínima sobre las copas, en todo el recorrido</translation>
     </message>
     <message>
-      <source>Highest [m]</source>
-      <translation>Altura máxima [m]</translation>
+      <source>Highest flight over the ground [m]</source>
+      <translation>Altura máxima de vuelo sobre el suelo [m]</translation>
     </message>
     <message>
       <source>most height over the ground, by law or permit</source>
@@ -1831,8 +1831,8 @@ cero.&lt;/p&gt;
       <translation>A qué distancia de su fuste puede estar un lugar de --field-stems o --at.</translation>
     </message>
     <message>
-      <source>At these points</source>
-      <translation>En estos puntos</translation>
+      <source>Only at these points of a finished run</source>
+      <translation>Solo en estos puntos de una ejecución terminada</translation>
     </message>
     <message>
       <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
@@ -1851,8 +1851,8 @@ cero.&lt;/p&gt;
       <translation>Cuánto se modela: fast y best difieren en las fotos y los rasgos usados; paper = el método publicado en toda la parcela (horas).</translation>
     </message>
     <message>
-      <source>Fit</source>
-      <translation>Ajuste</translation>
+      <source>Way of measuring</source>
+      <translation>Modo de medir</translation>
     </message>
     <message>
       <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
@@ -1915,8 +1915,8 @@ cero.&lt;/p&gt;
       <translation>Altura del pecho sobre el suelo.</translation>
     </message>
     <message>
-      <source>Sheets</source>
-      <translation>Hojas de evidencia</translation>
+      <source>Evidence sheets (a picture a tree)</source>
+      <translation>Hojas de evidencia (una imagen por árbol)</translation>
     </message>
     <message>
       <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = as the preset: those to check with fast, all otherwise.</source>
@@ -2075,8 +2075,8 @@ cero.&lt;/p&gt;
       <translation>qué es z: cota, o altura sobre el suelo (una nube normalizada); auto = se lee de los puntos</translation>
     </message>
     <message>
-      <source>Weights</source>
-      <translation>Pesos</translation>
+      <source>Reliability of points</source>
+      <translation>Fiabilidad de los puntos</translation>
     </message>
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
@@ -2771,8 +2771,8 @@ cero.&lt;/p&gt;
       <translation>CSV con tree_id, decision (accept, reject, dbh, merge, stem o undo) y, donde haga falta, dbh_cm, same_as, x, y, note, by, at</translation>
     </message>
     <message>
-      <source>By</source>
-      <translation>Por</translation>
+      <source>Decided by</source>
+      <translation>Decidido por</translation>
     </message>
     <message>
       <source>who decided, where the table does not say (the user's name)</source>
@@ -2835,8 +2835,8 @@ cero.&lt;/p&gt;
       <translation>capa de pares; los pares fijados en un archivo existente se conservan</translation>
     </message>
     <message>
-      <source>North</source>
-      <translation>Norte</translation>
+      <source>North of the bearings</source>
+      <translation>Norte de los rumbos</translation>
     </message>
     <message>
       <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
@@ -2859,16 +2859,16 @@ cero.&lt;/p&gt;
       <translation>día del trabajo de campo, año-mes-día, para la declinación</translation>
     </message>
     <message>
-      <source>Distance</source>
-      <translation>Distancia</translation>
+      <source>Distances were taken</source>
+      <translation>Distancias tomadas</translation>
     </message>
     <message>
       <source>distance along the level or along the ground (then the table needs slope_deg or slope_pct)</source>
       <translation>distancia en horizontal o a lo largo del terreno (entonces la tabla necesita slope_deg o slope_pct)</translation>
     </message>
     <message>
-      <source>To</source>
-      <translation>Hasta</translation>
+      <source>Distances reach to</source>
+      <translation>Las distancias llegan hasta</translation>
     </message>
     <message>
       <source>distance to the middle of the stem, or to its near face (half the DBH is added)</source>
@@ -2991,8 +2991,8 @@ cero.&lt;/p&gt;
       <translation>con --trees: el truth/trees.csv de la parcela</translation>
     </message>
     <message>
-      <source>Against</source>
-      <translation>Comparar con</translation>
+      <source>Pairs of another method</source>
+      <translation>Parejas de otro método</translation>
     </message>
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
@@ -3097,10 +3097,6 @@ cero.&lt;/p&gt;
     <message>
       <source>plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from the plot's centre; without: the trees that have a plot_id, or all</source>
       <translation>parcelas, como para stand-table: solo se sortean árboles en ellas, y el formulario da rumbo y distancia desde el centro; sin ellas: los árboles con plot_id, o todos</translation>
-    </message>
-    <message>
-      <source>N</source>
-      <translation>n</translation>
     </message>
     <message>
       <source>trees to tape</source>
@@ -3315,8 +3311,8 @@ cero.&lt;/p&gt;
       <translation>amplitud de una clase diamétrica (5 cm o 2 pulgadas si no se da)</translation>
     </message>
     <message>
-      <source>Missing</source>
-      <translation>Ausentes</translation>
+      <source>Stems without a DBH</source>
+      <translation>Troncos sin DAP</translation>
     </message>
     <message>
       <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
@@ -3559,8 +3555,8 @@ cero.&lt;/p&gt;
       <translation>error estándar de un sesgo que comparten todos los DAP de una fecha</translation>
     </message>
     <message>
-      <source>Cancels [%]</source>
-      <translation>Se anula [%]</translation>
+      <source>Part of the bias that both dates share [%]</source>
+      <translation>Parte del sesgo que comparten ambas fechas [%]</translation>
     </message>
     <message>
       <source>of that bias's variance, what both dates have alike (same camera, same method, same settings) and what so cancels in the growth; 0 where it is not known</source>
@@ -3739,8 +3735,8 @@ cero.&lt;/p&gt;
       <translation>Crear una parcela sintética: fotos de dron, archivos PPK, LiDAR, tabla de campo y verdad.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of the command line (treedgs simulate-plot --help).</source>
-      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones de la línea de órdenes (treedgs simulate-plot --help).</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of treedgs simulate-plot, which its own help lists.</source>
+      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones de la línea de órdenes (treedgs simulate-plot; véase su ayuda).</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
@@ -4611,10 +4607,6 @@ cero.&lt;/p&gt;
       <translation>Árboles por hectárea que representa un árbol</translation>
     </message>
     <message>
-      <source>Stems without a DBH</source>
-      <translation>Troncos sin DAP</translation>
-    </message>
-    <message>
       <source>Dead trees</source>
       <translation>Árboles muertos</translation>
     </message>
@@ -4909,10 +4901,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Why</source>
       <translation>Por qué</translation>
-    </message>
-    <message>
-      <source>Decided by</source>
-      <translation>Decidido por</translation>
     </message>
     <message>
       <source>Decided at (UTC)</source>
