@@ -6,6 +6,7 @@ import re
 import subprocess
 from html.parser import HTMLParser
 
+import pandas as pd
 import pytest
 
 from treedgs_geo.report.blocks import (
@@ -100,7 +101,8 @@ def test_numbers_are_shown_with_their_decimals_and_what_is_unknown_with_a_dash(t
     assert TABLE.text(ROWS[2], COLUMNS[2]) == "few"
     page = write_html(tmp_path / "p.html", Document("t", "s", [TABLE])).read_text(encoding="utf-8")
     assert [re.sub("<.*?>", "", row) for row in re.findall("<tr class='total'>.*?</tr>", page)] == ["all30.0few+1.00"]
-    assert page.count("<tr class='failed'>") == 1 and known(float("inf")) is None and known(3) == 3.0
+    assert page.count("<tr class='failed'>") == 1 and known(float("inf")) is known(None) is known(pd.NA) is None
+    assert known(3) == 3.0 and known(3, 2.0) == 6.0
 
 
 def test_a_long_folded_table_is_cut_and_says_where_the_rest_is(tmp_path):

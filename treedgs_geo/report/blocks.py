@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 #: Shown where nothing is known.
 NOTHING = "–"
@@ -180,9 +181,9 @@ def facts_table(name: str, title: str, facts: Mapping[str, Any] | Iterable[tuple
     )
 
 
-def known(value: Any) -> float | None:
-    """A number, or ``None`` for anything that is not known (``None``, NaN, ``pd.NA``)."""
-    return float(value) if value is not None and value == value and np.isfinite(value) else None
+def known(value: Any, factor: float = 1.0) -> float | None:
+    """A number, times a factor, or ``None`` for what is not known (``None``, NaN, infinite, ``pd.NA``)."""
+    return None if pd.isna(value) or not np.isfinite(value) else float(value) * factor
 
 
 def _holds(value: Any) -> bool:

@@ -10,17 +10,17 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.report.blocks import Block, Column, Document, Fragment, Heading, Paragraph, Sentences, Table, known
-from treedgs_geo.report.charts import new_chart
+from treedgs_geo.report.charts import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new_chart
 
 # Okabe-Ito, each group with a mark of its own: the chart reads in grey too.
 LOOKS = {
     "presets": ("#000000", "o"),
-    "photos used": ("#0072B2", "s"),
-    "pixels used": ("#56B4E9", "D"),
-    "stem model": ("#009E73", "v"),
-    "reconstruction": ("#E69F00", "P"),
-    "splat, then fit": ("#D55E00", "X"),
-    "LiDAR": ("#CC79A7", "^"),
+    "photos used": (BLUE, "s"),
+    "pixels used": (SKY, "D"),
+    "stem model": (GREEN, "v"),
+    "reconstruction": (ORANGE, "P"),
+    "splat, then fit": (VERMILION, "X"),
+    "LiDAR": (PURPLE, "^"),
     "published method": ("#7A3E00", "*"),
 }
 #: Half the size of a mark that names keep clear of, pixels.

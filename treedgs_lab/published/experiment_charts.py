@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from treedgs_geo.report.charts import BLUE, GREY, VERMILION, new_chart
+from treedgs_geo.report.charts import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, new_chart
 
 #: One look a method: Okabe-Ito colours, and lines that differ in grey.
 LOOKS = {
-    "lidar, cylinder": ("#E69F00", "-"),
-    "lidar, circle": ("#CC79A7", ":"),
-    "lidar, weighted circle": ("#56B4E9", "--"),
-    "splats, cylinder": ("#009E73", "-."),
-    "splats, circle": ("#D55E00", ":"),
-    "splats, weighted circle": ("#0072B2", "-"),
+    "lidar, cylinder": (ORANGE, "-"),
+    "lidar, circle": (PURPLE, ":"),
+    "lidar, weighted circle": (SKY, "--"),
+    "splats, cylinder": (GREEN, "-."),
+    "splats, circle": (VERMILION, ":"),
+    "splats, weighted circle": (BLUE, "-"),
 }
 
 

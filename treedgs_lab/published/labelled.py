@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from treedgs_geo.report.charts import BLUE, VERMILION
+from treedgs_geo.report.charts import BLUE, ORANGE, VERMILION
 
 from .paper_pictures import panels
 
 #: Most points of a cloud that are kept for its picture.
 MOST_POINTS = 40_000
-MISSED = "#E69F00"
+MISSED = ORANGE
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from ...core.geopackage import ensure_unlocked
 from ...core.map_scale import check_place
 from ...core.progress import Reporter
 from ...core.tables import safe_frame
+from ...report.blocks import known
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
 from ..pairing import PairingOptions
@@ -96,7 +97,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         document = make_change_document(table, changes, counts, warnings, notes, settings)
         write_html(folder / "change.html", document)
         write_pdf(folder / "change.pdf", document)
-        figures = {name: {key: _plain(value) for key, value in vars(found).items()} for name, found in changes.items()}
+        figures = {name: {key: known(value) for key, value in vars(found).items()} for name, found in changes.items()}
         write_json(
             folder / "change.json",
             {
@@ -128,10 +129,6 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         value = changes[name].mean if name in changes else math.nan
         found[key] = round(value, 4) if math.isfinite(value) else None
     return found
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:

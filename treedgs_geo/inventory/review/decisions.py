@@ -11,6 +11,7 @@ import pandas as pd
 from ...core.columns import columns, numbers
 from ...core.errors import InputError
 from ...core.tables import read_table
+from ...report.blocks import known
 from ..field_trees import dbh_in_cm
 from ..reviewed import DECISIONS, MAX_TAPED_CM, MIN_TAPED_CM
 
@@ -80,7 +81,7 @@ def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], ro
     line, cells = int(table.index[row]), table.iloc[row]
     where = f"{path}, line {line}"
     text = {name: _text(cells.get(name)) for name in ("decision", "note", "by", "at")}
-    dbh, x, y = (_number(values[key][row]) for key in ("dbh", "x", "y"))
+    dbh, x, y = (known(values[key][row]) for key in ("dbh", "x", "y"))
     tree, same_as = (_whole(where, name, values[key][row]) for name, key in (("tree_id", "tree"), ("same_as",) * 2))
     word = text["decision"].lower() or ("dbh" if dbh is not None else "")
     word = _WORDS.get(word, word)
@@ -110,10 +111,6 @@ def _whole(where: str, name: str, value: float) -> int | None:
     if value != int(value):
         raise InputError(f"{where}: {name} is {value:g}, expected a whole number as in the tree layer.")
     return int(value)
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _text(value: object) -> str:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...report.blocks import Column, Table
+from ...report.blocks import Column, Table, known
 from .survey import Stand
-from .tables import known_number
 from .units import UNITS
 
 
@@ -22,12 +21,12 @@ def correction_table(stand: Stand, units: str) -> Table:
             {
                 "quantity": q.heading,
                 "key": q.key,
-                "uncorrected": known_number(raw, q.factor),
-                "inflation": known_number(raw - corrected, q.factor),
-                "inflation_pct": known_number(100 * (raw - corrected) / corrected) if corrected else None,
-                "taped": known_number(final - corrected, q.factor) if stand.taped else None,
-                "corrected": known_number(final, q.factor),
-                "other": known_number(stand.other[name].mean, q.factor),
+                "uncorrected": known(raw, q.factor),
+                "inflation": known(raw - corrected, q.factor),
+                "inflation_pct": known(100 * (raw - corrected) / corrected) if corrected else None,
+                "taped": known(final - corrected, q.factor) if stand.taped else None,
+                "corrected": known(final, q.factor),
+                "other": known(stand.other[name].mean, q.factor),
             }
         )
     other = "without them" if stand.treatment == "impute" else "with them imputed"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ...report.blocks import Column, Table
+from ...report.blocks import Column, Table, known
 from .species import species_of
 from .survey import Stand
 from .units import FOOT, METRIC, POUND, UNITS, make_classes
@@ -27,13 +27,13 @@ def summary_table(stand: Stand, units: str) -> Table:
                 "quantity": q.heading,
                 "key": q.key,
                 **{
-                    key: known_number(getattr(found, key), q.factor)
+                    key: known(getattr(found, key), q.factor)
                     for key in ("mean", "se_plots", "se_trees", "se", "low", "high")
                 },
-                "se_common": known_number(found.se_common, q.factor) or None,
-                "se_missing": known_number(found.se_missing, q.factor) or None,
-                "se_taped": known_number(found.se_taped, q.factor) or None,
-                "half_pct": known_number(found.half_pct),
+                "se_common": known(found.se_common, q.factor) or None,
+                "se_missing": known(found.se_missing, q.factor) or None,
+                "se_taped": known(found.se_taped, q.factor) or None,
+                "half_pct": known(found.half_pct),
             }
         )
     decimals = 2
@@ -92,7 +92,7 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
         row["lower"] = None if k is None else classes.lower(k)
         row["upper"] = None if k is None else classes.upper(k)
         for name in ("trees", "ba", "volume", "biomass"):
-            row[quantities[name].key] = known_number(part[name].sum(skipna=False), quantities[name].factor)
+            row[quantities[name].key] = known(part[name].sum(skipna=False), quantities[name].factor)
         made.append(row)
 
     for name in sorted(set(names)):
@@ -176,12 +176,12 @@ def plots_table(stand: Stand, units: str) -> Table:
     rows = []
     for _, plot in stand.plot_rows.iterrows():
         row = {name: plot[name] for name in ("plot_id", "shape", "edge")}
-        row["searched_pct"] = known_number(plot["searched_pct"])
+        row["searched_pct"] = known(plot["searched_pct"])
         row.update({name: int(plot[name]) for name in ("n_trees", "n_missing", "n_dead")})
-        row[quantities["area"].key] = known_number(plot["area_ha"], quantities["area"].factor)
-        row["expansion"] = known_number(plot["expansion"], quantities["trees"].factor)
+        row[quantities["area"].key] = known(plot["area_ha"], quantities["area"].factor)
+        row["expansion"] = known(plot["expansion"], quantities["trees"].factor)
         for name in names:
-            row[quantities[name].key] = known_number(plot[METRIC[name].key], quantities[name].factor)
+            row[quantities[name].key] = known(plot[METRIC[name].key], quantities[name].factor)
         rows.append(row)
     area = quantities["area"]
     return Table(
@@ -273,7 +273,7 @@ def trees_table(stand: Stand, units: str) -> Table:
     }
     rows = [
         {
-            key: (value if value != "" else None) if isinstance(value, str) else known_number(value)
+            key: (value if value != "" else None) if isinstance(value, str) else known(value)
             for key, value in zip(column, values, strict=True)
         }
         for values in zip(*column.values(), strict=True)
@@ -308,8 +308,3 @@ def trees_table(stand: Stand, units: str) -> Table:
 
 def _species(stand: Stand) -> np.ndarray:
     return np.array([species_of(entry).symbol for entry in stand.trees["species"]], dtype=object)
-
-
-def known_number(value: Any, factor: float = 1.0) -> float | None:
-    """A figure in the shown unit, None where it is not known."""
-    return None if value is None or not np.isfinite(value) else float(value) * factor
