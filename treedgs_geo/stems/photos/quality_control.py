@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..quality.findings import Findings, Flag
-from ..quality.limits import bound_of, judge
+from ..quality.limits import LIMITS, bound_of, judge
 from ..quality.priors import START_TAPER
 from .options import PhotoStemOptions
 
@@ -120,21 +120,11 @@ class Evidence:
         return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
 
     def quantities(self) -> dict[str, float]:
-        """The quantities that apply, for :func:`treedgs_geo.stems.quality.limits.judge`."""
-        found = {
-            "dbh_cm": self.dbh_cm,
-            "n_views": self.n_views,
-            "kish": self.kish,
-            "taper_off": abs(self.r1 - START_TAPER),
-            "slope": self.r1,
-            "gain": self.gain,
-            "twins": self.twins,
-            "twins_share": self.twins_share,
-            "lean_deg": self.lean_deg,
-            "through": self.through,
-            "oval": self.oval,
-            "pair_se_cm" if self.pair else "se_cm": self.se_cm,
-        }
+        """The quantities that apply, for :func:`treedgs_geo.stems.quality.limits.judge`: every field that has a limit
+        of its name, those of :data:`SOMETIMES` where the other evidence calls for them, and what is made of several."""
+        found = {name: getattr(self, name) for name in _LIMITED - SOMETIMES}
+        found |= {"taper_off": abs(self.r1 - START_TAPER), "slope": self.r1}
+        found |= {"pair_se_cm" if self.pair else "se_cm": self.se_cm}
         if self.outvoted:
             found |= {"against_cm": self.against_cm}
         if self.network and self.llr < RAGGED_LLR:
@@ -149,6 +139,11 @@ class Evidence:
             found |= {"rms_px": self.rms_px} if self.llr < RAGGED_LLR else {}
             found |= {"rms_weak_px": self.rms_px} if self.llr < RAGGED_WEAK_LLR else {}
         return found | ({"sure": self.sure} if np.isfinite(self.sure) else {"gap": self.gap})
+
+
+#: Fields that are not always judged under their own name.
+SOMETIMES = frozenset({"llr", "contrast", "rms_px", "sure", "gap", "against_cm", "se_cm"})
+_LIMITED = frozenset(limit.quantity for limit in LIMITS["photos"]) & {item.name for item in fields(Evidence)}
 
 
 def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...]]:
