@@ -15,14 +15,11 @@ from ..geotags.stations import Stations
 from .adjustment import Known, geotags_are_precise
 from .calibration import Calibration, calibration_of
 from .camera_model import Sensor
+from .geotag_errors import LATE_SD_S
 from .matching_levels import can_guide
 from .pairs import ground_below
 from .poses import rotation_from_gimbal
 from .rolling_shutter import free_shutter, lens_sd, sensor_of
-
-#: By how much a flight's geotags may be those of another instant than its exposures, seconds: what positions of metres
-#: do not show where the geotags are made (:data:`..geotags.timing.ROUGH_MIN_S`).
-LATE_SD_S = 0.3
 
 
 @dataclass(frozen=True)
