@@ -90,10 +90,15 @@ class Adjusted:
     @property
     def off_geotags_m(self) -> np.ndarray:
         """(N, 3) m from the geotags, less what those of a flight share, to the cameras; NaN without either."""
+        off = self.problem.off_tags(self.state, self.flight_error)
+        return np.where(self.problem.tagged[:, None], off, np.nan)
+
+    @property
+    def flight_error(self) -> np.ndarray:
+        """(F, 4) what the geotags of each flight are off together: metres, and seconds too late."""
         self.problem.linearise(self.state)
         weights = self.problem.weigh(self.state, self.sigma_px, TAG_LOSS)
-        off = self.problem.off_tags(self.state, self.problem.flight_error(self.state, weights.tags))
-        return np.where(self.problem.tagged[:, None], off, np.nan)
+        return self.problem.flight_error(self.state, weights.tags)
 
 
 def adjust(

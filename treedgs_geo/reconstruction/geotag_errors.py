@@ -40,7 +40,7 @@ def lateness(known: Known, adjusted: Adjusted, posterior: Posterior) -> tuple[np
     """
     late_s, looked = known.late_s + posterior.late_s, posterior.late_sd_s > 0
     sd_s = np.where(looked, posterior.late_sd_s, np.inf)
-    told = sd_s * usual_speed_m_s(adjusted.problem.sensor) < TOLD_M
+    told = posterior.late_sd_s * usual_speed_m_s(adjusted.problem.sensor) < TOLD_M
     told |= np.abs(late_s) > CERTAIN_SD * sd_s
     told &= looked
     if np.sqrt(np.sum((late_s / sd_s)[told] ** 2)) <= SHOWN_SD:

@@ -17,7 +17,7 @@ from .control import align_to_control
 from .covariance import posterior_of
 from .features import FeatureStore
 from .georeference import Placement, as_stored
-from .geotag_errors import as_photos_say, in_time, settle_time
+from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .outlier_photos import leave_out, leave_out_loose, set_loose
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
 from .rolling_shutter import settle_lens, settle_shutter
@@ -135,6 +135,9 @@ def _in_time(block: Block, given: Known, free: frozenset[str]) -> Known:
     known = given
     for _ in range(_ROUNDS):
         adjusted = adjust(block, known, free, iterations=30)
+        along_m = np.abs(adjusted.flight_error[:, 3]) * usual_speed_m_s(block.sensor)
+        if (along_m < MIN_M).all():  # so small a move is none: no need of a posterior
+            break
         former, known = known, in_time(known, given, adjusted, posterior_of(adjusted))
         if known is former:
             break
