@@ -280,7 +280,7 @@ def test_some_heights_in_feet_are_refused_and_stubs_said(tmp_path):
     ("change", "says"),
     [
         (lambda row: [*row[:3], round(row[3] * np.pi, 1), row[4]], "expected up to 120: look whether DBHs are girths"),
-        (lambda row: [*row[:3], round(row[3] / 2.54, 1), row[4]], "as high as they are thick .median., expected 30 to"),
+        (lambda row: [*row[:3], round(row[3] / 2.54, 1), row[4]], "as high as they are thick .median., expected 35 to"),
         (
             lambda row: [*row[:3], 120 if row[0] == 1 else row[3], row[4]],
             "tree 1 .120 cm, PITA..: look whether the DBH",

@@ -30,8 +30,8 @@ from .unmeasured import Gaps
 from .values import TreeValues, ValueOptions, count_of, tree_values
 
 #: Basal area that hardly a forest outside the redwoods' reaches, and slenderness (%) of whole stands (chosen, not set
-#: on data: dense pole stands reach 150, open parks 35).
-MAX_BASAL_AREA_M2_HA, SLENDER = 120.0, (30, 160)
+#: on data: pole stands reach 110, open parks 35).
+MAX_BASAL_AREA_M2_HA, SLENDER = 120.0, (35, 120)
 #: A live tree so few times as high as thick is broken off, or its height wrong.
 STUB = 10.0
 
