@@ -12,9 +12,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .core.errors import InputError
 from .core.outputs import checked_paths
 from .core.progress import Reporter
-from .core.settings import build
+from .core.settings import build, params_of
 from .run.settings import PhotosToDbhSettings, PointcloudToDbhSettings
 
 if TYPE_CHECKING:
@@ -122,6 +123,12 @@ def measure_cloud(
     from .run.cloud_plots import cut_to_plots
 
     reporter = reporter or Reporter()
+    files = [name for name, spec, _ in params_of(PointcloudToDbhSettings) if spec.kind.startswith("output_")]
+    if unused := [name for name in files if settings.get(name) is not None]:
+        raise InputError(
+            f"measure_cloud: writes no file, so that {', '.join(unused)} would not be; write what it returns by "
+            "write_trees, or run the verb pointcloud-to-dbh."
+        )
     path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)
     given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
     if isinstance(cloud, PointCloud):

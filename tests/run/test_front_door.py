@@ -34,3 +34,8 @@ def test_names_are_listed_and_others_are_an_attribute_error():
 def test_importing_the_package_loads_nothing_heavy():
     code = "import sys, treedgs_geo; print([m for m in ('numpy', 'torch', 'pyproj', 'numba') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_files_that_would_not_be_written_are_refused(tmp_path):
+    with pytest.raises(tg.TreeDGSError, match="measure_cloud: writes no file, so that report would not be"):
+        tg.measure_cloud(tmp_path / "no.laz", report=tmp_path / "r.html")
