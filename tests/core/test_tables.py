@@ -304,6 +304,11 @@ def test_a_workbook_s_one_sheet_is_a_table(tmp_path, ending):
         read_plots(path, UTM)
 
 
+def test_ids_that_look_like_sizes_stay(tmp_path):
+    (tmp_path / "plots.csv").write_text("plot,x,y,radius_m\n3m,611300,3718400,10\n5m,611400,3718400,10\n")
+    assert [plot.plot_id for plot in read_plots(tmp_path / "plots.csv", UTM)] == ["3m", "5m"]
+
+
 def test_thousands_in_doubt_are_no_numbers(tmp_path):
     text = "plot;x;y;radius_m\nA;611.300;3.718.400;10.5\n"
     with pytest.raises(InputError, match=r"line 2: y is '3.718.400', expected a number"):

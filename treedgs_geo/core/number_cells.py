@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 import unicodedata
 
+from .column_names import QUANTITIES, plain_name
+
 #: Units as they stand in a row of their own below the heading, or behind each number.
 _UNITS = {
     *("cm", "mm", "m", "in", "ft", "inch", "feet", "zoll", "deg", "°", "gon", "grad", "mil", "%", "pct"),
     *("m2", "m²", "ha", "ac"),
 }
 _WITH_UNIT = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d_]+[2²]?|°|%)")
+#: Beginnings of the names of sizes.
+_SIZES = ("taped", *(name for known in QUANTITIES.values() if known.units for name in known.names.split() if name[1:]))
 #: What parts thousands and is never a decimal sign.
 _SPACES = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'’](?=\d{3}(?!\d))")
 #: Of a spreadsheet's numbers: with a decimal comma, and with a decimal point.
@@ -41,7 +45,9 @@ def with_unit(head: str, unit: str) -> str:
 
 def without_units(rows: list[list[str]], k: int, head: str) -> str:
     """Column k without the unit behind its numbers, in place, and its name with it: all of them have it, or the name
-    says it."""
+    says it. Only of sizes: a plot may be called ``3m``."""
+    if not plain_name(column_name(head)).startswith(_SIZES):
+        return head
     found = [_WITH_UNIT.fullmatch(row[k]) for row in rows]
     units = {match[2].lower() for match in found if match}
     if len(units) != 1 or not units <= _UNITS:
