@@ -155,6 +155,19 @@ def _extent(points):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
+def in_box(points, low, high):  # pragma: no cover - compiled
+    """(N,) bool: finite, and in the box of (K,) ``low`` to ``high``: many times faster than ``all(axis=1)``."""
+    inside = np.empty(points.shape[0], np.bool_)
+    for m in range(points.shape[0]):
+        kept = True
+        for axis in range(points.shape[1]):
+            value = points[m, axis]
+            kept &= np.isfinite(value) and low[axis] <= value <= high[axis]
+        inside[m] = kept
+    return inside
+
+
+@njit(cache=True)
 def _slot(table, key):  # pragma: no cover - compiled
     """Where ``key`` is, or is to be put, in an open hash table of keys (-1 = free)."""
     size = table.shape[0]

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.files import atomic_path
-from .cloud import PointCloud, concatenate
+from .cloud import PointCloud, concatenate, in_box
 from .e57_file import count_e57, is_e57, iter_e57
 from .file_crs import agreed_crs, file_crs
 from .las_reader import copc_pieces, is_copc, iter_points, open_reader, writable_version
@@ -111,10 +111,20 @@ def read_cloud(
         >>> cloud.xyz.shape[1], cloud.horizontal_crs.to_epsg()
         (3, 6344)
     """
-    pieces = (piece for piece in iter_cloud(path, bounds, crs, attributes, need_crs) if len(piece))
+    return gathered(
+        path, iter_cloud(path, bounds, crs, attributes, need_crs), " within the given bounds" if bounds else ""
+    )
+
+
+def gathered(path: Path, pieces: Iterator[PointCloud], where: str = "") -> PointCloud:
+    """One cloud of the pieces of a file. where: what chose its points, for the message.
+
+    Raises:
+        InputError: there is no point.
+    """
+    pieces = (piece for piece in pieces if len(piece))
     first = next(pieces, None)
     if first is None:
-        where = " within the given bounds" if bounds else ""
         raise InputError(f"{path}: holds no point{where}, expected a point cloud; check the file and the extent.")
     cloud = concatenate(itertools.chain([first], pieces))
     del first
@@ -299,9 +309,6 @@ def _names(header: Any, attributes: tuple[str, ...] | None) -> list[str]:
 
 
 def _clip(cloud: PointCloud, bounds: tuple[float, float, float, float] | None) -> PointCloud:
-    finite = np.isfinite(cloud.xyz).all(axis=1)
-    if bounds is not None:
-        west, south, east, north = bounds
-        x, y = cloud.xyz[:, 0], cloud.xyz[:, 1]
-        finite &= (x >= west) & (x <= east) & (y >= south) & (y <= north)
-    return cloud if finite.all() else cloud.select(finite)
+    west, south, east, north = bounds or (-np.inf, -np.inf, np.inf, np.inf)
+    inside = in_box(cloud.xyz, np.array([west, south, -np.inf]), np.array([east, north, np.inf]))
+    return cloud if inside.all() else cloud.select(inside)

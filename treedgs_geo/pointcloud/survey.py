@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cloud import extent
+from .cloud import extent, in_box
 
 #: Width of a step along an axis, metres.
 STEP_M = 10.0
@@ -42,7 +42,7 @@ class Extent:
     def holds(self, xyz: np.ndarray) -> np.ndarray:
         """(N,) bool: which of (N, 3) points lie in the box or near it, as points classified as noise may."""
         margin = np.array([GAP_XY_M, GAP_XY_M, GAP_Z_M]) / 2
-        return np.asarray(((xyz >= self.low - margin) & (xyz <= self.high + margin)).all(axis=1))
+        return np.asarray(in_box(xyz, self.low - margin, self.high + margin))
 
 
 class Survey:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
     from ..terrain.cloud_ground import CloudGround
 
-#: Memory of a point while a cloud is read: coordinates twice, a few attributes.
-_POINT_BYTES = 60
+#: Memory of a point while a cloud is read: coordinates twice, a few attributes; and where it is thinned.
+_POINT_BYTES, _THINNED_BYTES = 60, 30
 #: A larger share of points classed as noise or withheld is a warning: a filter may have taken bark with it.
 MUCH_NOISE = 0.05
 
@@ -60,20 +60,30 @@ def read_checked(
     dtm: Path | None = None,
     all_points: bool = False,
 ) -> PointCloud:
-    """The cloud in a file as :func:`checked` gives it.
+    """The cloud in a file as :func:`checked` gives it; a large one of which only some attributes are asked for without
+    the points that measuring stems does not need (:mod:`treedgs_geo.pointcloud.thinned`).
 
     Raises:
         InputError, CRSError: as :func:`load_cloud`.
     """
     from ..pointcloud.files import describe_cloud, read_cloud
+    from ..pointcloud.thinned import read_thinned
+    from ..pointcloud.tiles import WHOLE_CLOUD_POINTS
 
     about = describe_cloud(path)
+    thinned = attributes is not None and about.scale is not None and about.n_points > WHOLE_CLOUD_POINTS
     require_memory(
-        _POINT_BYTES * about.n_points,
+        (_THINNED_BYTES if thinned else _POINT_BYTES) * about.n_points,
         f"{path}: reading {about.n_points:,} points at once",
         "cut the cloud to the plots, thin it, or use a machine with more memory",
     )
-    cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=dtm is None)
+    if thinned:
+        cloud = read_thinned(path, crs, attributes, dtm is None)
+        reporter.info(
+            f"{len(cloud):,} of {about.n_points:,} points are used: all of the stems, of dense ground and crowns a part."
+        )
+    else:
+        cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=dtm is None)
     return checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs)
 
 

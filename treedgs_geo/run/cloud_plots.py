@@ -14,6 +14,7 @@ from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
 from ..core.workspace import peak_memory_mb
 from ..inventory.searched import not_seen
+from ..pointcloud.cloud import extent
 from ..pointcloud.file_crs import LOCAL_CRS
 from .searched import LOW_M
 from .stages import Collector
@@ -87,7 +88,7 @@ def cut_to_plots(
     settings: PointcloudToDbhSettings, cloud: PointCloud, reporter: Reporter
 ) -> tuple[list[Plot], PointCloud]:
     """``(plots, the cloud within MARGIN_M of them)``; everything where no plots were given."""
-    plots = plots_under(settings, cloud.horizontal_crs, cloud.xyz.min(axis=0), cloud.xyz.max(axis=0), reporter)
+    plots = plots_under(settings, cloud.horizontal_crs, *extent(cloud.xyz), reporter)
     if not plots:
         return [], cloud
     kept = np.zeros(len(cloud), bool)

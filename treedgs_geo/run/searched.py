@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ..core.plots import Plot
 from ..inventory.searched import covered
+from ..pointcloud.cloud import extent, slices
 from ..reconstruction.cameras import View
 
 if TYPE_CHECKING:
@@ -112,20 +113,28 @@ def over_ground(site: Site, xy: np.ndarray) -> np.ndarray | None:
 
 def seen_in_cloud(xyz: np.ndarray, dtm: Dtm) -> BaseGeometry:
     """The area in which points lie within :data:`LOW_M` of the ground. xyz: (N, 3) project coordinates."""
-    low = np.zeros(len(xyz), bool)
-    for start in range(0, len(xyz), _CHUNK):
-        part = xyz[start : start + _CHUNK]
-        with np.errstate(invalid="ignore"):
-            low[start : start + _CHUNK] = part[:, 2] - dtm.height(part[:, 0], part[:, 1]) < LOW_M
-    if not low.any():
+    if not len(xyz):
         return shapely.MultiPolygon()
     reach = int(np.ceil(BRIDGE_M / CELL_M))
-    index = np.floor(xyz[:, :2] / CELL_M).astype(np.int64)
-    first = index.min(axis=0) - reach - 1
-    index -= first
-    shape = tuple(index.max(axis=0)[::-1] + reach + 2)
-    cell = np.ravel_multi_index((index[:, 1], index[:, 0]), shape)
-    any_, near = (np.bincount(part, minlength=np.prod(shape)).reshape(shape) > 0 for part in (cell, cell[low]))
+    first, last = (np.floor(corner[:2] / CELL_M).astype(np.int64) for corner in extent(xyz))
+    first -= reach + 1
+    shape = tuple((last - first)[::-1] + reach + 2)
+
+    def cell_of(part: np.ndarray) -> np.ndarray:
+        index = np.floor(part[:, :2] / CELL_M).astype(np.int64) - first
+        return index[:, 1] * shape[1] + index[:, 0]
+
+    points, low = np.zeros(np.prod(shape), np.int64), np.zeros(np.prod(shape), np.int64)
+    for piece in slices(len(xyz), _CHUNK):
+        part = xyz[piece]
+        cell = cell_of(part)
+        with np.errstate(invalid="ignore"):
+            is_low = part[:, 2] - dtm.height(part[:, 0], part[:, 1]) < LOW_M
+        points += np.bincount(cell, minlength=len(points))
+        low += np.bincount(cell[is_low], minlength=len(low))
+    if not low.any():
+        return shapely.MultiPolygon()
+    any_, near = points.reshape(shape) > 0, low.reshape(shape) > 0
     ground = _bridged(near, reach)
     if low.sum() < _DENSE * near.sum():
         # Half of the spacing of few low points is searched ground too.
@@ -135,8 +144,9 @@ def seen_in_cloud(xyz: np.ndarray, dtm: Dtm) -> BaseGeometry:
     rim = any_ & whole & ~binary_erosion(whole, np.ones((3, 3)))
     corner = first * CELL_M
     inner = covered(whole & ~rim, (float(corner[0]), float(corner[1])), CELL_M)
-    at_rim = rim.ravel()[cell]
-    return shapely.union_all([inner, *_boxes(xyz[at_rim, :2], cell[at_rim], index[at_rim] * CELL_M + corner)])
+    pieces = (xyz[piece, :2] for piece in slices(len(xyz), _CHUNK))
+    outer = np.concatenate([part[rim.ravel()[cell_of(part)]] for part in pieces])
+    return shapely.union_all([inner, *_boxes(outer, cell_of(outer), np.floor(outer / CELL_M) * CELL_M)])
 
 
 def _bridged(mask: np.ndarray, reach: int) -> np.ndarray:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
-from ..core.machine import require_memory
+from ..core.machine import available_threads, require_memory
 from ..pointcloud.cloud import extent
 from .dtm import Dtm, grid_over
 
@@ -34,7 +36,8 @@ def local_ground(
     tree = cKDTree(points[:, :2])
     k = min(neighbours, len(points))
     heights, support = np.empty(len(query_xy)), np.empty(len(query_xy))
-    for low in range(0, len(query_xy), batch):
+
+    def answer(low: int) -> None:
         here = query_xy[low : low + batch]
         distance, index = tree.query(here, k=k)
         distance, index = distance.reshape(len(here), k), index.reshape(len(here), k)
@@ -43,10 +46,13 @@ def local_ground(
         width = np.maximum(bandwidth_m, distance[:, min(k - 1, max(k // 3, 3))])
         kernel = np.exp(-0.5 * (distance / width[:, None]) ** 2)
         heights[low : low + batch] = _planes(here, points[index], kernel, width, noise_m)
+
+    with ThreadPoolExecutor(available_threads()) as workers:
+        list(workers.map(answer, range(0, len(query_xy), batch)))
     return heights, support
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _middle(values, count):  # pragma: no cover - compiled
     """Median of the first ``count`` values, which are put in another order: what numpy's median is, in place."""
     half = count // 2
@@ -76,7 +82,7 @@ def _middle(values, count):  # pragma: no cover - compiled
     return 0.5 * (below + values[half])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
     """(Q,) heights at (Q, 2) xy of planes through (Q, K, 3) points with (Q, K) weights; width: (Q,) metres."""
     queries, k = kernel.shape

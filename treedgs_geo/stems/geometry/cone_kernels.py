@@ -20,7 +20,7 @@ _MOVES_M = 0.12
 STARTS, SAME_M = (1.0, 0.7, 1.4, 0.45), 0.0005
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fit_vector(
     points, weights, start, h_ref, schedule, floor_m, cap_m, lean_sd, taper_sd, bend_sd, rounds
 ):  # pragma: no cover - compiled
@@ -56,7 +56,7 @@ def fit_vector(
     return vector, np.linalg.inv(normal + 1e-6 * np.eye(8)), sigma
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _noise(residual, floor_m, cap_m):  # pragma: no cover - compiled
     """Spread of the bark points: MAD of what lies within two and a half times the cap."""
     near = np.abs(residual)
@@ -66,7 +66,7 @@ def _noise(residual, floor_m, cap_m):  # pragma: no cover - compiled
     return min(max(1.4826 * np.median(near), floor_m), cap_m)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def distance(x, y, h, vector, h_ref):  # pragma: no cover - compiled
     """Distance of a point at height h from the bark of the cone ``vector``, positive outside."""
     t = h - h_ref
@@ -79,7 +79,7 @@ def distance(x, y, h, vector, h_ref):  # pragma: no cover - compiled
     return d - (vector[4] + vector[5] * (t + along / length))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def bark_distances(points, vector, h_ref):  # pragma: no cover - compiled
     """:func:`distance` of (N, 3) points."""
     out = np.empty(points.shape[0])
@@ -88,7 +88,7 @@ def bark_distances(points, vector, h_ref):  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _away(x, y, t, vector):  # pragma: no cover - compiled
     """:func:`distance` of many points, t = h - h_ref, written so that it becomes vector code."""
     out = np.empty(x.shape[0])
@@ -104,7 +104,7 @@ def _away(x, y, t, vector):  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "nnan", "reassoc"}, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz", "nnan", "reassoc"}, error_model="numpy")
 def _straight_sums(x, y, t, weights, vector, scale, moments, pulls):  # pragma: no cover - compiled
     """Fills ``moments`` (6, 3) and ``pulls`` (3, 2) of a step of a straight cone; branch-free, each sum a variable, so
     that it becomes vector code."""
@@ -144,7 +144,7 @@ def _straight_sums(x, y, t, weights, vector, scale, moments, pulls):  # pragma: 
     pulls[0, 0], pulls[0, 1], pulls[1, 0], pulls[1, 1], pulls[2, 0], pulls[2, 1] = p0, p1, q0, q1, r0, r1
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "nnan", "reassoc"}, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz", "nnan", "reassoc"}, error_model="numpy")
 def _bent_sums(x, y, t, weights, vector, scale, moments, pulls):  # pragma: no cover - compiled
     """:func:`_straight_sums` of an axis that bends: (6, 5) and (3, 3). Too many sums for one loop: each pair of
     factors has its own."""
@@ -178,7 +178,7 @@ def _bent_sums(x, y, t, weights, vector, scale, moments, pulls):  # pragma: no c
     _powers(w, one, one, h, pulls[2])
 
 
-@njit(cache=True, fastmath={"contract", "nsz", "nnan", "reassoc"}, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath={"contract", "nsz", "nnan", "reassoc"}, error_model="numpy")
 def _powers(w, u, v, h, out):  # pragma: no cover - compiled
     """Fills ``out`` (3,) or (5,) with the sums of w u v h^k."""
     s0, s1, s2, s3, s4 = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -191,7 +191,7 @@ def _powers(w, u, v, h, out):  # pragma: no cover - compiled
         out[3], out[4] = s3, s4
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gauss_newton(
     x, y, t, weights, vector, normal, scale, sigma, prior, prior_sd, powers, rounds
 ):  # pragma: no cover - compiled
@@ -243,7 +243,7 @@ def _gauss_newton(
     return 0.01 < vector[4] <= 2.5 and vector[2] ** 2 + vector[3] ** 2 <= 0.49
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cholesky_solve(matrix, right, out):  # pragma: no cover - compiled
     """Cholesky in place: ``matrix`` (K, K) positive definite, ``out`` the solution; False where it is not."""
     k = right.shape[0]
@@ -271,7 +271,7 @@ def cholesky_solve(matrix, right, out):  # pragma: no cover - compiled
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def grow(
     points, weights, place, h, radius, layer_m, floor_m, cap_m, layer_lean_sd, steepest, rounds
 ):  # pragma: no cover - compiled

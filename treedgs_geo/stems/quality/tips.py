@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 
 import numpy as np
+from numba import njit
 from scipy.ndimage import maximum_filter
 
 #: Two tips are at least so far apart, metres and share of the height.
@@ -69,13 +70,14 @@ def rises(x: np.ndarray, y: np.ndarray, height_m: np.ndarray, tips: np.ndarray, 
     return found
 
 
-def _rise(part: np.ndarray, row: int, column: int) -> float:
+@njit(cache=True)
+def _rise(part, row, column):  # pragma: no cover - compiled
     """The flood from one cell of ``part``, always over the highest cell of its shore, until one is higher."""
-    top = lowest = float(part[row, column])
-    seen = np.zeros(part.shape, bool)
+    top = lowest = part[row, column]
+    seen = np.zeros(part.shape, np.bool_)
     seen[row, column] = True
     shore = [(-top, row, column)]
-    while shore:
+    while len(shore):
         level, r, c = heapq.heappop(shore)
         if -level > top:
             return top - lowest
@@ -84,5 +86,5 @@ def _rise(part: np.ndarray, row: int, column: int) -> float:
             for j in range(max(c - 1, 0), min(c + 2, part.shape[1])):
                 if not seen[i, j]:
                     seen[i, j] = True
-                    heapq.heappush(shore, (-float(part[i, j]), i, j))
+                    heapq.heappush(shore, (-part[i, j], i, j))
     return top

@@ -95,7 +95,7 @@ def find_candidates(
     return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _occupied(points, bottom, origin, shape):  # pragma: no cover - compiled
     """The voxels of the layer above ``bottom`` that hold points, counted a column: image of ``shape``. A voxel that
     holds far less than the fullest beside it (stray points of a dense scan) counts for less."""
@@ -146,7 +146,7 @@ def _occupancy(points: np.ndarray, weights: np.ndarray, origin: np.ndarray, shap
     return image
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _keep_better(score, divisor, index, top, chosen):  # pragma: no cover - compiled
     """What is more than ``top`` becomes it, and ``chosen`` says whose it is."""
     for i in range(top.shape[0]):

@@ -13,7 +13,7 @@ ROW_M = 0.25
 LEAST_OF_USUAL = 0.05
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def stands_at(axes, x, y, h, share, least_m, beyond_m):  # pragma: no cover - compiled
     """Does one of (K, 9) ``axes`` (:attr:`.cone.Cone.vector`, h_ref) at height h pass (x, y) closer than ``share`` of
     its radius or ``least_m``, and ``beyond_m`` on top?"""
@@ -25,7 +25,7 @@ def stands_at(axes, x, y, h, share, least_m, beyond_m):  # pragma: no cover - co
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows, need):  # pragma: no cover - compiled
     """Points on the bark, share of rows that show it, their arc in degrees, and in units of cells (row x sector): cells
     with bark, what lies inside, just outside, within twice the noise and within two to six times the noise.
@@ -82,7 +82,7 @@ def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows, n
     return int(points), share, arc, cells, counted[1], counted[2], counted[3], counted[4]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def usual(count):  # pragma: no cover - compiled
     """The number of points in the cell of a typical point: the mean of ``count`` (K,) weighted by itself."""
     total, square = 0.0, 0.0

@@ -44,7 +44,7 @@ class Nearby:
         return found
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sorted_by_cell(points, low, cell_m, span):  # pragma: no cover - compiled
     n = points.shape[0]
     key = np.empty(n, np.int64)
@@ -63,7 +63,7 @@ def _sorted_by_cell(points, low, cell_m, span):  # pragma: no cover - compiled
     return starts, order, ordered
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _within(points, starts, order, low, cell_m, span, x, y, reach, bottom, top):  # pragma: no cover - compiled
     """:meth:`Nearby.within` by cell; points: in the order of the cells, as their neighbours lie in memory."""
     i0, i1 = max(int(np.floor((x - reach - low[0]) / cell_m)), 0), int(np.floor((x + reach - low[0]) / cell_m))

@@ -8,12 +8,14 @@ near a stem gets its ``tree_id``. Parameters follow treeX for drone LiDAR where 
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
+from ....core.machine import available_threads
 from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud, extent
 from ....terrain.dtm import Dtm
@@ -112,6 +114,18 @@ def _slab(xyz, height, origin, low_m, high_m):  # pragma: no cover - compiled
     return points, index
 
 
+@njit(cache=True, nogil=True)
+def in_columns(points, low, high):  # pragma: no cover - compiled
+    """(M,) indices of the (N, 3) points with (2,) low <= xy < high."""
+    index = np.empty(points.shape[0], np.int64)
+    count = 0
+    for m in range(points.shape[0]):
+        if low[0] <= points[m, 0] < high[0] and low[1] <= points[m, 1] < high[1]:
+            index[count] = m
+            count += 1
+    return index[:count].copy()
+
+
 def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions) -> str:
     """``splat`` when points carry opacity; else by density: more than 120 points/m2 of stem band are terrestrial."""
     if "opacity" in cloud.attributes:
@@ -153,13 +167,17 @@ def _search(
     """Tile by tile with a buffer; what two tiles both find is kept once."""
     found: list[ConeStem] = []
     tiles = _cells(points, TILE_M)
-    for number, corner in enumerate(tiles):
+
+    def stems_in(corner: np.ndarray) -> list[ConeStem]:
         low, high = corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options)
-        x, y = points[:, 0], points[:, 1]
-        inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1])
+        inside = in_columns(points, low, high)
         stems = search_tile(points[inside], None if weights is None else weights[inside], sensor, options, seeds=seeds)
-        found += [stem for stem in stems if stands_in(stem, corner)]
-        reporter.progress((number + 1) / len(tiles))
+        return [stem for stem in stems if stands_in(stem, corner)]
+
+    with ThreadPoolExecutor(min(available_threads(), len(tiles))) as workers:
+        for number, stems in enumerate(workers.map(stems_in, tiles)):
+            found += stems
+            reporter.progress((number + 1) / len(tiles))
     return without_doubles(found)
 
 
