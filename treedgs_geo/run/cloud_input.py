@@ -61,14 +61,14 @@ def read_checked(
     all_points: bool = False,
 ) -> PointCloud:
     """The cloud in a file as :func:`checked` gives it; a large one of which only some attributes are asked for without
-    the points that measuring stems does not need (:mod:`treedgs_geo.pointcloud.thinned`).
+    the points that measuring stems does not need (:mod:`treedgs_geo.terrain.thinned`).
 
     Raises:
         InputError, CRSError: as :func:`load_cloud`.
     """
     from ..pointcloud.files import describe_cloud, read_cloud
-    from ..pointcloud.thinned import read_thinned
     from ..pointcloud.tiles import WHOLE_CLOUD_POINTS
+    from ..terrain.thinned import read_thinned
 
     about = describe_cloud(path)
     thinned = attributes is not None and about.scale is not None and about.n_points > WHOLE_CLOUD_POINTS
@@ -80,7 +80,7 @@ def read_checked(
     if thinned:
         cloud = read_thinned(path, crs, attributes, dtm is None)
         reporter.info(
-            f"{len(cloud):,} of {about.n_points:,} points are used: all of the stems, of dense ground and crowns a part."
+            f"{len(cloud):,} of {about.n_points:,} points are used: the stem band, of dense ground and crowns a part."
         )
     else:
         cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=dtm is None)

@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
 from ...geometry.cone import Cone, fit_cone
 from ...geometry.section_kernels import SECTORS
 
-#: Distances that are looked at, m; points that settle it; rounds.
-REACH_M, MAX_POINTS, ROUNDS = 0.10, 1500, 40
+#: Distances that are looked at, m; points that settle it; rounds, or until no middle or spread moves so far, m.
+REACH_M, MAX_POINTS, ROUNDS, SETTLED_M = 0.10, 1500, 40, 1e-6
 #: First guesses of two groups: their middles in spreads of all, and the inner one's share.
 _STARTS = ((-1.0, 1.0, 0.5), (-2.0, 0.3, 0.2), (-3.0, 0.5, 0.1))
 #: A group of its own: log likelihood it gains, distance inside the fitted bark, m and in its spreads, from the other
@@ -128,22 +129,37 @@ def kurtosis(e: np.ndarray, spread: float) -> float:
     return float(np.mean((core - core.mean()) ** 4) / core.var() ** 2 - 3) if len(core) >= FLAT_POINTS else 0.0
 
 
-def _groups(
-    e: np.ndarray, middle: np.ndarray, spread: float, share: np.ndarray
-) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+@njit(cache=True)
+def _groups(e, middle, spread, share):  # pragma: no cover - compiled
     """Log likelihood, middles, spreads, shares and (K, N) memberships of normal groups and an even background (EM)."""
-    sd = np.full(len(middle), spread)
-    share = np.r_[0.98 * share, 0.02]
-    background = np.full((1, len(e)), 1 / (2 * REACH_M))
-    total = background[0]
+    groups, n = len(middle), len(e)
+    middle, sd = middle.copy(), np.full(groups, spread)
+    share = np.append(0.98 * share, 0.02)
+    member = np.empty((groups + 1, n))
+    likelihood = 0.0
     for _ in range(ROUNDS):
-        density = np.exp(-0.5 * ((e - middle[:, None]) / sd[:, None]) ** 2) / (sd[:, None] * np.sqrt(2 * np.pi))
-        part = share[:, None] * np.vstack([density, background])
-        total = part.sum(axis=0)
-        member = part / total
-        weight = np.maximum(member.sum(axis=1), 1e-9)
+        likelihood = 0.0
+        for m in range(n):
+            total = 0.0
+            for k in range(groups):
+                off = (e[m] - middle[k]) / sd[k]
+                member[k, m] = share[k] * np.exp(-0.5 * off * off) / (sd[k] * np.sqrt(2 * np.pi))
+                total += member[k, m]
+            member[groups, m] = share[groups] / (2 * REACH_M)
+            total += member[groups, m]
+            likelihood += np.log(total)
+            for k in range(groups + 1):
+                member[k, m] /= total
+        weight = np.empty(groups + 1)
+        for k in range(groups + 1):
+            weight[k] = max(member[k].sum(), 1e-9)
         share = weight / weight.sum()
-        middle = (member[:-1] @ e) / weight[:-1]
-        sd = np.sqrt((member[:-1] * (e - middle[:, None]) ** 2).sum(axis=1) / weight[:-1])
-        sd = np.maximum(sd, 0.003)
-    return float(np.log(total).sum()), middle, sd, share, member
+        moved = 0.0
+        for k in range(groups):
+            before, spread_before = middle[k], sd[k]
+            middle[k] = (member[k] * e).sum() / weight[k]
+            sd[k] = max(np.sqrt((member[k] * (e - middle[k]) ** 2).sum() / weight[k]), 0.003)
+            moved = max(moved, abs(middle[k] - before), abs(sd[k] - spread_before))
+        if moved < SETTLED_M:
+            break
+    return likelihood, middle, sd, share, member

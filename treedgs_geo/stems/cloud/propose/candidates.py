@@ -7,6 +7,7 @@ for splats, which fill the stem) and just outside count against. Layers are summ
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -59,7 +60,7 @@ def find_candidates(
     heights = np.arange(low_m, high_m - _LAYER_M / 2, _LAYER_M)
     radii = [r for r in RADII_M if r <= max_radius_m] or [RADII_M[0]]
     shape = fft.next_fast_len(int(rows), real=True), fft.next_fast_len(int(cols), real=True)
-    kernels = [fft.rfft2(_kernel(r, shape, solid), workers=1) for r in radii]
+    kernels = [_kernel(r, shape, solid) for r in radii]
     # Thin stems get a ranking of their own: a wide ring through the twigs around them scores more.
     classes = [[i for i, r in enumerate(radii) if r <= 0.07], [i for i, r in enumerate(radii) if r > 0.07]]
     best: list[list[np.ndarray]] = [[], []]
@@ -157,8 +158,9 @@ def _keep_better(score, divisor, index, top, chosen):  # pragma: no cover - comp
             chosen[i, j] = index if better else chosen[i, j]
 
 
+@lru_cache(maxsize=4 * len(RADII_M))
 def _kernel(radius: float, shape: tuple[int, int], solid: bool) -> np.ndarray:
-    """The ring (or disc) about the corner of an image of ``shape`` that wraps around."""
+    """The transform of the ring (or disc) about the corner of an image of ``shape`` that wraps around."""
     band = 0.045
     reach = int((radius + band + 0.10) / _CELL_M) + 1
     i, j = (np.arange(-min(reach, size // 2), min(reach, size // 2) + 1) for size in shape)
@@ -169,7 +171,7 @@ def _kernel(radius: float, shape: tuple[int, int], solid: bool) -> np.ndarray:
     part[(distance > radius + band) & (distance <= radius + band + 0.10)] = -0.5
     kernel = np.zeros(shape, np.float32)
     kernel[np.ix_(i % shape[0], j % shape[1])] = part
-    return kernel
+    return fft.rfft2(kernel, workers=1)
 
 
 def _largest_near(image: np.ndarray, reach: int) -> np.ndarray:

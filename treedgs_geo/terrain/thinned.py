@@ -1,0 +1,121 @@
+"""A large cloud read as measuring stems needs it: all points of the stem band, of dense ground and crowns a share.
+
+The file is read twice: for the lowest points, which tell roughly where the ground is, and for the points. Memory is
+that of the kept points. Shares are even over the file's order, so that each flight line and scan keeps its part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+
+from ..core.errors import InputError
+from ..pointcloud.cloud import PointCloud, usable
+from ..pointcloud.files import About, describe_cloud, gathered, iter_cloud
+from .dtm import Dtm
+from .ground import cloth_ground
+from .options import ClothSimulation
+from .surface import grid_ground
+
+#: Side of the cells in which points are counted, m, and cells at most, which make them larger; that of the rough ground
+#: is this many times as wide.
+CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
+#: Points this near the rough ground may be ground or what it is told from; crowns begin at the second height, and so
+#: far below its cell's highest point a point tells the height of trees, m.
+LAYER_M, CROWNS_M, TOP_M = 0.35, 15.5, 1.0
+#: So many points a cell are enough of ground, of the stem band and of crowns; never less than the share is kept.
+ENOUGH, LEAST_SHARE = (64, 20_000, 256), 0.2
+
+
+def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_crs: bool) -> PointCloud:
+    """Like :func:`treedgs_geo.pointcloud.files.read_cloud`, of a file whose header gives its extent.
+
+    Raises:
+        InputError, CRSError: as there.
+    """
+    cells = _Cells(describe_cloud(path))
+    for piece in iter_cloud(path, None, crs, ("classification", "withheld"), need_crs):
+        cells.add(piece)
+    pieces = iter_cloud(path, None, crs, attributes, need_crs)
+    ground = cells.rough_ground()
+    return gathered(path, pieces if ground is None else cells.thinned(pieces, ground))
+
+
+class _Cells:
+    """lowest: (rows, cols, 3) the lowest usable point of each wide cell, from ``corner`` (3,); z inf where there is none.
+    high: (rows, cols) height of the highest, count: (rows, cols) points of each cell."""
+
+    def __init__(self, about: About) -> None:
+        span = np.maximum(about.high - about.low, 1.0)[:2]
+        self.corner = np.floor(np.asarray(about.low, float))
+        self.cell_m = max(CELL_M, float(np.sqrt(np.prod(span) / MAX_CELLS)))
+        wide = np.floor((span + 1.0) / (ROUGH * self.cell_m)).astype(int) + 1
+        self.lowest = np.full((*wide, 3), np.inf)
+        self.high = np.full(ROUGH * wide, -np.inf, np.float32)
+        self.count = np.zeros(ROUGH * wide, np.int32)
+
+    def add(self, piece: PointCloud) -> None:
+        """Count the usable points of a piece."""
+        _count(piece.xyz, usable(piece), self.corner, self.cell_m, self.lowest, self.high, self.count)
+
+    def rough_ground(self) -> Dtm | None:
+        """The ground that the lowest points show, from the corner; ``None`` where they show none."""
+        lows = self.lowest.reshape(-1, 3)
+        step = ROUGH * self.cell_m
+        try:
+            lows = cloth_ground(lows[np.isfinite(lows[:, 2])], ClothSimulation(cloth_m=step, thin_m=step))
+        except InputError:
+            return None
+        return grid_ground(lows, step, neighbours=12, bandwidth_m=step)
+
+    def thinned(self, pieces: Iterable[PointCloud], ground: Dtm) -> Iterator[PointCloud]:
+        """The pieces of a cloud without the points that are not needed."""
+        first = 0
+        for piece in pieces:
+            x, y, z = (piece.xyz - self.corner).T
+            height = z - ground.height(x, y)
+            kept = _needed(piece.xyz, height, first, self.corner, self.cell_m, self.high, self.count)
+            first += len(piece)
+            yield piece.select(kept)
+
+
+@njit(cache=True)
+def _cell(point, corner, cell_m, shape):  # pragma: no cover - compiled
+    i, j = int(np.floor((point[0] - corner[0]) / cell_m)), int(np.floor((point[1] - corner[1]) / cell_m))
+    return min(max(i, 0), shape[0] - 1), min(max(j, 0), shape[1] - 1)
+
+
+@njit(cache=True)
+def _count(xyz, good, corner, cell_m, lowest, high, count):  # pragma: no cover - compiled
+    for m in range(xyz.shape[0]):
+        if not good[m]:
+            continue
+        i, j = _cell(xyz[m], corner, cell_m, count.shape)
+        z = xyz[m, 2] - corner[2]
+        high[i, j] = max(high[i, j], np.float32(z))
+        count[i, j] += 1
+        if z < lowest[i // ROUGH, j // ROUGH, 2]:
+            for axis in range(3):
+                lowest[i // ROUGH, j // ROUGH, axis] = xyz[m, axis] - corner[axis]
+
+
+@njit(cache=True)
+def _needed(xyz, height, first, corner, cell_m, high, count):  # pragma: no cover - compiled
+    """(N,) bool of the points ``first``, ``first`` + 1, ... of a file at (N,) heights above the rough ground."""
+    kept = np.ones(xyz.shape[0], np.bool_)
+    for m in range(xyz.shape[0]):
+        i, j = _cell(xyz[m], corner, cell_m, count.shape)
+        part = 1
+        if height[m] > CROWNS_M:
+            if high[i, j] - (xyz[m, 2] - corner[2]) < TOP_M:
+                continue
+            part = 2
+        elif abs(height[m]) < LAYER_M:
+            part = 0
+        share = max(ENOUGH[part] / max(count[i, j], 1), LEAST_SHARE)
+        # Multiples of the golden ratio spread evenly over any stretch of the file.
+        kept[m] = ((first + m) * 0.6180339887498949) % 1.0 < share
+    return kept
