@@ -93,11 +93,14 @@ def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
         return pieces[0]
     crs, layout = pieces[0].crs, pieces[0].layout
     names = [name for name in pieces[0].attributes if all(name in piece.attributes for piece in pieces)]
-    attributes = {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names}
-    xyz = np.empty((sum(map(len, pieces)), 3))
+    columns = {name: [piece.attributes[name] for piece in pieces] for name in names}
+    parts = [piece.xyz for piece in pieces]
+    del pieces
+    attributes = {name: np.concatenate(columns.pop(name)) for name in names}
+    xyz = np.empty((sum(map(len, parts)), 3))
     end = len(xyz)
-    while pieces:
-        part = pieces.pop().xyz
+    while parts:
+        part = parts.pop()
         xyz[end - len(part) : end] = part
         end -= len(part)
     return PointCloud(xyz, crs, attributes, layout)
@@ -189,15 +192,21 @@ def _voxel(point, low, cell_m, span):  # pragma: no cover - compiled
 def _spread(xyz, low, cell_m, span, most):  # pragma: no cover - compiled
     """Indices of at most ``most`` points a voxel, evenly over each voxel's points in their order."""
     n = xyz.shape[0]
-    size = 16
-    while size < 2 * n and size < 4 * span[0] * span[1] * span[2]:
-        size *= 2
-    table, there, seen = np.full(size, -1, np.int64), np.zeros(size, np.int64), np.zeros(size, np.int64)
+    size = span[0] * span[1] * span[2]
+    hashed = size > 2 * n
+    if hashed:
+        size = 16
+        while size < 2 * n:
+            size *= 2
+    table = np.full(size if hashed else 0, -1, np.int64)
+    there, seen = np.zeros(size, np.int32), np.zeros(size, np.int32)
     place = np.empty(n, np.int64)
     for m in range(n):
         key = _voxel(xyz[m], low, cell_m, span)
-        place[m] = _slot(table, key)
-        table[place[m]] = key
+        place[m] = key
+        if hashed:
+            place[m] = _slot(table, key)
+            table[place[m]] = key
         there[place[m]] += 1
     kept = np.empty(n, np.int64)
     count = 0

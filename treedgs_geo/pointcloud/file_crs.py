@@ -10,7 +10,7 @@ import pyproj
 
 from ..core.crs import check_projected, project_crs
 from ..core.errors import CRSError
-from ..core.map_scale import check_place, is_local
+from ..core.map_scale import LOCAL_REACH_M, check_place, is_local
 from ..core.progress import Reporter
 from .cloud import horizontal
 
@@ -104,11 +104,15 @@ def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: 
     if given:
         return project_crs(given)
     if need_crs:
-        raise CRSError(
-            f"{path}: holds no CRS, expected a projected one in metres; give it with --crs EPSG:CODE "
-            f"(or --crs {LOCAL} for a scan in local metres)."
-        )
+        raise _no_crs(path)
     return None
+
+
+def _no_crs(path: Path) -> CRSError:
+    return CRSError(
+        f"{path}: holds no CRS, expected a projected one in metres; give it with --crs EPSG:CODE "
+        f"(or --crs {LOCAL} for a scan in local metres)."
+    )
 
 
 def placed(
@@ -118,12 +122,14 @@ def placed(
     reporter: Reporter,
     given: str | None = None,
     dtm: Path | None = None,
+    need_crs: bool = True,
 ) -> pyproj.CRS | None:
     """The CRS that (N, 3) points of a file are really in: a header's is set aside, with a warning, where they are
-    plainly local metres; a file without one is in that of its terrain model ``dtm``. given: what the user says.
+    plainly local metres; a file without one is in that of its terrain model ``dtm``, or, where they are plainly local,
+    in local metres. given: what the user says. need_crs: refuse other points whose CRS nobody knows.
 
     Raises:
-        CRSError: see :func:`treedgs_geo.core.map_scale.check_place`.
+        CRSError: nobody knows it; see :func:`treedgs_geo.core.map_scale.check_place`.
     """
     if given is None and crs is not None and is_local(crs, xyz):
         base = horizontal(crs)
@@ -139,6 +145,14 @@ def placed(
         if crs is None or is_local(crs, xyz):
             return None
         reporter.info(f"{path}: holds no CRS; that of {dtm} is taken, {crs.name}.")
+    elif given is None and crs is None and need_crs:
+        x, y = np.median(xyz[:: max(len(xyz) // 100_000, 1), :2], axis=0)
+        if max(abs(x), abs(y)) > LOCAL_REACH_M:
+            raise _no_crs(path)
+        reporter.info(
+            f"{path}: holds no CRS, and its coordinates (x {x:.6g}, y {y:.6g}) are taken as local metres; give --crs "
+            "EPSG:CODE if they are a map's."
+        )
     check_place(crs, xyz, str(path), reporter)
     return crs
 

@@ -263,7 +263,7 @@ def _las_type(values: np.ndarray) -> str:
 def _iter_las(
     path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool, chunk_points: int
 ) -> Iterator[PointCloud]:
-    with open_reader(path) as reader:
+    with open_reader(path, attributes) as reader:
         header = reader.header
         own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs)
         names = _names(header, attributes)

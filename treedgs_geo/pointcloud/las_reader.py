@@ -20,8 +20,24 @@ def _broken() -> tuple[type[BaseException], ...]:
     return (laspy.errors.LaspyException, ValueError, OSError, EOFError, RuntimeError, OverflowError, MemoryError)
 
 
-def open_reader(path: Path) -> Any:
-    """laspy's reader, its header checked.
+#: Layers of compressed points of formats 6 to 10, by laspy's names, and the attributes in them; those of no other layer
+#: are extra dimensions and wave forms.
+_LAYERS = {
+    "XY_RETURNS_CHANNEL": ("return_number", "number_of_returns", "scanner_channel"),
+    "CLASSIFICATION": ("classification",),
+    "FLAGS": ("synthetic", "key_point", "withheld", "overlap", "scan_direction_flag", "edge_of_flight_line"),
+    "INTENSITY": ("intensity",),
+    "SCAN_ANGLE": ("scan_angle", "scan_angle_rank"),
+    "USER_DATA": ("user_data",),
+    "POINT_SOURCE_ID": ("point_source_id",),
+    "GPS_TIME": ("gps_time",),
+    "RGB": ("red", "green", "blue"),
+    "NIR": ("nir",),
+}
+
+
+def open_reader(path: Path, attributes: tuple[str, ...] | None = None) -> Any:
+    """laspy's reader, its header checked. attributes: the only ones that will be looked at; others may read as zero.
 
     Raises:
         InputError: no LAS, a header that cannot be, or one that promises more points than the file can hold.
@@ -30,7 +46,7 @@ def open_reader(path: Path) -> Any:
 
     stream = las_stream(path)
     try:
-        reader = laspy.open(stream)
+        reader = laspy.open(stream, decompression_selection=_layers(attributes))
         header = reader.header
         promised, scales, offsets = header.point_count, np.asarray(header.scales), np.asarray(header.offsets)
     except _broken() as problem:
@@ -56,6 +72,20 @@ def open_reader(path: Path) -> Any:
         reader.close()
         raise InputError(f"{path}: {trouble}; export or copy it again.")
     return reader
+
+
+def _layers(attributes: tuple[str, ...] | None) -> Any:
+    from laspy import DecompressionSelection as Layers
+
+    if attributes is None:
+        return Layers.all()
+    wanted = set(attributes)
+    chosen = Layers.XY_RETURNS_CHANNEL | Layers.Z
+    for layer, names in _LAYERS.items():
+        if wanted & set(names):
+            chosen |= Layers[layer]
+            wanted -= set(names)
+    return chosen | Layers.ALL_EXTRA_BYTES | Layers.WAVEPACKET if wanted else chosen
 
 
 def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:

@@ -182,7 +182,7 @@ def sort_into_tiles(
     store: TileStore | None = None
     survey = Survey()
     done = 0
-    for piece in iter_cloud(path, None, crs, (*extras, "classification", "withheld"), need_crs=dtm is None):
+    for piece in iter_cloud(path, None, crs, (*extras, "classification", "withheld"), need_crs=False):
         done += len(piece)
         piece = piece.select(usable(piece))
         if not len(piece):

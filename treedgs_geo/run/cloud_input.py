@@ -71,20 +71,20 @@ def read_checked(
     from ..terrain.thinned import read_thinned
 
     about = describe_cloud(path)
-    thinned = attributes is not None and about.scale is not None and about.n_points > WHOLE_CLOUD_POINTS
+    thinned = attributes if about.scale is not None and about.n_points > WHOLE_CLOUD_POINTS else None
     require_memory(
-        (_THINNED_BYTES if thinned else _POINT_BYTES) * about.n_points,
+        (_POINT_BYTES if thinned is None else _THINNED_BYTES) * about.n_points,
         f"{path}: reading {about.n_points:,} points at once",
         "cut the cloud to the plots, thin it, or use a machine with more memory",
     )
-    if thinned:
-        cloud = read_thinned(path, crs, attributes, dtm is None)
+    if thinned is not None:
+        cloud = read_thinned(path, crs, thinned, need_crs=False)
         reporter.info(
             f"{len(cloud):,} of {about.n_points:,} points are used: the stem band, of dense ground and crowns a part."
         )
     else:
-        cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=dtm is None)
-    return checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs)
+        cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=False)
+    return checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs, need_crs=True)
 
 
 def checked(
@@ -96,13 +96,15 @@ def checked(
     dtm: Path | None = None,
     all_points: bool = False,
     crs: str | None = None,
+    need_crs: bool = False,
 ) -> PointCloud:
     """The cloud's usable points (:func:`treedgs_geo.pointcloud.cloud.usable`) without far strays: what every verb
     works on. What is odd about the cloud is said.
 
     path: what messages call it. find_stems: stems are to be found in it, not only measured. scale: (3,) of the
     coordinates as they were stored, where known. dtm: the user's terrain model. all_points: keep points that are not
-    usable, for verbs that write every point. crs: the user's word for the CRS, if any.
+    usable, for verbs that write every point. crs: the user's word for the CRS, if
+    any. need_crs: see :func:`treedgs_geo.pointcloud.file_crs.placed`.
 
     Raises:
         InputError, CRSError: as :func:`load_cloud`; no usable point.
@@ -129,7 +131,7 @@ def checked(
     report(findings, reporter)
     kept = extent.holds(cloud.xyz) & (good | all_points)
     cloud = cloud if kept.all() else cloud.select(kept)
-    return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm))
+    return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm, need_crs))
 
 
 def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> CloudGround:

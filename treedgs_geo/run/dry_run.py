@@ -279,7 +279,7 @@ def _read_through(settings: PointcloudToDbhSettings, reporter: Reporter) -> tupl
 
     survey, lowest = Survey(), LowPoints()
     first = None
-    for piece in iter_cloud(settings.input, crs=settings.crs, need_crs=settings.dtm is None):
+    for piece in iter_cloud(settings.input, crs=settings.crs, need_crs=False):
         if not len(piece):
             continue
         if first is None:

@@ -7,6 +7,7 @@ that of the kept points. Shares are even over the file's order, so that each fli
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,11 +42,13 @@ def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_
         cells.add(piece)
     pieces = iter_cloud(path, None, crs, attributes, need_crs)
     ground = cells.rough_ground()
-    return gathered(path, pieces if ground is None else cells.thinned(pieces, ground))
+    cloud = gathered(path, pieces if ground is None else cells.thinned(pieces, ground))
+    # What is zero throughout tells nothing.
+    return replace(cloud, attributes={name: values for name, values in cloud.attributes.items() if values.any()})
 
 
 class _Cells:
-    """lowest: (rows, cols, 3) the lowest usable point of each wide cell, from ``corner`` (3,); z inf where there is none.
+    """lowest: (rows, cols, 3) the lowest usable point of each wide cell from ``corner`` (3,), z inf where none is.
     high: (rows, cols) height of the highest, count: (rows, cols) points of each cell."""
 
     def __init__(self, about: About) -> None:

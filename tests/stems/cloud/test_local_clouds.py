@@ -82,3 +82,14 @@ def test_a_terrain_model_is_enough_for_a_cloud_without_a_crs(dtm_crs, place, xyz
     table = measured(tmp_path / "trees.gpkg", "pointcloud-to-dbh", "--input", tmp_path / "scan.laz", "--dtm", dtm)
     # On the map the model says where; a local scan stays local, whatever its model's header says.
     assert table.crs.is_projected == (dtm_crs is not None and place == "map")
+
+
+def test_a_file_without_crs_and_with_local_coordinates_is_local(xyz, tmp_path, capsys):
+    for name, moved in (("scan.laz", (0.0, 0.0, 0.0)), ("map.laz", (500_000.0, 5_000_000.0, 0.0))):
+        write_cloud(tmp_path / name, PointCloud(xyz + moved))
+    table = measured(tmp_path / "trees.gpkg", "pointcloud-to-dbh", "--input", tmp_path / "scan.laz")
+    assert not table.crs.is_projected and "taken as local metres" in capsys.readouterr().err
+    words = ["pointcloud-to-dbh", "--input", str(tmp_path / "map.laz"), "--output", str(tmp_path / "m.gpkg")]
+    for more in ([], ["--dry-run", "true"]):
+        assert main([*words, *more, "--log-format", "plain"]) == 2
+        assert "map.laz: holds no CRS, expected a projected one" in capsys.readouterr().err

@@ -1,14 +1,15 @@
-"""TreeDGS, dendromatics (of 3DFin) and TreeX (pointtree) on the same clouds, in one run, each in a process of its own.
+"""TreeDGS, 3DFin, dendromatics (its engine) and TreeX (pointtree) on the same clouds, each in a process of its own.
 
-    python -m venv RIVALS && RIVALS/bin/pip install dendromatics pointtree torch torch-scatter
+    python -m venv RIVALS && RIVALS/bin/pip install dendromatics 3DFin pointtree torch torch-scatter
     python -m treedgs_lab.benchmarks.clouds.side_by_side --data ../shared/data --their-python RIVALS/bin/python \
         --output docs/results/side_by_side.json
 
-Every program with its defaults (TreeX: its preset for the kind of cloud), dendromatics also with settings for scans as
-sparse as these. Truth: the trees of simulated plots; for real scans circles in a thin slab at breast height
-(``derived_circles*.csv``; a cross-check, not truth). A stem is found with a diameter within 0.3 m of one of these
-(simulated: of the plot, without the strip about it); one near none is false. CPU seconds are of the measuring, reading
-and compiling left out, with OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1; peak memory is of the process.
+Every program with its defaults (TreeX: its preset for the kind of cloud), dendromatics with settings for scans sparser
+than it is made for. Real scans; rendered drone LiDAR, also thinned; and simulated terrestrial and mobile scans. Truth:
+the trees of the simulated plots; for real scans circles in a thin slab at breast height (``derived_circles*.csv``; a
+cross-check, not truth). A stem is found with a diameter within 0.3 m of one of these (simulated: of the plot, without
+the strip about it); one near none is false. CPU seconds are of the measuring, reading and compiling left out, with
+OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1; peak memory is of the process.
 """
 
 from __future__ import annotations
@@ -18,37 +19,45 @@ import csv
 import json
 import subprocess
 import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_lab.benchmarks.clouds.mobile_clouds import BH_M as SIMULATED_BH_M
+from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, mobile_cloud
 from treedgs_lab.benchmarks.clouds.runners import HERE, circles_of, nearest, start_treedgs
 from treedgs_lab.benchmarks.records import write_record
+from treedgs_geo.pointcloud.files import read_cloud
 
-#: Cloud -> TreeX's preset for it.
-CLOUDS = {
-    "lidar_treels/pine_plot.laz": "tls",
-    "lidar_treeiso/LPine1_demo.laz": "tls",
-    "plot_a/lidar/plot_a_uls.laz": "uls",
-    "plot_e/lidar/plot_e_uls.laz": "uls",
+#: Cloud -> TreeX's preset for it, and the points a square metre that it is thinned to (0 = as it is).
+CLOUDS: dict[str, tuple[str, int]] = {
+    "lidar_treels/pine_plot.laz": ("tls", 0),
+    "lidar_treeiso/LPine1_demo.laz": ("tls", 0),
+    "plot_a/lidar/plot_a_uls.laz": ("uls", 0),
+    "plot_e/lidar/plot_e_uls.laz": ("uls", 0),
+    "plot_h/lidar/plot_h_uls.laz": ("uls", 0),
+    "plot_a at 1000": ("uls", 1000),
+    "plot_a at 200": ("uls", 200),
+    "plot_a at 50": ("uls", 50),
 }
+#: Simulated scans of twelve stems, see :mod:`.mobile_clouds`.
+_STAND = MobileScan(stems=12, size_m=12.0, saplings=6, shrubs=10)
+SCANS = {
+    "TLS, four scans": replace(_STAND, noise_m=0.004, drift_m=0.0),
+    "TLS, one scan": replace(_STAND, noise_m=0.004, drift_m=0.0, walks=1),
+    "MLS, drift of 1 cm": _STAND,
+}
+SEED = 5
 BH_M = 1.3
-#: dendromatics for scans sparse for it: the best of some twenty settings tried by hand. The one with most stems near
-#: a reference (then the smallest error) is "best settings", chosen with the reference in hand, which favours it.
-SETTINGS = tuple(
-    f"--stem-points {points} --section-points {section} --verticality {vertical} --height-range {height} "
-    f"--rounds {rounds} --voxel {voxel} --scale {scale} --section-width {width} --least-sectors {sectors}"
-    for points, section, vertical, height, rounds, voxel, scale, width, sectors in (
-        (200, 20, 0.7, 0.3, 2, 0.02, 0.1, 0.05, 9),
-        (60, 20, 0.7, 0.3, 1, 0.03, 0.2, 0.1, 9),
-        (100, 15, 0.6, 0.5, 2, 0.03, 0.3, 0.2, 7),
-        (100, 10, 0.6, 0.5, 2, 0.035, 0.3, 0.3, 5),
-        (60, 10, 0.5, 0.5, 1, 0.03, 0.4, 0.4, 5),
-    )
+#: Settings of dendromatics for sparse scans: of some twenty tried by hand on ``pine_plot`` those with most stems.
+SPARSE = (
+    "--stem-points 60 --section-points 10 --verticality 0.5 --height-range 0.5 --rounds 1 --voxel 0.03 --scale 0.4 "
+    "--section-width 0.4 --least-sectors 5"
 )
 #: A program that needs longer than this is stopped, s.
-MAX_S = 300
+MAX_S = 150
 
 
 def truth_of(data: Path, cloud: str) -> tuple[np.ndarray, bool]:
@@ -117,32 +126,42 @@ def main() -> None:
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
     record: dict = {"clouds": {}}
+    python = args.their_python
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        for name, preset in CLOUDS.items():
-            xyz = read_cloud(args.data / name, crs=None if "plot_" in name[:5] else "local", attributes=()).xyz
-            origin = np.floor(xyz.min(axis=0))
-            np.save(work / "cloud.npy", xyz - origin)
-            truth, whole = truth_of(args.data, name)
-            truth = truth - (*origin[:2], 0.0, 0.0)
-            python = args.their_python
+        for name, preset, xyz, truth, whole in clouds(args.data):
+            np.save(work / "cloud.npy", xyz)
+            programs = {
+                "TreeDGS": lambda: ours(work),
+                "3DFin": lambda: run("run_3dfin.py", python, "", work),
+                "dendromatics, sparse": lambda: run("run_dendromatics.py", python, SPARSE, work),
+                "TreeX": lambda: run("run_treex.py", python, f"--preset {preset}", work),  # noqa: B023
+            }
             runs: dict = {"points": len(xyz)}
-            runs["TreeDGS"] = figures(ours(work), truth, whole)
-            print(name, "TreeDGS", json.dumps(runs["TreeDGS"]), flush=True)
-            runs["dendromatics"] = figures(run("run_dendromatics.py", python, "", work), truth, whole)
-            print(name, "dendromatics", json.dumps(runs["dendromatics"]), flush=True)
-            tuned = [
-                figures(run("run_dendromatics.py", python, words, work), truth, whole) | {"settings": words}
-                for words in (SETTINGS if not whole else SETTINGS[3:4])
-            ]
-            best = max(tuned, key=lambda one: (one.get("found", -1), -(one.get("rmse_cm") or 99.0)))
-            runs["dendromatics, best settings"] = best
-            print(name, "best settings", json.dumps(best), flush=True)
-            runs["TreeX"] = figures(run("run_treex.py", python, f"--preset {preset}", work), truth, whole)
-            print(name, "TreeX", json.dumps(runs["TreeX"]), flush=True)
+            for program, start in programs.items():
+                runs[program] = figures(start(), truth, whole)
+                print(name, program, json.dumps(runs[program]), flush=True)
             record["clouds"][name] = runs
             if args.output:
                 write_record(args.output, record)
+
+
+def clouds(data: Path) -> Iterator[tuple[str, str, np.ndarray, np.ndarray, bool]]:
+    """Name, TreeX's preset, (N, 3) points near zero, (C, 4) known stems and whether these are all, of each cloud."""
+    for name, (preset, per_m2) in CLOUDS.items():
+        file = name if not per_m2 else "plot_a/lidar/plot_a_uls.laz"
+        xyz = read_cloud(data / file, crs=None if "plot_" in file[:5] else "local", attributes=()).xyz
+        if per_m2:
+            area = float(np.prod(np.ptp(xyz[:, :2], axis=0)))
+            xyz = np.random.default_rng(SEED).permutation(xyz)[: int(per_m2 * area)]
+        origin = np.floor(xyz.min(axis=0))
+        truth, whole = truth_of(data, file)
+        yield name, preset, xyz - origin, truth - (*origin[:2], 0.0, 0.0), whole
+    for name, scan in SCANS.items():
+        cloud = mobile_cloud(SEED, scan)
+        taper = 0.9 * (SIMULATED_BH_M - BH_M)
+        truth = np.column_stack([cloud.trees + (0.0, 0.0, taper), np.ones(len(cloud.trees))])
+        yield name, "tls", cloud.xyz - (0.0, 0.0, 90.0), truth, True
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from ....core.machine import available_threads
 from ....core.progress import Reporter
-from ....pointcloud.cloud import PointCloud, extent
+from ....pointcloud.cloud import PointCloud, extent, slices
 from ....terrain.dtm import Dtm
 from ....terrain.ground import height_above_ground
 from .candidate_check import ConeStem, best_stem
@@ -138,9 +138,14 @@ def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions)
 
 def _cells(points: np.ndarray, size_m: float) -> np.ndarray:
     """(K, 2) the cells of the lattice of ``size_m`` that hold points, west to east, then south to north."""
-    i, j = (np.floor(points[:, axis] / size_m).astype(np.int64) for axis in (0, 1))
-    low, span = (i.min(), j.min()), j.max() - j.min() + 1
-    key = np.unique((i - low[0]) * span + j - low[1])
+    low, high = (np.floor(corner / size_m).astype(np.int64) for corner in extent(points[:, :2]))
+    span = high[1] - low[1] + 1
+
+    def keys(part: np.ndarray) -> np.ndarray:
+        i, j = (np.floor(part[:, :2] / size_m).astype(np.int64) - low).T
+        return np.unique(i * span + j)
+
+    key = np.unique(np.concatenate([keys(points[part]) for part in slices(len(points))]))
     return np.column_stack([key // span, key % span]) + low
 
 
