@@ -14,7 +14,6 @@ from .calibration import Calibration
 from .cameras import Camera
 from .colmap import camera_from_colmap
 from .features import run_task
-from .geotag_errors import LATE_SD_S
 from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
@@ -65,7 +64,6 @@ def place_photos(
     )
     rng = np.random.default_rng(seed)
     gimbal_known = np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
-    late_sd = np.hypot(stations.sd, LATE_SD_S * np.nan_to_num(stations.velocity_m_s))
     best = 0
     for task in ("map_global", "map_global", "map_incremental"):
         left = [i for i in range(count) if not placement.mapped[i]]
@@ -83,8 +81,6 @@ def place_photos(
             reporter,
         ):
             accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
-            if not accepted:  # the shape of the flight, if its geotags are of another instant
-                accepted = _fit_model(placement, ids, rotations, centres, xyz, late_sd, gimbal, rng)
             progress += accepted
             if accepted > best:
                 best, placement.camera = accepted, camera
