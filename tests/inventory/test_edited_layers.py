@@ -312,7 +312,7 @@ def test_status_in_three_languages(tmp_path):
     (tmp_path / "one.csv").write_text("plot_id,x,y,radius_m\np,611300,3718400,10\n")
     stand, _ = figures(tmp_path, trees=None, field=tmp_path / "tally.csv", plots=tmp_path / "one.csv", boundary=None)
     assert (len(stand.dead), stand.plot_rows["n_trees"].sum()) == (3, 20)
-    assert any("3 trees stand no more and count nowhere" in note for note in stand.notes)
+    assert any("3 trees no longer there, counted nowhere" in note for note in stand.notes)
 
 
 def test_layers_in_degrees_and_layers_that_were_moved(survey):

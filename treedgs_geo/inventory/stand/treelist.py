@@ -252,7 +252,7 @@ def settle_status(found: TreeList) -> None:
     gone = words.isin(_GONE)
     if gone.any():
         said = ", ".join(f"{word!r}" for word in words[gone].unique()[:5])
-        found.notes.append(f"Status {said}: {count_of(int(gone.sum()), 'tree')} stand no more and count nowhere.")
+        found.notes.append(f"Status {said}: {count_of(int(gone.sum()), 'tree')} no longer there, counted nowhere.")
         found.trees, words = found.trees[~gone].reset_index(drop=True), words[~gone].reset_index(drop=True)
     found.trees["dead"] = words.isin(_DEAD).to_numpy()
     odd = words[~words.isin(_LIVE | _DEAD)].value_counts()
