@@ -166,10 +166,10 @@ def test_an_unknown_species_as_a_setting_is_refused(written, tmp_path):
 def test_unknown_status_words_are_counted(tmp_path):
     folder = make_survey(tmp_path)
     table = read_trees(folder / "trees.gpkg")
-    table.loc[table.index[:3], "status"] = "felled"
+    table.loc[table.index[:3], "status"] = "leaning"
     table.to_file(folder / "trees.gpkg", layer=LAYER)
     _, ears = figures(folder)
-    assert any("'felled' (3 trees): not known as live or dead" in text for text in ears.warnings)
+    assert any("'leaning' (3 trees): not known as live or dead" in text for text in ears.warnings)
 
 
 @pytest.mark.parametrize("suffix", [".gpkg", ".shp", ".geojson", ".csv"])
