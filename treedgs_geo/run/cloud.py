@@ -30,7 +30,7 @@ from .searched import LOW_M, day_scanned, seen_in_cloud
 from .settings import PointcloudToDbhSettings
 
 #: Attributes of a cloud that measuring may ask for.
-MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank")
+MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank", "return_number")
 
 
 def find_and_measure(

@@ -29,6 +29,7 @@ from .passes import Passes, fit_passes
 from .scans import fitted_together
 from .stem import measure_points, rebased
 from .stem_measure import StemMeasure, refuse
+from .track import SensorTrack
 
 #: A stem's points beyond this many add nothing but time.
 MOST_POINTS = 8000
@@ -41,6 +42,8 @@ SHOULD_GO_ON_CM = 18.0
 LEAST_STEMS, RING_SE, LEAST_RING_M = 4, 4.0, 0.008
 #: Bark in fewer rows than this shows gaps: points just outside it are twigs then.
 VEILED_ROWS = 0.85
+#: What bark at the rim of what its pass sees counts in the fit: it shows that there is bark, not where it ends.
+RIM_WEIGHT = 0.02
 
 
 def segment_options(options: MeasureOptions) -> SegmentOptions:
@@ -114,8 +117,11 @@ def measure_stems(
     else:
         results = []
         around, passes = Surroundings.of(cloud, tree_id, height), Passes(cloud.attributes, len(cloud), groups)
+        track = SensorTrack.of(cloud.xyz, cloud.attributes) if sensor.calibrated else None
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
-            results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around, passes))
+            results.append(
+                _measure_one(frame, group, weights, sensor, options, stems, int(tree), around, passes, track)
+            )
             reporter.progress((number + 1) / len(ids))
     if sensor.calibrated:
         results = beside_the_others(results)
@@ -176,6 +182,7 @@ def _measure_one(
     tree: int,
     around: Surroundings,
     passes: Passes,
+    track: SensorTrack | None,
 ) -> StemMeasure:
     if not np.isfinite(frame.ground):
         return refuse("no_ground", points=len(group))
@@ -200,6 +207,8 @@ def _measure_one(
         sensor = sensor.at_noise(stem.noise_m or 0.0)
     others, beside_index = around.near(frame)
     others, beside_index = others[::stride], beside_index[::stride]
+    if track is not None and start is not None:
+        weight = np.where(track.at_rim(points, start, index), RIM_WEIGHT, 1.0 if weight is None else weight)
     measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start, others)
     index = np.concatenate([index, beside_index])
     measured = _pass_by_pass(

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...geometry.cone import Cone
 from ...geometry.section_kernels import SECTORS
+from .track import FACED_DEG
 
 #: A scanner that did not see a stem for so long, s, or whose angle is so far away, degrees, comes back in another pass.
 PAUSE_S, APART_DEG = 2.0, 5.0
@@ -26,8 +27,8 @@ SHIFT_SD_M, SECTION_SD = 0.03, 0.02
 _FIRST = 12
 #: Points within this of the bark are looked at, m; scales of the robust fit, m, from coarse to fine.
 REACH_M, SCALES_M = 0.13, (0.08, 0.05, 0.03, 0.02, 0.015, 0.0, 0.0, 0.0)
-#: A pass that shows one side has a mean direction this long or longer; points are taken so far to both sides, degrees.
-ONE_SIDED, FACED_DEG = 0.3, 60.0
+#: A pass that shows one side has a mean direction this long or longer.
+ONE_SIDED = 0.3
 #: Heights (below, above breast height) that are looked at, m: the first with so many points.
 WINDOWS_M, ENOUGH_POINTS = ((0.5, 0.6), (0.7, 1.0), (0.95, 2.8)), 500
 #: Log likelihood that shifts have to gain for each pass, and passes that are told apart at most.
@@ -156,28 +157,37 @@ def file_cuts(stems: list[np.ndarray], count: int) -> np.ndarray:
 
 
 def fit_passes(
-    points: np.ndarray, label: np.ndarray, key: np.ndarray, cone: Cone, bh_m: float, floor_m: float
+    points: np.ndarray,
+    label: np.ndarray,
+    key: np.ndarray,
+    cone: Cone,
+    bh_m: float,
+    floor_m: float,
+    towards: np.ndarray | None = None,
 ) -> PassFit:
     """The stem and the shift of each pass fitted to the (N, 3) points around a first ``cone``, near breast height or as
     far from it as points are needed.
 
-    label, key: (N,) pass of each point, from 0, and its key. floor_m: least noise of a point."""
+    label, key: (N,) pass of each point, from 0, and its key. floor_m: least noise of a point. towards: (N,) complex,
+    horizontal direction to the scanner, NaN where it is not known."""
     passes = int(label.max()) + 1
     keys = np.zeros(passes, np.int64)
     keys[label] = key
     near = np.abs(cone.residuals(points)) < REACH_M
-    points, label = points[near], label[near]
+    if towards is None:
+        towards = np.full(len(points), np.nan, complex)
+    points, label, towards = points[near], label[near], towards[near]
     for below, above in WINDOWS_M:
         inside = (points[:, 2] > bh_m - below) & (points[:, 2] < bh_m + above)
         if inside.sum() >= ENOUGH_POINTS:
             break
-    points, label = points[inside], label[inside]
+    points, label, towards = points[inside], label[inside], towards[inside]
     t = points[:, 2] - cone.h_ref
     sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
     seen = np.bincount(label * SECTORS + sector, minlength=passes * SECTORS).reshape(passes, SECTORS)
     count = seen.sum(axis=1)
     arc = 360.0 / SECTORS * (seen > 0.02 * count[:, None]).sum(axis=1)
-    faced = _faced(cone.azimuths(points), label, passes)
+    faced = _faced(cone.azimuths(points), label, passes, towards)
     points, label, t = points[faced], label[faced], t[faced]
     plain, *_ = _solve(points, label, cone, t, passes, floor_m, shifts=False)
     moved, state, covariance = _solve(points, label, cone, t, passes, floor_m)
@@ -192,14 +202,15 @@ def fit_passes(
     )
 
 
-def _faced(azimuth: np.ndarray, label: np.ndarray, passes: int) -> np.ndarray:
-    """(N,) bool: not at the rim of what its pass sees. There half a beam passes the stem: what it returns lies outside
-    the bark, and shifts would follow it."""
+def _faced(azimuth: np.ndarray, label: np.ndarray, passes: int, towards: np.ndarray) -> np.ndarray:
+    """(N,) bool: not at the rim of what its pass sees, about the direction to the scanner or else the middle of what
+    the pass shows. Shifts would follow the rim, which lies outside the bark (:mod:`.track`)."""
     turn = np.exp(1j * azimuth)
     total = np.bincount(label, turn.real, passes) + 1j * np.bincount(label, turn.imag, passes)
     one_sided = np.abs(total) > ONE_SIDED * np.maximum(np.bincount(label, minlength=passes), 1)
-    off = np.abs(np.angle(turn * np.conj(total[label])))
-    return ~one_sided[label] | (off < np.radians(FACED_DEG))
+    known = np.isfinite(towards)
+    off = np.abs(np.angle(turn * np.conj(np.where(known, towards, total[label]))))
+    return ~(one_sided[label] | known) | (off < np.radians(FACED_DEG))
 
 
 def common_shifts(fits: list[PassFit]) -> dict[int, np.ndarray]:

@@ -13,6 +13,7 @@ from ..propose.nearby import Nearby
 from ..propose.segment import StemMap
 from ..propose.sensors import SENSORS
 from .passes import REACH_M, Passes, PassFit, common_shifts, fit_passes
+from .track import SensorTrack
 
 #: Points of the stem band that are looked at, at most.
 MAX_POINTS = 3_000_000
@@ -35,6 +36,8 @@ def fitted_together(
         band = np.flatnonzero((height > 0.3) & (height < 4.5))
     band = band[:: max(len(band) // MAX_POINTS, 1)]
     around = Nearby(np.column_stack([cloud.xyz[band, :2] - stems.origin, height[band]]))
+    sensor = SENSORS[stems.sensor]
+    track = SensorTrack.of(cloud.xyz, cloud.attributes) if sensor.calibrated else None
     fits: list[PassFit] = []
     for stem in stems.stems:
         if stem.refused:
@@ -44,9 +47,10 @@ def fitted_together(
         )
         label = passes.of(band[near])
         if label.any():
-            key = passes.keys(band[near])
-            floor_m = SENSORS[stems.sensor].floor_m
-            fits.append(fit_passes(around.points[near], label, key, stem.cone, BREAST_HEIGHT_M, floor_m))
+            key, towards = passes.keys(band[near]), None if track is None else track.towards(band[near])
+            fits.append(
+                fit_passes(around.points[near], label, key, stem.cone, BREAST_HEIGHT_M, sensor.floor_m, towards)
+            )
     shifts = common_shifts(fits)
     if not shifts:
         return None

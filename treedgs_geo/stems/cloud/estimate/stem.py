@@ -28,12 +28,11 @@ from .stem_measure import StemMeasure, refuse
 from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
 
-#: Windows (below, above breast height) that are tried in turn until the bark in them is plenty.
-WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.7, 1.0), (0.9, 1.8), (0.95, 2.8))
+#: Windows (below, above breast height), m, that are tried in turn until the bark in them is plenty. None reaches into
+#: the butt swell: a straight cone through it reads too thick at breast height.
+WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.6, 1.0), (0.6, 1.8), (0.6, 2.8))
 #: Bark points that are plenty for a window: sectors x rows are counted, not points.
 PLENTY_CELLS, PLENTY_POINTS = 100, 400
-#: Where the slices show butt swell, the cone is fitted above this height, m.
-ABOVE_BUTT_M = 0.8
 #: Points count as bark under a coat up to so many of its spreads outside its face; error of the diameter in spreads.
 COAT_REACH_SD, COAT_SE = 1.5, 0.5
 #: Error of the diameter of a flat ring, in the spread of its points on the diameter.
@@ -104,14 +103,6 @@ def measure_points(
             return _measure_bowed(pool, strength, len(points), axis, sensor, bh_m, options)
     slices = _slices(points, weights, cone, sensor)
     taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
-    if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
-        # The cone knows no swell: it is fitted again above it.
-        above = points[:, 2] > ABOVE_BUTT_M
-        again = _window_fit(points[above], None if weights is None else weights[above], cone, sensor, bh_m, others)
-        if again is not None:
-            cone, (_, high), on_above = again
-            window, on = (ABOVE_BUTT_M, high), np.zeros(len(points), bool)
-            on[above] = on_above
     return _conclude(FittedStem(points, cone, window, on, slices, taper, others), sensor, bh_m, options)
 
 

@@ -1,0 +1,93 @@
+"""Where a scanner was, by the beams of its own returns, and so which side of a stem each point shows.
+
+Two returns of one pulse lie on one beam; the beams of half a second meet where the scanner was (Gatziolis and McGaughey
+2019; ``track_sensor`` of lidR, Roussel and others 2020). At the rim of what a pass sees of a stem, half of a beam
+passes it: what that returns lies up to half a footprint outside the bark, never inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.cone import Cone
+
+#: Time in which a scanner hardly moves, s; returns of a pulse that far apart tell its direction, m.
+STEP_S, APART_M = 0.5, 1.5
+#: Beams that settle a position; spread of their directions (square of the sine) below which they do not; a beam that
+#: passes it by more, m, is of another place.
+BEAMS, SPREAD, PAST_M = 10, 1e-4, 1.0
+#: Points farther than this to the side of what faces the scanner are at the rim, degrees; distance to the bark, m.
+FACED_DEG, RIM_M = 60.0, 0.06
+
+
+@dataclass(frozen=True)
+class SensorTrack:
+    """time: (K,) ascending, s. place: (K, 3) of the scanner, in the cloud's frame. xyz: (N, 3), seen: (N,) s, of the
+    cloud's points."""
+
+    time: np.ndarray
+    place: np.ndarray
+    xyz: np.ndarray
+    seen: np.ndarray
+
+    @classmethod
+    def of(cls, xyz: np.ndarray, attributes: Mapping[str, np.ndarray]) -> SensorTrack | None:
+        """Of (N, 3) points; ``None`` without times and return numbers, or without pulses of two returns."""
+        if any(name not in attributes for name in ("gps_time", "return_number")):
+            return None
+        when, number = np.asarray(attributes["gps_time"], float), np.asarray(attributes["return_number"])
+        order = np.argsort(when, kind="stable")
+        first, last = order[:-1], order[1:]
+        pair = (when[first] == when[last]) & (number[first] == 1) & (number[last] == 2)
+        first, last = first[pair], last[pair]
+        way = xyz[first] - xyz[last]
+        length = np.linalg.norm(way, axis=1)
+        far = length > APART_M
+        first, way = first[far], way[far] / length[far, None]
+        if len(first) < BEAMS:
+            return None
+        step = np.unique(np.floor(when[first] / STEP_S), return_inverse=True)[1]
+        here, time = xyz[first] - xyz[first[0]], when[first]
+        place, held = _meeting(here, way, step)
+        off = here - place[step]
+        past = np.linalg.norm(off - (off * way).sum(axis=1)[:, None] * way, axis=1)
+        near = past < PAST_M
+        place, held = _meeting(here[near], way[near], step[near], len(held))
+        count = np.maximum(np.bincount(step[near], minlength=len(held)), 1)
+        middle = np.bincount(step[near], time[near], len(held)) / count
+        return cls(middle[held], place[held] + xyz[first[0]], xyz, when) if held.any() else None
+
+    def towards(self, index: np.ndarray) -> np.ndarray:
+        """(M,) complex: horizontal direction (east + 1j north) from the points of ``index`` (M,) to the scanner, NaN
+        where it is not known."""
+        time, xyz = self.seen[index], self.xyz[index]
+        after = np.searchsorted(self.time, time)
+        beside = self.time[np.clip([after - 1, after], 0, len(self.time) - 1)]
+        nearest = np.abs(time - beside).min(axis=0)
+        east, north = (np.interp(time, self.time, self.place[:, k]) - xyz[:, k] for k in (0, 1))
+        return np.where(nearest < 2 * STEP_S, (east + 1j * north) / np.hypot(east, north), np.nan)
+
+    def at_rim(self, points: np.ndarray, cone: Cone, index: np.ndarray) -> np.ndarray:
+        """(M,) bool: bark at the rim of what its beam sees. points: (M, 3) about ``cone``, those of ``index`` (M,)."""
+        off = np.abs(np.angle(np.exp(1j * cone.azimuths(points)) * np.conj(self.towards(index))))
+        return (off > np.radians(FACED_DEG)) & (np.abs(cone.residuals(points)) < RIM_M)
+
+
+def _meeting(
+    here: np.ndarray, way: np.ndarray, step: np.ndarray, steps: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 3) points nearest to the beams of each step, and (K,) bool where they are known."""
+    steps = int(step.max()) + 1 if steps is None else steps
+    across = np.eye(3) - way[:, :, None] * way[:, None, :]
+    right = np.einsum("nij,nj->ni", across, here)
+    total = np.stack([np.bincount(step, across[:, i, j], steps) for i in range(3) for j in range(3)], -1).reshape(
+        -1, 3, 3
+    )
+    pull = np.stack([np.bincount(step, right[:, i], steps) for i in range(3)], -1)
+    count = np.bincount(step, minlength=steps)
+    held = (count >= BEAMS) & (np.linalg.eigvalsh(total)[:, 0] > SPREAD * np.maximum(count, 1))
+    total[~held] = np.eye(3)
+    return np.linalg.solve(total, pull[:, :, None])[:, :, 0], held
