@@ -63,6 +63,9 @@ _STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
 _TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
 _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
 _CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
+_TOUCHING = "two stems of drone LiDAR that a sapling touches: 2.7, 2.8; 500 others: at most 1.9, simulated and rendered"
+_POLES = "poles among trees: 0.32; 500 stems of drone LiDAR, simulated and rendered: 0.62 and more"
+_ONE_SIDED = "leaves on one side: 8 to 13; 1 % of 500 other stems of drone LiDAR: above 5.6, simulated and rendered"
 _SPARSE = "simulated drone LiDAR of 250 to 1,400 points/m² (docs/evidence/point-clouds.md)"
 _TWICE = "simulated scans shifted and of two dates; real terrestrial clouds (docs/evidence/point-clouds.md)"
 _BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
@@ -218,6 +221,22 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("few_slices", "n_slices", "slices with a circle", "", *_below(5, None), _CLOUDS),
         Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_above(2, None), _CLOUDS),
         Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_below(-6, None), _CLOUDS),
+        Limit(
+            "no_taper",
+            "narrows_cm_m",
+            "narrowing of the fitted cone",
+            "cm/m",
+            *_above(Bound(2.2, 0.07), None),
+            _TOUCHING,
+        ),
+        Limit(
+            "no_taper",
+            "narrows_at_most_cm_m",
+            "narrowing of the stem, at most (two standard errors)",
+            "cm/m",
+            *_below(0.5, None),
+            _POLES,
+        ),
         Limit("disagree", "slices_off_se", "slices against cone, in standard errors", "", *_above(4, None), _CLOUDS),
         Limit(
             "disagree",
@@ -238,6 +257,14 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("covered", "coat_cm", "what covers the bark that shows, thick", "cm", *_above(0, 12), _IVIED),
         Limit("covered", "inner_deg", "arc over which a second ring lies inside", "°", *_above(None, 170), _TWICE),
         Limit("double", "inner_deg", "arc over which a second ring lies inside", "°", *_above(165, None), _TWICE),
+        Limit(
+            "covered",
+            "uneven",
+            "thickness of the ring by direction, departures over their errors",
+            "",
+            *_above(7, None),
+            _ONE_SIDED,
+        ),
         Limit("covered", "kurtosis", "kurtosis of the distances from the bark", "", *_below(-0.65, None), _TWICE),
         Limit("double", "twice_cm", "two sharp rings, diameters apart by", "cm", *_above(None, 1), _TWICE),
         Limit(

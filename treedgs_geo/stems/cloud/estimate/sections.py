@@ -17,12 +17,14 @@ from ...geometry.cone import Cone, fit_cone
 from ...geometry.slices import across_axis
 from ...quality.priors import USUAL_TAPER
 from ...quality.tree import Tree
-from .surface_quality import FLOOR_CM, FLOOR_SHARE, ROUNDNESS, ULS_NOISE, lobes_of
+from .surface_quality import FLOOR_CM, FLOOR_SHARE, ROUNDNESS, lobes_of
 
 #: Distance of sections, and lowest one, m.
 STEP_M, LOWEST_M = 0.5, 0.5
 #: Half the length of a section, m: the second where the first holds fewer points than this.
 HALVES_M, PLENTY, MIN_POINTS = (0.1, 0.25, 0.5), 60, 16
+#: Share of the spread of the points that counts in the error of the diameter.
+NOISE_SHARE = 0.2
 #: Spread of bark points about a circle: not below, not above, m.
 _FLOOR_M, _CAP_M = 0.005, 0.025
 #: Sectors of a section, and the circumference that has to be seen, degrees.
@@ -180,7 +182,7 @@ def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
         200 * float(np.sqrt(cone.covariance[4, 4])),
         d_cm * max(ROUNDNESS, lobes_of(flat[on], cone)) / np.sqrt(arc / 60.0),
         100 * rms**2 / cone.r,
-        ULS_NOISE * 200 * rms,
+        NOISE_SHARE * 200 * rms,
         FLOOR_CM,
         FLOOR_SHARE * d_cm,
     )

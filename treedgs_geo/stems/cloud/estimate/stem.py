@@ -17,6 +17,7 @@ from ...geometry.cone_kernels import BEND_SD
 from ...geometry.section_kernels import bark_cells, bark_weights, slice_rows
 from ...geometry.slices import across_axis, slice_heights
 from ...geometry.taper import taper_line
+from ...quality.findings import Findings
 from ...quality.limits import judge
 from ...quality.priors import BREAST_HEIGHT_M, USUAL_TAPER
 from ..propose.candidate_check import ConeStem
@@ -25,7 +26,7 @@ from ..propose.segment import search_points
 from ..propose.sensors import Sensor
 from .rings import Rings, inner_face, kurtosis
 from .stem_measure import StemMeasure, refuse
-from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor
+from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor, uneven_ring
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
 
 #: Windows (below, above breast height), m, that are tried in turn until the bark in them is plenty. None reaches into
@@ -35,6 +36,12 @@ WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.6, 1.0), (0.6, 1.8), (0.6, 2.8))
 PLENTY_CELLS, PLENTY_POINTS = 100, 400
 #: Points count as bark under a coat up to so many of its spreads outside its face; error of the diameter in spreads.
 COAT_REACH_SD, COAT_SE = 1.5, 0.5
+#: Error of a cone that narrows too fast, share of what it is too thick by if it is right at the top.
+TOUCHED_SE = 0.6
+#: Slices that show whether a stem narrows: 3 m of them.
+LONG_SLICES = 30
+#: Error of a ring that is thick on one side, share of the excess on the diameter.
+UNEVEN_SE = 0.5
 #: Error of the diameter of a flat ring, in the spread of its points on the diameter.
 FLAT_SE = 1.0
 
@@ -237,7 +244,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     dbh_cm = 200 * float(fitted.cone.radius(bh_m)) * girth_factor(fitted.points[fitted.on], fitted.cone, sensor)
     error = DiameterError.of(fitted, bark, sensor, bh_m, dbh_cm)
     measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)
-    flat = 0.0
+    flat, (beside, remarks) = 0.0, _remarks(fitted, sensor, bh_m, dbh_cm)
     if not sensor.solid:
         measured["kurtosis"] = kurtosis(_round(fitted), bark.noise_m)
         # The bark may lie anywhere in a ring that does not heap up in its middle.
@@ -254,7 +261,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     return StemMeasure(
         fitted.cone,
         None if flag == "reject" else dbh_cm,
-        None if flag == "reject" else float(np.hypot(error.reported, flat)),
+        None if flag == "reject" else float(np.hypot(error.reported, np.hypot(flat, beside))),
         flag,
         found.reasons,
         bark.arc_deg,
@@ -262,7 +269,30 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
         len(fitted.slices),
         fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None,
         bark.noise_m,
-    )
+    ).with_flagged(remarks)
+
+
+def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> tuple[float, Findings]:
+    """What speaks of a pole, and in drone LiDAR, which shows a stem by few points, of leaves or another stem against
+    it: standard error, cm, and flags."""
+    cone, taper = fitted.cone, fitted.taper
+    if sensor.solid or cone.covariance is None:
+        return 0.0, Findings()
+    narrows_cm_m, se_cm_m = -200 * cone.taper, 200 * float(np.sqrt(cone.covariance[5, 5]))
+    if not sensor.calibrated:
+        # Short windows hold the taper near the usual: long rows of slices show it.
+        parallel = taper is not None and taper.model == "constant" and len(fitted.slices) >= LONG_SLICES
+        return 0.0, judge("points", {"narrows_at_most_cm_m": 0.0} if parallel else {})
+    pool = np.concatenate([fitted.points, fitted.others])
+    pool = pool[(pool[:, 2] >= fitted.window[0]) & (pool[:, 2] <= fitted.window[1])]
+    uneven, thick_m = uneven_ring(pool, cone)
+    one_sided = judge("points", {"uneven": uneven})
+    # A thinner stem that touches this one leaves it upwards: at the top of the window the cone is the stem's own.
+    touched = judge("points", {"narrows_cm_m": narrows_cm_m}, dbh_cm)
+    too_thick_cm = (narrows_cm_m + 200 * USUAL_TAPER) * (fitted.window[1] - bh_m)
+    parts = UNEVEN_SE * 200 * thick_m * bool(one_sided.found), TOUCHED_SE * too_thick_cm * bool(touched.found)
+    pole = judge("points", {"narrows_at_most_cm_m": narrows_cm_m + 2 * se_cm_m})
+    return float(np.hypot(*parts)), one_sided + touched + pole
 
 
 def _round(fitted: FittedStem) -> np.ndarray:

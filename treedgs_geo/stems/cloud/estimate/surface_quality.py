@@ -25,10 +25,15 @@ DRIFT_SHARE = 0.25
 #: The same of half rings, share of the shape's error on top of it, below this arc.
 HALF_RING, HALF_RING_DEG = 0.75, 200.0
 #: What of each part counts in the error of drone LiDAR (``treedgs_lab/benchmarks/clouds/interval_coverage.py``): the
-#: fit at the noise the points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie
-#: outside the bark), a share of the diameter, and a floor, cm: flight lines are off by a centimetre each, one side of
-#: the bark against the other, which the spread of the points hardly shows.
-ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_NOISE, ULS_SHARE, ULS_FLOOR_CM = 1.0, 0.5, 0.25, 0.2, 0.004, 0.8
+#: fit at the noise the points have, its clutter, the shape that shows, the slices, a share of the diameter, and a
+#: floor, cm: flight lines are off by a centimetre each, one side of the bark against the other, which the spread of the
+#: points hardly shows.
+ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_SHARE, ULS_FLOOR_CM = 1.0, 0.5, 0.25, 0.004, 0.8
+#: A ring thicker than bark usually is in drone LiDAR, m, may be bark under moss or leaves, or of a wide beam: the
+#: excess on the diameter, so often.
+ULS_RING_M, ULS_RING = 0.012, 1.25
+#: Directions in which the thickness of a ring is compared, each with so many points; spread of log MAD of one point.
+DIRECTIONS, DIRECTION_POINTS, LOG_MAD_SD = 8, 8, 1.17
 #: An arc below this does not show the shape, degrees.
 SHAPE_SEEN_DEG = 270.0
 
@@ -125,7 +130,7 @@ class DiameterError:
                 clutter_se,
                 ULS_SHAPE * seen_se,
                 ULS_HEIGHT * height_se,
-                ULS_NOISE * 200 * bark.noise_m,
+                ULS_RING * 200 * float(np.sqrt(max(bark.noise_m**2 - ULS_RING_M**2, 0.0))),
                 ULS_SHARE * dbh_cm,
                 ULS_FLOOR_CM,
             )
@@ -134,6 +139,24 @@ class DiameterError:
             hidden_se = HALF_RING * shape_se if bark.arc_deg < HALF_RING_DEG else 0.0
             reported_parts = (*parts, DRIFT_SHARE * 200 * bark.noise_m, hidden_se)
         return cls(float(np.sqrt(np.square(parts).sum())), float(np.sqrt(np.square(reported_parts).sum())))
+
+
+def uneven_ring(points: np.ndarray, cone: Cone) -> tuple[float, float]:
+    """How unlike the thickness of a ring of (N, 3) points is in different directions (mean square of its logarithm's
+    departures over their errors: 1 = by chance alone), and the excess of the thickest over the thinnest, m.
+
+    Leaves on one side make that side thick; noise, range and lines make every side so."""
+    e = cone.residuals(points)
+    near = np.abs(e) < 0.1
+    e, turn = e[near], cone.azimuths(points[near])
+    place = np.floor((turn + np.pi) / (2 * np.pi) * DIRECTIONS).astype(int) % DIRECTIONS
+    sides = [e[place == k] for k in range(DIRECTIONS) if np.count_nonzero(place == k) >= DIRECTION_POINTS]
+    if len(sides) < DIRECTIONS // 2:
+        return 0.0, 0.0
+    spread = np.array([max(1.4826 * float(np.median(np.abs(side - np.median(side)))), 0.002) for side in sides])
+    off = np.log(spread) - np.median(np.log(spread))
+    error = LOG_MAD_SD / np.sqrt([len(side) for side in sides])
+    return float(np.mean((off / error) ** 2)), float(np.sqrt(spread.max() ** 2 - spread.min() ** 2))
 
 
 def girth_factor(points: np.ndarray, cone: Cone, sensor: Sensor) -> float:
