@@ -38,8 +38,6 @@ PLENTY_CELLS, PLENTY_POINTS = 100, 400
 COAT_REACH_SD, COAT_SE = 1.5, 0.5
 #: Error of a cone that narrows too fast, share of what it is too thick by if it is right at the top.
 TOUCHED_SE = 0.6
-#: Slices that show whether a stem narrows: 3 m of them.
-LONG_SLICES = 30
 #: Error of a ring that is thick on one side, share of the excess on the diameter.
 UNEVEN_SE = 0.5
 #: Error of the diameter of a flat ring, in the spread of its points on the diameter.
@@ -273,16 +271,12 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
 
 
 def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> tuple[float, Findings]:
-    """What speaks of a pole, and in drone LiDAR, which shows a stem by few points, of leaves or another stem against
-    it: standard error, cm, and flags."""
-    cone, taper = fitted.cone, fitted.taper
-    if sensor.solid or cone.covariance is None:
+    """What speaks of leaves on one side, of another stem against this one, or of a pole, in drone LiDAR, whose windows
+    are long: standard error, cm, and flags."""
+    cone = fitted.cone
+    if not sensor.calibrated or cone.covariance is None:
         return 0.0, Findings()
     narrows_cm_m, se_cm_m = -200 * cone.taper, 200 * float(np.sqrt(cone.covariance[5, 5]))
-    if not sensor.calibrated:
-        # Short windows hold the taper near the usual: long rows of slices show it.
-        parallel = taper is not None and taper.model == "constant" and len(fitted.slices) >= LONG_SLICES
-        return 0.0, judge("points", {"narrows_at_most_cm_m": 0.0} if parallel else {})
     pool = np.concatenate([fitted.points, fitted.others])
     pool = pool[(pool[:, 2] >= fitted.window[0]) & (pool[:, 2] <= fitted.window[1])]
     uneven, thick_m = uneven_ring(pool, cone)
