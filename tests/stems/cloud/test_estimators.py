@@ -10,8 +10,9 @@ from synthetic_cloud import stem_points
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.estimate.intensity import range_normalised, scanner_track
+from treedgs_geo.stems.cloud.estimate.intensity import range_normalised
 from treedgs_geo.stems.cloud.estimate.stem import measure_points
+from treedgs_geo.stems.cloud.estimate.track import SensorTrack
 from treedgs_geo.stems.cloud.propose.sensors import SENSORS
 from treedgs_geo.stems.geometry.circles import SolidCircle, fit_circle, fit_solid_circles
 from treedgs_geo.stems.geometry.ellipse import fit_ellipse
@@ -184,7 +185,9 @@ def test_the_scanner_is_found_from_its_pulses():
     _, _, points, stamp = flight(rng)
     points = points + rng.normal(0, 0.01, points.shape) + (5e5, 4e6, 100.0)
     bright = rng.uniform(90, 110, len(points))
-    times, places = scanner_track(PointCloud(points, None, {"gps_time": stamp}))
+    track = SensorTrack.of(points, {"gps_time": stamp})
+    assert track is not None
+    times, places = track.time, track.place
     true = np.column_stack([5 * times - 30, 0.3 * np.sin(times), np.full(len(times), 60.0)]) + (5e5, 4e6, 100.0)
     assert len(times) >= 20 and np.abs(places - true).max() < 0.7
     distance = np.linalg.norm(

@@ -27,7 +27,7 @@ MATCH_M = 0.3
 
 def measure(plot: Path) -> tuple[list[dict], int]:
     """One row a matched in-plot stem with a DBH, and how many in-plot stems there are."""
-    cloud = read_cloud(next((plot / "lidar").glob("*.laz")), attributes=())
+    cloud = read_cloud(next((plot / "lidar").glob("*.laz")))
     trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
         truth = list(csv.DictReader(stream))

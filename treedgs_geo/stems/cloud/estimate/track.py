@@ -35,17 +35,25 @@ class SensorTrack:
 
     @classmethod
     def of(cls, xyz: np.ndarray, attributes: Mapping[str, np.ndarray]) -> SensorTrack | None:
-        """Of (N, 3) points; ``None`` without times and return numbers, or without pulses of two returns."""
-        if any(name not in attributes for name in ("gps_time", "return_number")):
+        """Of (N, 3) points; ``None`` without times, or without enough pulses of two returns."""
+        if "gps_time" not in attributes:
             return None
-        when, number = np.asarray(attributes["gps_time"], float), np.asarray(attributes["return_number"])
-        order = np.argsort(when, kind="stable")
-        first, last = order[:-1], order[1:]
-        pair = (when[first] == when[last]) & (number[first] == 1) & (number[last] == 2)
+        when = np.asarray(attributes["gps_time"], float)
+        if "return_number" in attributes:
+            number = np.asarray(attributes["return_number"])
+            order = np.argsort(when, kind="stable")
+            first, last = order[:-1], order[1:]
+            pair = (when[first] == when[last]) & (number[first] == 1) & (number[last] == 2)
+        else:
+            # What has one time is one pulse: its highest and its lowest return.
+            order = np.lexsort((-xyz[:, 2], when))
+            starts = np.flatnonzero(np.r_[True, np.diff(when[order]) > 0])
+            first, last = order[starts], order[np.r_[starts[1:], len(order)] - 1]
+            pair = first != last
         first, last = first[pair], last[pair]
         way = xyz[first] - xyz[last]
         length = np.linalg.norm(way, axis=1)
-        far = length > APART_M
+        far = (length > APART_M) & (way[:, 2] > 0.5 * length)
         first, way = first[far], way[far] / length[far, None]
         if len(first) < BEAMS:
             return None
@@ -53,22 +61,31 @@ class SensorTrack:
         here, time = xyz[first] - xyz[first[0]], when[first]
         place, held = _meeting(here, way, step)
         off = here - place[step]
-        past = np.linalg.norm(off - (off * way).sum(axis=1)[:, None] * way, axis=1)
-        near = past < PAST_M
+        near = np.linalg.norm(off - (off * way).sum(axis=1)[:, None] * way, axis=1) < PAST_M
         place, held = _meeting(here[near], way[near], step[near], len(held))
-        count = np.maximum(np.bincount(step[near], minlength=len(held)), 1)
-        middle = np.bincount(step[near], time[near], len(held)) / count
+        # Beams that do not meet are no beams: several pulses had one time.
+        count = np.bincount(step[near], minlength=len(held))
+        held &= count > 0.5 * np.bincount(step)
+        middle = np.bincount(step[near], time[near], len(held)) / np.maximum(count, 1)
         return cls(middle[held], place[held] + xyz[first[0]], xyz, when) if held.any() else None
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """(M, 3) places of the scanner at (M,) times: between two known ones, or the nearer where they lie apart."""
+        after = np.clip(np.searchsorted(self.time, time), min(1, len(self.time) - 1), len(self.time) - 1)
+        before = np.maximum(after - 1, 0)
+        gap = self.time[after] - self.time[before]
+        share = np.clip((time - self.time[before]) / np.maximum(gap, 1e-9), 0.0, 1.0)
+        share = np.where(gap > 4 * STEP_S, np.round(share), share)[:, None]
+        return self.place[before] * (1 - share) + self.place[after] * share
 
     def towards(self, index: np.ndarray) -> np.ndarray:
         """(M,) complex: horizontal direction (east + 1j north) from the points of ``index`` (M,) to the scanner, NaN
         where it is not known."""
-        time, xyz = self.seen[index], self.xyz[index]
+        time = self.seen[index]
         after = np.searchsorted(self.time, time)
-        beside = self.time[np.clip([after - 1, after], 0, len(self.time) - 1)]
-        nearest = np.abs(time - beside).min(axis=0)
-        east, north = (np.interp(time, self.time, self.place[:, k]) - xyz[:, k] for k in (0, 1))
-        return np.where(nearest < 2 * STEP_S, (east + 1j * north) / np.hypot(east, north), np.nan)
+        nearest = np.abs(time - self.time[np.clip([after - 1, after], 0, len(self.time) - 1)]).min(axis=0)
+        way = (self.at(time) - self.xyz[index])[:, :2] @ [1, 1j]
+        return np.where(nearest < 2 * STEP_S, way / np.abs(way), np.nan)
 
     def at_rim(self, points: np.ndarray, cone: Cone, index: np.ndarray) -> np.ndarray:
         """(M,) bool: bark at the rim of what its beam sees. points: (M, 3) about ``cone``, those of ``index`` (M,)."""
