@@ -65,7 +65,9 @@ _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
 _CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
 _TOUCHING = "two stems of drone LiDAR that a sapling touches: 2.7, 2.8; 500 others: at most 1.9, simulated and rendered"
 _POLES = "poles among trees: 0.32; 500 stems of drone LiDAR, simulated and rendered: 0.62 and more"
-_ONE_SIDED = "leaves on one side: 8 to 13; 1 % of 500 other stems of drone LiDAR: above 5.6, simulated and rendered"
+_ONE_SIDED = (
+    "leaves, or a sapling, on one side: 9.5 to 13; 500 other stems of drone LiDAR, simulated and rendered: at most 4.6"
+)
 _SPARSE = "simulated drone LiDAR of 250 to 1,400 points/m² (docs/evidence/point-clouds.md)"
 _TWICE = "simulated scans shifted and of two dates; real terrestrial clouds (docs/evidence/point-clouds.md)"
 _BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
