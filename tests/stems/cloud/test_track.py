@@ -7,9 +7,11 @@ import pytest
 
 import treedgs_geo as tg
 from tests.synthetic_cloud import stem_points
+from treedgs_geo.stems.cloud.estimate.passes import fit_passes
 from treedgs_geo.stems.cloud.estimate.stem import measure_points
 from treedgs_geo.stems.cloud.estimate.track import SensorTrack
 from treedgs_geo.stems.cloud.propose.sensors import SENSORS
+from treedgs_geo.stems.geometry.cone import Cone
 
 STEMS = [(2.5, 2.5, 16.0), (9.0, 2.0, 22.0), (2.0, 9.0, 30.0), (9.0, 9.0, 40.0)]
 #: Where the scanner is on each of four lines, m.
@@ -108,3 +110,12 @@ def test_leaves_on_one_side_are_flagged_and_the_interval_holds():
     assert measured.flag != "ok" and "covered" in measured.reasons
     if measured.dbh_cm is not None:
         assert abs(measured.dbh_cm - 28.0) < 1.645 * measured.se_cm
+
+
+def test_a_stem_that_shows_rims_alone_moves_no_flight_line():
+    points = bark(np.random.default_rng(5), 0.0, 0.0, 30.0, SCANNER[0])
+    label = np.arange(len(points)) % 2
+    cone = Cone(0.0, 0.0, 0.0, 0.0, 0.15, -0.005, 1.37, 0.01)
+    behind = -np.exp(1j * cone.azimuths(points))
+    fit = fit_passes(points, label, label, cone, 1.37, 0.007, behind)
+    assert fit.dates_cm == 0 and np.abs(fit.shift).max() < 1e-9

@@ -264,7 +264,7 @@ def dates_apart_cm(points: np.ndarray, label: np.ndarray, cone: Cone) -> float:
     sector = np.floor((azimuth + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
     middle = (np.arange(SECTORS) + 0.5) / SECTORS * 2 * np.pi - np.pi
     best, apart_cm = DATE_SE, 0.0
-    for cut in range(1, int(label.max()) + 1):
+    for cut in range(1, int(label.max(initial=0)) + 1):
         sides = [_by_sector(e[side], sector[side]) for side in (label < cut, label >= cut)]
         both = np.minimum(sides[0][0], sides[1][0]) >= DATE_POINTS
         if both.sum() < DATE_SECTORS:
