@@ -9,7 +9,7 @@ Plots are rendered, with truth; one called ``hard_SEED`` that is not there is si
 other stem of the layer is measured above as well (``all_above``), as if its breast height were hidden. Each by its own
 taper (``own_*``), as before, and held to that of the plot's stems.
 
-``through``: share of the photos that show the ground through a fitted stem (:mod:`.see_through`), of each measured or
+``through``: share of the photos that show the ground through a fitted stem (:mod:`.opacity_test`), of each measured or
 refused fit, beside whether a stem or sapling stands there.
 """
 
@@ -68,7 +68,7 @@ def searched(plot: Path, options: PhotoStemOptions) -> tuple[route.Searched, Car
 
 
 def through(fit: PhotoFit, fitter: Fitter) -> float:
-    """:func:`.see_through.share_through` of a fit, 0 where too few photos show the ground."""
+    """:func:`.opacity_test.share_through` of a fit, 0 where too few photos show the ground."""
     if fitter.backdrop is None:
         return 0.0
     band = (ABOVE if fit.carried else BREAST).fine
