@@ -11,7 +11,8 @@ from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.deduplicate import looked_at_twice
-from treedgs_geo.stems.photos.evidence.error_budget import seen_oval_error_cm, standard_error_cm
+from treedgs_geo.stems.photos.evidence.companion import crowded
+from treedgs_geo.stems.photos.evidence.error_budget import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Explanation, choose
@@ -47,6 +48,12 @@ def test_a_touched_stem_is_measured_alone_or_flagged(fits):
 def test_a_stem_alone_has_no_companion(fits):
     fit = nearest(fits, ALONE)
     assert fit.flag == "ok" and fit.reasons == () and abs(fit.dbh_cm - 34) < 0.8
+
+
+def test_crowded_sides_are_those_the_companion_reaches():
+    pair = np.array([0, 0, 0, 0, 0.15, 0.18, 0, 0, 0, 0.03])  # companion to the east
+    left_right = crowded(pair, np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]]))
+    assert left_right.tolist() == [[False, True], [True, False], [False, False]]
 
 
 def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 50.0, rms: float = 0.5) -> Explanation:
@@ -130,6 +137,21 @@ def test_the_error_grows_where_photos_are_few_and_pixels_large():
     assert se(4, 0.0) / se(24, 0.0) == pytest.approx(np.sqrt(6) * 2.353 / 1.714, rel=0.01)
     assert se(4, 8.0) - se(4, 2.0) > se(24, 8.0) - se(24, 2.0) > 0
     assert se(24, 2.0, 0.002) > se(24, 2.0, 0.001) > se(24, 2.0)
+
+
+@pytest.mark.parametrize("spread_deg", [10, 90, 180, 360])
+def test_the_error_of_an_oval_stem_is_that_of_ovals_turned_at_random(spread_deg):
+    random = np.random.default_rng(3)
+    azimuth, weight = np.radians(random.uniform(0, spread_deg, 40)), random.uniform(0.2, 1.0, 40)
+    turned = np.linspace(0, np.pi, 500, endpoint=False)[:, None]
+    widths = 30 * (1 + 2**0.5 * OVAL_SD * np.cos(2 * (azimuth - turned)))
+    errors = widths @ weight / weight.sum() - 30
+    assert oval_error_cm(30, azimuth, weight) == pytest.approx(np.sqrt((errors**2).mean()), rel=1e-6)
+
+
+def test_photos_all_round_leave_no_oval_error():
+    assert oval_error_cm(30, np.radians(np.arange(0, 360, 10.0)), np.ones(36)) < 1e-9
+    assert oval_error_cm(30, np.zeros(3), np.zeros(3)) == 0.0
 
 
 def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_not():

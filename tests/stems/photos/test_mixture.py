@@ -10,7 +10,6 @@ from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed, without_open_diameter
-from treedgs_geo.stems.photos.evidence.companion import Pair
 from treedgs_geo.stems.photos.evidence.diameter_uncertainty import PAIR_SE_CM, Mixture, Others
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
@@ -61,23 +60,21 @@ def test_shares_of_a_possible_companion_follow_its_evidence():
     assert companion_share(0.0) < 1e-3
 
 
-def pair_of(dbh_cm: float, gain: float) -> Pair:
-    return Pair(np.array([0, 0, 0, 0, dbh_cm / 200, 0.15, 0, 0, 0, 0.03]), gain)
-
-
-def test_a_stem_that_another_may_touch_carries_the_pairs_reading_too():
-    unsure = Others(choice((30.0, 1.0)), pair_of(24.0, 50.0)).mixture(30.1, 0.4)
+def test_a_stem_flagged_merged_carries_the_reading_with_the_companion():
+    singles, pair = choice((30.0, 1.0)), explanation(24.0)
+    unsure = Others(singles, pair, 50.0).mixture(30.1, 0.4)
     assert unsure.share == pytest.approx([0.5, 0.5]) and unsure.dbh_cm == pytest.approx([30.1, 24.0])
     assert unsure.interval_cm(30.1)[0] < 24.0 and unsure.error_cm(30.1) > 4.0
-    likely = Others(choice((30.0, 1.0)), pair_of(24.0, 80.0)).mixture(30.2, 0.4, soft_cm=1.0)
-    assert likely.share[1] > 0.95 and likely.error_cm(30.2) > 6.0
-    assert likely.se_cm[1] == pytest.approx(np.hypot(PAIR_SE_CM, 1.0))
+    taken = Others(singles, pair, 80.0).mixture(24.2, 1.1)
+    assert taken.dbh_cm == pytest.approx([30.0, 24.2]) and taken.share[1] > 0.95
+    assert taken.error_cm(24.2) > PAIR_SE_CM
+    soft = Others(singles, pair, 80.0).mixture(24.2, 1.5, soft_cm=1.0)
+    assert soft.se_cm[1] == pytest.approx(np.hypot(PAIR_SE_CM, 1.0))
 
 
 def test_without_a_companion_only_the_single_explanations_count():
-    for pair in (None, pair_of(24.0, 20.0)):
-        mixture = Others(choice((30.0, 0.7), (41.0, 0.3)), pair).mixture(30.2, 0.5)
-        assert mixture.share == pytest.approx([0.7, 0.3]) and mixture.interval_cm(30.2)[1] > 41.0
+    mixture = Others(choice((30.0, 0.7), (41.0, 0.3)), None, 20.0).mixture(30.2, 0.5)
+    assert mixture.share == pytest.approx([0.7, 0.3]) and mixture.interval_cm(30.2)[1] > 41.0
 
 
 def test_errors_that_a_plot_shares_widen_each_side_by_itself():
@@ -95,6 +92,11 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
 def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
     reasons = ("merged",) if gain > GAIN_LOW_CONFIDENCE else ()
     return clear_photo_fit(x, dbh_cm, flag=flag, reasons=reasons, llr=llr, gain=gain)
+
+
+def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():
+    one, pair = fitted(16.9, 183.0, 46.0, "check"), fitted(30.8, 190.0, 75.0, "check", x=0.05)
+    assert merge([pair, one]) == [one] == merge([one, pair])
 
 
 def test_a_rival_from_another_seed_is_in_the_interval():
@@ -134,10 +136,10 @@ def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
 
 
 def test_with_few_photos_the_others_count_with_the_errors_that_are_stated():
-    mixture = Others(choice((30.0, 0.92), (22.0, 0.08)), None).mixture(30.2, 0.5, 1.0)
+    mixture = Others(choice((30.0, 0.92), (22.0, 0.08)), None, 20.0).mixture(30.2, 0.5, 1.0)
     assert mixture.se_cm == pytest.approx([0.5, 0.5])
     low, high = mixture.interval_cm(30.2)
     assert low < 22.6 and high == pytest.approx(30.2 + HALF_WIDTH_SE * 0.5, abs=0.1)
-    certain = Others(choice((30.0, 0.99), (22.0, 0.01)), None).mixture(30.2, 0.5, 1.0)
+    certain = Others(choice((30.0, 0.99), (22.0, 0.01)), None, 20.0).mixture(30.2, 0.5, 1.0)
     half = HALF_WIDTH_SE * 0.5
     assert certain.interval_cm(30.2) == pytest.approx((30.2 - half, 30.2 + half), abs=0.1)

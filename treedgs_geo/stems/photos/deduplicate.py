@@ -7,6 +7,7 @@ import numpy as np
 from ..quality.limits import judge
 from .fit.photo_fit import PhotoFit
 from .propose.edge_seeds import APART_M
+from .quality_control import GAIN_MERGED
 
 #: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
 RIVAL_LLR = 30.0
@@ -84,14 +85,14 @@ def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
     """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
     good and reads another diameter widens the error of the better one by half of the difference."""
     kept: list[PhotoFit] = []
-    for fit in sorted(fits, key=lambda f: (not f.measured, -f.evidence.llr)):
+    for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
         near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
         if not near:
             kept.append(fit)
             continue
         best = kept[near[0]]
         apart = abs(fit.dbh_cm - best.dbh_cm)
-        rival = fit.measured and fit.evidence.llr > best.evidence.llr - RIVAL_LLR
+        rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
         if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
             kept[near[0]] = with_rival(best, fit.dbh_cm)
     return kept
@@ -101,3 +102,8 @@ def with_rival(fit: PhotoFit, other_cm: float) -> PhotoFit:
     """The fit with another look's diameter of the stem, cm: ``ambiguous``, half of the difference in its error."""
     found = judge("photos", {"rivals": 1})
     return fit.assessed(fit.assessment.adding(found, 0.5 * abs(fit.dbh_cm - other_cm), other_cm))
+
+
+def single_llr(fit: PhotoFit) -> float:
+    """Edge score of the best single stem at the place: two stems explain any place better than one."""
+    return fit.evidence.llr - fit.evidence.gain if fit.evidence.gain > GAIN_MERGED else fit.evidence.llr

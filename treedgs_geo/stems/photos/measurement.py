@@ -9,11 +9,12 @@ import numpy as np
 
 from ..quality.assessment import Assessment
 from ..quality.priors import SECTION_SD
-from .evidence.diameter_uncertainty import AMBIGUOUS, AMBIGUOUS_SE, OPEN, Others
+from .evidence.diameter_uncertainty import AMBIGUOUS, AMBIGUOUS_SE, OPEN, PAIR_SE_CM, Others
 from .evidence.double_stem import NO_TWINS, PARTS, Twins
 from .evidence.error_budget import (
     LEAN_ERROR,
     azimuth_spread,
+    oval_error_cm,
     seen_oval_error_cm,
     standard_error_cm,
     taper_error_cm,
@@ -100,7 +101,7 @@ def by_edges(found: Found) -> dict[str, float]:
         "lean_deg": float(np.degrees(np.arctan(np.hypot(*found.chosen.fine.axis.s)))),
         "llr": best.edges,
         "n_views": int(found.clear.sum()),
-        "kish": _kish(weight),
+        "kish": _kish(weight) if best.mate is None else np.inf,
         "rms_px": found.fine.rms_px,
     }
 
@@ -123,7 +124,8 @@ def by_silhouette(found: Found) -> dict[str, float]:
     best, silhouette = found.chosen.best, found.chosen.silhouette
     if silhouette is None:
         return {}
-    return {"outline_cm": 200 * widest(silhouette, best.vector), "contrast": best.contrast / found.shared.chance}
+    width = {} if best.mate is not None else {"outline_cm": 200 * widest(silhouette, best.vector)}
+    return width | {"contrast": best.contrast / found.shared.chance}
 
 
 def by_opacity(found: Found) -> dict[str, float]:
@@ -201,8 +203,12 @@ def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarra
     photos."""
     clear = best.z > CLEAR_Z
     se = standard_error_cm(fine, weight, px_cm(shared, fine.axis, clear), int(clear.sum()))
-    thick_cm = 200 * fine.r0
-    oval = seen_oval_error_cm(thick_cm, 200 * fine.view_r, _azimuths(shared, fine.axis), weight)
+    azimuths, thick_cm = _azimuths(shared, fine.axis), 200 * fine.r0
+    if best.mate is None:
+        oval = seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)
+    else:
+        se = PAIR_SE_CM  # hardly any photo shows both of its edges
+        oval = oval_error_cm(thick_cm, azimuths, weight)
     lean = float(np.hypot(*fine.axis.s))
     parts = oval, LEAN_ERROR * thick_cm * lean, SECTION_SD * thick_cm, taper_error_cm(fine.r1)
     return float(np.linalg.norm([se, *parts]))

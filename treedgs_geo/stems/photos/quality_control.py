@@ -14,10 +14,10 @@ from ..quality.priors import START_TAPER
 from .options import PhotoStemOptions
 
 #: Gain of "another stem touches it" over one stem (log likelihood units) from which the tree is flagged, and from which
-#: nine in ten are touched.
+#: the pair is taken for true.
 GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
-#: Gain from which such a pair is weighed against one stem (one in forty); at :data:`GAIN_LOW_CONFIDENCE` it is one in
-#: ten.
+#: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_LOW_CONFIDENCE` it
+#: is one in ten, at :data:`GAIN_MERGED` nine in ten.
 GAIN_WEIGHED = 30.0
 #: Edge scores below which ragged edges count where no silhouette stands out, and count more.
 RAGGED_LLR, RAGGED_WEAK_LLR = 100.0, 50.0
@@ -54,7 +54,7 @@ class Evidence:
     gap: float
     #: Photos that see it clearly.
     n_views: int
-    #: Effective number of photos (Kish).
+    #: Effective number of photos (Kish); infinite for one of a pair, which hardly any photo shows whole.
     kish: float
     #: Edge residual, px.
     rms_px: float
@@ -97,7 +97,7 @@ class Evidence:
     @property
     def outvoted(self) -> bool:
         """The network's silhouettes chose an explanation that the edges clearly do not."""
-        return self.network and self.gap < OUTVOTED_GAP
+        return self.network and not self.pair and self.gap < OUTVOTED_GAP
 
     @property
     def outline_off_cm(self) -> float:
@@ -110,6 +110,11 @@ class Evidence:
         return self.contrast > 1.0
 
     @property
+    def pair(self) -> bool:
+        """Taken for one of two stems that touch."""
+        return self.gain > GAIN_MERGED
+
+    @property
     def twins_likely(self) -> bool:
         """It may be two full stems."""
         return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
@@ -119,6 +124,7 @@ class Evidence:
         of its name, those of :data:`SOMETIMES` where the other evidence calls for them, and what is made of several."""
         found = {name: getattr(self, name) for name in _LIMITED - SOMETIMES}
         found |= {"taper_off": abs(self.r1 - START_TAPER), "slope": self.r1}
+        found |= {"pair_se_cm" if self.pair else "se_cm": self.se_cm}
         if self.outvoted:
             found |= {"against_cm": self.against_cm}
         if self.network and self.llr < RAGGED_LLR:
@@ -136,7 +142,7 @@ class Evidence:
 
 
 #: Fields that are not always judged under their own name.
-SOMETIMES = frozenset({"llr", "contrast", "rms_px", "sure", "gap", "against_cm"})
+SOMETIMES = frozenset({"llr", "contrast", "rms_px", "sure", "gap", "against_cm", "se_cm"})
 _LIMITED = frozenset(limit.quantity for limit in LIMITS["photos"]) & {item.name for item in fields(Evidence)}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..quality.assessment import Assessment
 from ..quality.priors import START_TAPER
-from .evidence.companion import find_companion
+from .evidence.companion import Pair, crowded, find_companion, pair_contrast, pair_z
 from .evidence.diameter_uncertainty import Others
 from .evidence.double_stem import find_twins
 from .evidence.upper_band import reading_above
@@ -24,12 +24,12 @@ from .images.background import Silhouette, cut_silhouette
 from .measurement import Fitted, Shared, measured
 from .network.silhouettes import cut_bark, with_bark
 from .propose.edge_voting import Seed
-from .quality_control import Evidence
+from .quality_control import GAIN_MERGED, GAIN_WEIGHED, Evidence
 
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
-#: Edges are looked for this far from where they are expected, px, cut by cut.
-WINDOWS_PX = (2.6, 2.4, 2.2)
+#: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
+WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
 #: Silhouettes, clearest first, that are followed as they are.
 MAX_SETTLED = 2
 
@@ -79,11 +79,16 @@ class Fitter(Shared):
             best = max(tried, key=lambda item: item.edges)
             return measured(self, seed, Fitted(best, best.fine, best.edges))
         found = self._chosen(place, self._compared(tried, known), hypotheses)
-        fine, seen = found.best.fine, seen_probability(found.best.z)
-        fine = self._refine(fine.axis, fine.r0, fine.r1, seen, known, WINDOWS_PX[2:], oval=True) or fine
+        best, hidden, window = found.best, known, WINDOWS_PX[2:]
+        if best.mate is not None:
+            hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
+        fine, seen = best.fine, seen_probability(best.z)
+        fine = (
+            self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip, oval=best.mate is None) or fine
+        )
         above_cm = np.nan
         if self.bands is BREAST:
-            above_cm = reading_above(self.stack, fine, Sighting(seen, known), self.options.offset_sd_px, WINDOWS_PX)
+            above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
         return measured(self, seed, found._replace(fine=fine, above_cm=above_cm))
 
     def refused(self, seed: Seed, reason: str = "occluded") -> PhotoFit:
@@ -166,12 +171,24 @@ class Fitter(Shared):
         search, silhouette = place.search, place.silhouette
         trust = float(np.clip(place.clearest / self.chance, 0.0, 1.0)) if place.shapes else 0.0
         choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
-        best = choice.best
-        single = [item.vector for item in tried] + [hypothesis.vector for hypothesis in hypotheses]
-        pair = find_companion(search, place.start, single)
-        twins, others = find_twins(search, best.vector, silhouette), Others(choice, pair)
+        best, sure = choice.best, choice.sure
+        pair = find_companion(
+            search, place.start, [item.vector for item in tried] + [hypothesis.vector for hypothesis in hypotheses]
+        )
         gain = 0.0 if pair is None else pair.gain
-        return Fitted(best, best.fine, choice.gap, choice.sure, silhouette, gain, others, twins=twins)
+        touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_WEIGHED else None
+        if touched is not None and self.shown is not None and touched.contrast < best.contrast:
+            # The silhouettes do not want the second stem.
+            gain = min(gain, GAIN_MERGED)
+        if touched is not None and gain > GAIN_MERGED:
+            best = touched
+            # Which single disc would be the next best is no longer the question.
+            sure = 1.0 if np.isfinite(sure) else sure
+        # A companion may be the other one of two full stems: the disc that holds both is asked, too.
+        twins = find_twins(search, best.vector, silhouette)
+        if best is not choice.best:
+            twins = twins.clearest(find_twins(search, choice.best.vector, silhouette))
+        return Fitted(best, best.fine, choice.gap, sure, silhouette, gain, Others(choice, touched, gain), twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
         """The same with evidence and residual over the same photos for all."""
@@ -192,11 +209,27 @@ class Fitter(Shared):
         seen: np.ndarray,
         known: np.ndarray,
         windows_px: tuple[float, ...],
+        skip: np.ndarray | None = None,
         oval: bool = False,
     ) -> FineFit | None:
-        sighting, sd_px = Sighting(seen, known), self.options.offset_sd_px
+        sighting, sd_px = Sighting(seen, known, skip), self.options.offset_sd_px
         return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, sd_px, windows_px, oval)
 
     def _settled(self, search: Search, silhouette: Silhouette, shape: np.ndarray) -> Hypothesis:
         p = moved_to_edges(search, silhouette, self.chance, shape)
         return Hypothesis(*[*map(float, p), search.score(p)])
+
+    def _with_companion(self, place: _Place, pair: Pair) -> Explanation | None:
+        """The place as a stem that another one touches, measured by the edges that are its own."""
+        search, start, v, mate = place.search, place.start, pair.vector, pair.mate_row(place.start)
+        axis = StemAxis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
+        fine = self._refine(axis, v[4], START_TAPER, seen, np.vstack([place.known, mate]), PAIR_WINDOWS_PX, skip)
+        if fine is None or fine.r0 < 0.015:
+            return None
+        vector = place.vector(fine)
+        both = np.concatenate([vector, v[5:]])
+        contrast = 0.0 if place.silhouette is None else pair_contrast(place.silhouette, both)
+        hypothesis = Hypothesis(*[*map(float, v[:5]), pair.score])
+        z = pair_z(search, v)
+        return Explanation(pair.score, contrast, hypothesis, fine, vector, z, mate=mate, skip=skip)

@@ -195,6 +195,14 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.06), Bound(share=0.25)), _RENDERED),
         Limit(
             "wide_error",
+            "pair_se_cm",
+            "standard error, measured as a pair",
+            "cm",
+            *_above(None, Bound(share=0.25)),
+            _TOUCHED,
+        ),
+        Limit(
+            "wide_error",
             "open_se_cm",
             "standard error over all explanations",
             "cm",

@@ -28,6 +28,8 @@ TURNS = 24
 THINNEST_M, THICKEST_M = 0.012, 0.075
 #: The bark of the two lies this close at breast height (sd, metres); a companion leans by this much (sd, m/m).
 GAP_SD_M, COMPANION_LEAN_SD = 0.012, 0.035
+#: What a companion hides reaches this far beyond it, and it has to stay this far inside an edge (blur, pose), metres.
+MASK_M, CLEAR_M = 0.012, 0.045
 #: Discs further apart than this in a photo are seen as two, metres.
 OPEN_M = 0.012
 #: Share of the best single disc's score that a pair needs on the first grid to be worth polishing; how many
@@ -172,15 +174,17 @@ def _pair_polish_many(edges, null, prior, upright, pairs, limits, scales, scores
 @dataclass(frozen=True)
 class Pair:
     """A stem and its companion. vector: (10,) x, y, lx, ly, r of the stem, then of the companion, relative to the
-    strips' axis. gain: over the best single disc, polished alike."""
+    strips' axis. score: summed log likelihood ratio with priors. gain: over the best single disc, polished alike."""
 
     vector: np.ndarray
+    score: float
     gain: float
 
-    @property
-    def stem_cm(self) -> float:
-        """Diameter of the stem, cm, were the companion one."""
-        return 200 * float(self.vector[4])
+    def mate_row(self, start: StemAxis) -> np.ndarray:
+        """(1, 10) of the companion, for :func:`.images.axis_patches.hide_known`."""
+        p = self.vector[5:]
+        axis = StemAxis(start.p + p[:2], start.s + p[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        return np.concatenate([axis.row, [p[4] + MASK_M, -0.0022]])[None]
 
 
 def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> Pair | None:
@@ -212,7 +216,7 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
         return None
     vector = begun[best]
     score = float(_pair_polish(data, vector, *limits, np.array([0.5, 0.25])))
-    return Pair(vector, score - single)
+    return Pair(vector, score, score - single)
 
 
 def _beside(stems: list[np.ndarray], upright: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -234,6 +238,20 @@ def _beside(stems: list[np.ndarray], upright: np.ndarray) -> tuple[np.ndarray, n
                     owners.append(owner)
                     pairs.append(np.concatenate([place, stem[2:4], [thick], mate, lean, [radius]]))
     return np.array(owners, int), np.array(pairs).reshape(-1, 10)
+
+
+def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(V, 2) bool: left and right sides of the thicker stem of a (10,) pair where the other one reaches its edge."""
+    across = normal @ (vector[5:7] - vector[:2])
+    inside = vector[4] - CLEAR_M
+    return np.column_stack([-across + vector[9] > inside, across + vector[9] > inside])
+
+
+def pair_z(search: Search, vector: np.ndarray) -> np.ndarray:
+    """(V,) z-scores of a (10,) pair; -9 where a view shows nothing."""
+    out = np.empty(len(search.ridge))
+    pair_view_z(search.edges, search.null, vector, out)
+    return out
 
 
 def _data(search: Search, start: StemAxis) -> tuple:

@@ -8,11 +8,10 @@ import numpy as np
 from scipy.special import ndtr
 
 from ....core.intervals import HALF_WIDTH_SE, LEVEL
-from ..fit.selection import Choice
-from ..quality_control import GAIN_WEIGHED, companion_share
-from .companion import Pair
+from ..fit.selection import Choice, Explanation
+from ..quality_control import GAIN_MERGED, companion_share
 
-#: Standard error of the diameter that a pair gives the stem, cm.
+#: Standard error of the diameter of a stem that another one touches, cm.
 PAIR_SE_CM = 1.1
 #: Where the explanation is unsure, the edges of the right one are poorer too: root mean squared error over standard
 #: error of the 44 such stems of the stability suite (seeds 1 to 3) that were less than 3 cm off.
@@ -48,19 +47,21 @@ class Mixture:
 
 @dataclass(frozen=True)
 class Others:
-    """The other explanations of a fitted stem. choice: among single discs; pair: the place as a stem that another one
-    touches, if any such pair explains more than one disc."""
+    """The other explanations of a fitted stem. choice: among single discs; touched: the place as a stem that another
+    one touches, if that was tried; gain: of such a pair over the best single disc."""
 
     choice: Choice
-    pair: Pair | None
+    touched: Explanation | None
+    gain: float
 
     def mixture(self, dbh_cm: float, se_cm: float, times: float = AMBIGUOUS_SE, soft_cm: float = 0.0) -> Mixture:
         """Over all explanations; the one that was taken has ``dbh_cm`` at breast height along the stem, ``se_cm`` were
         it certain. times: standard errors are larger by this. soft_cm: what of ``se_cm`` soft photos make."""
-        dbh = [dbh_cm, *(200 * item.fine.r0 for item in self.choice.rivals[1:])]
-        share, error = self.choice.share, [times * se_cm] * len(dbh)
-        if self.pair is not None and self.pair.gain > GAIN_WEIGHED:
-            likely = companion_share(self.pair.gain)
-            share = np.append((1 - likely) * share, likely)
-            dbh, error = [*dbh, self.pair.stem_cm], [*error, float(np.hypot(PAIR_SE_CM, soft_cm))]
-        return Mixture(share, np.array(dbh), np.array(error))
+        pair = companion_share(self.gain) if self.touched is not None else 0.0
+        listed = [*self.choice.rivals, *([] if self.touched is None else [self.touched])]
+        share = np.append((1 - pair) * self.choice.share, pair)[: len(listed)]
+        taken = listed[-1] if self.touched is not None and self.gain > GAIN_MERGED else listed[0]
+        dbh = np.array([dbh_cm if item is taken else 200 * item.fine.r0 for item in listed])
+        pair_cm = float(np.hypot(PAIR_SE_CM, soft_cm))
+        error = np.array([pair_cm if item is self.touched else times * se_cm for item in listed])
+        return Mixture(share, dbh, error)

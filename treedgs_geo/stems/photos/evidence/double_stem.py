@@ -43,6 +43,10 @@ class Twins(NamedTuple):
     gain: float
     share: float
 
+    def clearest(self, other: Twins) -> Twins:
+        """The larger of both, each."""
+        return Twins(float(np.fmax(self.gain, other.gain)), float(np.fmax(self.share, other.share)))
+
 
 NO_TWINS = Twins(float("nan"), float("nan"))
 

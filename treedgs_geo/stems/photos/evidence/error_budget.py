@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
-from ...quality.priors import USUAL_TAPER
+from ...quality.priors import OVAL_SD, USUAL_TAPER
 from ..fit.edge_adjustment import FineFit
 
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much:
@@ -45,6 +45,18 @@ def formal_error_cm(fine: FineFit) -> float:
     oval makes of it counts once, since no edge errs by it."""
     of_round_m = np.sqrt(max(fine.fit_sd_m**2 - fine.oval_sd_m**2, 0.0))
     return 200 * float(np.hypot(SE_FORMAL * of_round_m, fine.oval_sd_m))
+
+
+def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> float:
+    """What a stem's unknown oval adds to the error of a round fit, for photos from unevenly spread directions.
+
+    Stems are oval by some per cent, and an oval is ``1 + e/2 cos 2(azimuth - theta)`` wide. Photos all round average
+    that to girth over pi (Cauchy); photos along one line see one width. ``azimuth``: (V,) radians, ``weight``: (V,).
+    """
+    total = float(weight.sum())
+    if total <= 0:
+        return 0.0
+    return float(OVAL_SD * dbh_cm * np.abs((weight * np.exp(2j * azimuth)).sum()) / total)
 
 
 def seen_oval_error_cm(dbh_cm: float, view_cm: np.ndarray, azimuth: np.ndarray, weight: np.ndarray) -> float:
