@@ -28,7 +28,7 @@ CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
 #: far below its cell's highest point a point tells the height of trees, m.
 LAYER_M, CROWNS_M, TOP_M = 0.35, 15.5, 1.0
 #: So many points a cell are enough of ground, of the stem band and of crowns; never less than the share is kept.
-ENOUGH, LEAST_SHARE = (64, 20_000, 256), 0.2
+ENOUGH, MIN_SHARE = (64, 20_000, 256), 0.2
 
 
 def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_crs: bool) -> PointCloud:
@@ -118,7 +118,7 @@ def _needed(xyz, height, first, corner, cell_m, high, count):  # pragma: no cove
             part = 2
         elif abs(height[m]) < LAYER_M:
             part = 0
-        share = max(ENOUGH[part] / max(count[i, j], 1), LEAST_SHARE)
+        share = max(ENOUGH[part] / max(count[i, j], 1), MIN_SHARE)
         # Multiples of the golden ratio spread evenly over any stretch of the file.
         kept[m] = ((first + m) * 0.6180339887498949) % 1.0 < share
     return kept
