@@ -32,7 +32,7 @@ class FoundColumn:
 
 def columns(table: Iterable[str], *keys: str) -> dict[str, FoundColumn]:
     """Which of the wanted :data:`.column_names.QUANTITIES` a table has, by names of columns
-    (:func:`.tables.column_name`); of several that would do the best name counts."""
+    (:func:`.number_cells.column_name`); of several that would do the best name counts."""
     names = list(table)
     plain = {plain_name(name): name for name in reversed(names)}
     fia = FIA if FIA_MARKS & set(names) else {}

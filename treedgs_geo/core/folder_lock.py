@@ -171,11 +171,11 @@ class Lease:
 def one_writer(folder: Path) -> Iterator[None]:
     """Wait until no other process of ours reads and rewrites files of this folder, for the length of the block. Where
     the system or the file system knows no such locks, go on at once."""
-    try:
-        import fcntl
-    except ImportError:  # Windows: a file that is read there cannot be replaced
+    if sys.platform == "win32":  # a file that is read there cannot be replaced
         yield
         return
+    import fcntl
+
     handle = os.open(folder, os.O_RDONLY)
     try:
         with suppress(OSError):

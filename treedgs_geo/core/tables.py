@@ -91,8 +91,9 @@ def refuse_other_formats(path: Path, layers: bool = False) -> None:
 def read_rows(
     path: Path, comments: bool = False, as_written: bool = False
 ) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Names of the columns (:func:`column_name`), and ``(line, cells)`` of each row that is not empty, one cell a
-    column: the one reader of every table that a user gives, whatever program wrote it; also of a workbook's one sheet.
+    """Names of the columns (:func:`.number_cells.column_name`), and ``(line, cells)`` of each row that is not empty,
+    one cell a column: the one reader of every table that a user gives, whatever program wrote it; also of a workbook's
+    one sheet.
 
     UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons or tabs;
     decimal commas become points, and thousands lose their marks, where that is certain. Titles above the heading are
