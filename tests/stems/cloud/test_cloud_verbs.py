@@ -108,9 +108,9 @@ def test_local_scan_and_a_plot_without_stems(tmp_path):
     xyz = plot_cloud(np.random.default_rng(2), [])
     bare, out = tmp_path / "bare.laz", tmp_path / "a.gpkg"
     write_cloud(bare, PointCloud(xyz))
-    assert run("pointcloud-to-dbh", "--input", bare, "--output", out) == 2
-    assert run("pointcloud-to-dbh", "--input", bare, "--crs", "local", "--output", out) == 0
-    assert len(gpd.read_file(out, layer="trees")) == 0
+    for more in ((), ("--crs", "local")):
+        assert run("pointcloud-to-dbh", "--input", bare, *more, "--output", out) == 0
+        assert len(gpd.read_file(out, layer="trees")) == 0
 
 
 def test_filled_stems_are_measured_with_doubt():
