@@ -92,7 +92,7 @@ def test_a_cloud_without_a_crs_is_reported_what_to_give(qgis, tmp_path):
     stems_cloud(tmp_path / "with.laz", (0.15,))
     placed = laspy.read(tmp_path / "with.laz")
     header = laspy.LasHeader(point_format=6, version="1.4")
-    header.scales = [0.001] * 3
+    header.scales, header.offsets = [0.001] * 3, np.floor(placed.header.mins)
     cloud = laspy.LasData(header)
     cloud.x, cloud.y, cloud.z = np.asarray(placed.x), np.asarray(placed.y), np.asarray(placed.z)
     cloud.write(tmp_path / "scan.laz")
