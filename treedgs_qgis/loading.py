@@ -50,7 +50,7 @@ IN_FOLDERS = (
     ("tapes", "Trees to tape"),
 )
 #: Of these (tables, or the layer asked for) the map shows the extent once they are loaded.
-IN_VIEW = ("searched", "plan_photos", "stand_plots", "change", "tape_check", "tapes", "geotags")
+IN_VIEW = ("searched", "plan_photos", "stand_plots", "change", "tape_check", "tapes", "stations")
 #: How near a line's end has to come to a tree to catch it.
 SNAP_PIXELS = 12
 
@@ -98,9 +98,9 @@ def load_folder(results: dict[str, Any], context: QgsProcessingContext) -> None:
         ground = os.path.join(value, "dtm.tif")
         if os.path.isfile(os.path.join(value, "run.json")) and os.path.isfile(ground):
             details = QgsProcessingContext.LayerDetails(tr("Ground"), project, tr("Ground"))
-            details.setPostProcessor(DefaultStyle.make())
-            if hasattr(details, "layerSortKey"):
-                details.layerSortKey = -1
+            trees = str(results.get("OUTPUT", ""))
+            above = [f"{trees}|layername={table}" if table else trees for table, _ in COMPANIONS["Trees"]]
+            _in_order(details, [ground, *above], -1)
             context.addLayerToLoadOnCompletion(ground, details)
 
 

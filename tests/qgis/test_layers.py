@@ -161,3 +161,28 @@ found = processing.run("treedgs:standtable", {"TREES": memory, "PLOTS": folder +
 print("ANSWER", json.dumps([found["N_TREES"], found["N_PLOTS"]]))
 """, folder, tmp_path / "out")  # fmt: skip
     assert answers(done) == [[2, 1]], done.stdout + done.stderr
+
+
+def test_the_ground_of_a_run_comes_beneath_its_trees(qgis, folder, tmp_path):
+    """Wherever QGIS puts it: it loads by name, and names are those of the user's language."""
+    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "dtm.tif").write_bytes((folder / "dtm.tif").read_bytes())
+    done = qgis.python(
+        """
+from qgis.core import QgsProcessingContext, QgsProcessingFeedback, QgsProject, QgsRasterLayer, QgsVectorLayer
+from treedgs.treedgs_qgis import loading
+project, context = QgsProject.instance(), QgsProcessingContext()
+context.setProject(project)
+trees, ground = sys.argv[1] + "/trees.gpkg", sys.argv[2] + "/dtm.tif"
+loading.load_folder({"OUTPUT": trees, "WORKSPACE": sys.argv[2]}, context)
+print("LOADED", [details.name for details in context.layersToLoadOnCompletion().values()])
+project.addMapLayer(QgsVectorLayer(trees, "Trees", "ogr"))
+last = project.addMapLayer(QgsRasterLayer(ground, "Ground"))
+context.layerToLoadOnCompletionDetails(ground).postProcessor().postProcessLayer(last, context, QgsProcessingFeedback())
+print("ORDER", [node.name() for node in project.layerTreeRoot().findLayers()])
+""",
+        folder,
+        tmp_path,
+    )
+    assert "LOADED ['Ground']" in done.stdout, done.stdout + done.stderr
+    assert "ORDER ['Trees', 'Ground']" in done.stdout, done.stdout + done.stderr

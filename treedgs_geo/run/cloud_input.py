@@ -103,8 +103,8 @@ def checked(
 
     path: what messages call it. find_stems: stems are to be found in it, not only measured. scale: (3,) of the
     coordinates as they were stored, where known. dtm: the user's terrain model. all_points: keep points that are not
-    usable, for verbs that write every point. crs: the user's word for the CRS, if
-    any. need_crs: see :func:`treedgs_geo.pointcloud.file_crs.placed`.
+    usable, for verbs that write every point. crs: the user's word for the CRS, if any.
+    need_crs: see :func:`treedgs_geo.pointcloud.file_crs.placed`.
 
     Raises:
         InputError, CRSError: as :func:`load_cloud`; no usable point.

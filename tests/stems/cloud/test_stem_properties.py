@@ -51,6 +51,7 @@ def test_bias_of_the_stem_fit(noise, arc, share, mean, worst):
         found = measure_points(with_strays(rng, points, share), None, SENSORS["uls"])
         if found.dbh_cm is not None:
             errors.append(found.dbh_cm - DBH)
+            assert abs(errors[-1]) < 2 * found.se_cm
     assert arc == 180 and share > 0 or len(errors) == seeds
     assert not errors or abs(np.mean(errors)) < mean and np.abs(errors).max() < worst
 
