@@ -21,6 +21,7 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.planning.plan import plan_flight
 from treedgs_geo.planning.settings import PlanFlightSettings
+from treedgs_geo.planning.site import read_site
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.stems.quality.tree import Tree
@@ -310,7 +311,9 @@ def test_a_terrain_model_that_ends_behind_the_plot_is_enough(tmp_path):
     # The real ground goes on to fall and to rise as on the model: the flight keeps clear of its trees.
     photos = gpd.read_file(tmp_path / "plan24" / "plan.gpkg", layer="plan_photos")
     ground = 300 - 0.2 * (photos.geometry.x - (EAST - 24))
-    assert (photos["h_m"] - ground - 1.25 * STAND["tree_height_m"]).min() > settings(tmp_path).clearance_m - 1.0
+    assert (photos["h_m"] - ground - 1.25 * STAND["tree_height_m"]).min() > settings(tmp_path).clearance_m
+    rise = read_site(settings(tmp_path, dtm=tmp_path / "24.tif"), Ears())._edge[2]
+    assert rise == pytest.approx(0.2, abs=0.02), "the model's own slope"
 
 
 def test_settings_file_and_help_agree(planned):

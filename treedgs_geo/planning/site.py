@@ -34,6 +34,8 @@ from .stand import StandNumbers, Trees, dressed_trees
 USUAL_LAI, TALLEST = 2.5, 1.25
 #: Ground this far beyond the terrain model is taken from its edge, m; a metre beyond, it may rise by this at least.
 MAX_BEYOND_M, MIN_RISE = 150.0, 0.1
+#: Places of the terrain model at which its slope is looked at, about.
+_SLOPES = 20_000
 #: Endings of the kinds of file that --stand takes.
 _RASTERS, _CLOUDS = (".tif", ".tiff"), (".las", ".laz", ".copc")
 
@@ -90,12 +92,15 @@ class PlanSite:
         heights = np.asarray(self.dtm.heights)
         seen = np.isfinite(heights)
         rim = seen & ~binary_erosion(seen)
-        x, y = (values[rim] for values in self.dtm.centres())
+        x, y = (values[seen] for values in self.dtm.centres())
         if self.dtm.grid_crs is not None:
             x, y = pyproj.Transformer.from_crs(self.dtm.grid_crs, self.crs, always_xy=True).transform(x, y)
-        slope = np.tan(np.radians(self.dtm.slope_deg(x, y, 5.0)))
+        some = slice(None, None, max(len(x) // _SLOPES, 1))
+        slope = np.tan(np.radians(self.dtm.slope_deg(x[some], y[some], 5.0)))
         rise = float(np.nanpercentile(slope, 90)) if np.isfinite(slope).any() else MIN_RISE
-        return cKDTree(np.column_stack([x, y])), heights[rim] - self.dtm.origin[2], max(rise, MIN_RISE)
+        at_rim = rim[seen]
+        edge = cKDTree(np.column_stack([x, y])[at_rim])
+        return edge, heights[rim] - self.dtm.origin[2], max(rise, MIN_RISE)
 
     def canopy_top(self, xy: np.ndarray) -> np.ndarray:
         """(N,) height of the canopy's top: as measured nearby, else that of the tallest trees of the stand; beyond the
