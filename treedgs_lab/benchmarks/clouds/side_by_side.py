@@ -25,11 +25,11 @@ from pathlib import Path
 
 import numpy as np
 
+from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_lab.benchmarks.clouds.mobile_clouds import BH_M as SIMULATED_BH_M
 from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, mobile_cloud
 from treedgs_lab.benchmarks.clouds.runners import HERE, circles_of, nearest, start_treedgs
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_geo.pointcloud.files import read_cloud
 
 #: Cloud -> TreeX's preset for it, and the points a square metre that it is thinned to (0 = as it is).
 CLOUDS: dict[str, tuple[str, int]] = {
