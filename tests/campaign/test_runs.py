@@ -341,7 +341,8 @@ def test_overlapping_plots_are_reported(clouds, tmp_path, campaign):
 
 
 def test_a_plot_that_needs_too_much_memory_is_not_tried(clouds, tmp_path, campaign):
-    (tmp_path / "costs.json").write_text(
+    (tmp_path / "w").mkdir()
+    (tmp_path / "w" / "costs.json").write_text(
         json.dumps(
             {
                 "routes": {
@@ -359,7 +360,7 @@ def test_a_plot_that_needs_too_much_memory_is_not_tried(clouds, tmp_path, campai
     )
     make_cloud(tmp_path / "small.laz", 3, 500_300.0, stems=1)
     manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "large", "cloud": clouds / "cloud_0.laz"}])
-    ended = campaign(manifest, tmp_path / "w", "--costs", str(tmp_path / "costs.json"), "--memory-gb", "2")
+    ended = campaign(manifest, tmp_path / "w", "--memory-gb", "2")
     assert ended.code == 2 and "no plot could be measured" in ended.said("error")[0]
     assert "the largest worker has 2.0 GB" in table(tmp_path / "w")["large"]["remark"]
     assert not (tmp_path / "w" / "plots" / "large" / "engine.log").exists()

@@ -18,7 +18,7 @@ from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run import published_plot
 from treedgs_geo.run.context import Aligned, Run, Site
-from treedgs_geo.run.published_plot import check_published, is_published, published_route
+from treedgs_geo.run.published_plot import check_published, published_route
 from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_geo.run.settings import PhotosToDbhSettings
 from treedgs_geo.run.stages import Steps
@@ -114,14 +114,6 @@ def test_our_own_stereo_is_the_prior_where_none_is_given(tmp_path, monkeypatch):
     assert np.array_equal(found[-1], sparse[0])  # sparse points stand in where stereo saw nothing, within the box
 
 
-def test_which_settings_mean_the_published_route():
-    base = dict(photos="p", crs="EPSG:6344", workspace="w", output="o.gpkg")
-    kinds = {("paper", "auto"): True, ("balanced", "paper"): True, ("paper", "photos"): False}
-    kinds[("balanced", "auto")] = False
-    for (preset, fit), expected in kinds.items():
-        assert is_published(PhotosToDbhSettings(**base, preset=preset, fit=fit)) is expected
-
-
 def test_what_the_published_route_cannot_use_is_said_before_any_work(tmp_path):
     pytest.importorskip("torch")
     with pytest.raises(InputError, match="--field-stems: the published method looks for no stem"):
@@ -140,11 +132,9 @@ def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
     monkeypatch.setattr(warp_raster, "available", lambda device: False)
     with pytest.raises(InputError, match="'cuda': no such GPU was found here, .* use device cpu"):
         check_published(settings(tmp_path, device="cuda"))
-    for other in (
-        {"preset": "balanced"},
-        {"preset": "best", "fit": "gaussians"},
-        {"preset": "paper", "fit": "photos"},
-    ):
+    with pytest.raises(InputError, match="--fit photos: the published method"):
+        check_published(settings(tmp_path, fit="photos"))
+    for other in ({"preset": "balanced"}, {"preset": "best", "fit": "gaussians"}):
         with pytest.raises(InputError, match="--device cuda: only the published method fits its Gaussians there"):
             check_published(replace(settings(tmp_path, device="cuda"), **other))
     # A card alone is not enough for the fit of a whole plot: torch has to be able to use it.

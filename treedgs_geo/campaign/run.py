@@ -78,7 +78,8 @@ def _run(
 ) -> dict[str, Any]:
     began = time.monotonic()
     campaign = Campaign(workspace)
-    model = _model(settings, workspace)
+    costs = workspace / COSTS
+    model = CostModel.load(costs if costs.exists() else None)
     with reporter.stage("check the manifest", 0.0, 0.03):
         plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter, settings.run_programs)
     shape = _shape(settings, plan)
@@ -145,13 +146,6 @@ def check_scheduler(scheduler: str) -> None:
         f"--scheduler: found {scheduler!r}, expected local, tls://host:8786 (a running Dask scheduler), "
         f"{' or '.join(QUEUES)}."
     )
-
-
-def _model(settings: CampaignSettings, workspace: Path) -> CostModel:
-    if settings.costs is not None:
-        return CostModel.load(settings.costs)
-    own = workspace / COSTS
-    return CostModel.load(own if own.exists() else None)
 
 
 def _shape(settings: CampaignSettings, plan: Plan) -> Shape:

@@ -73,13 +73,6 @@ class CampaignSettings:
         help="for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4",
         advanced=True,
     )
-    costs: Path | None = param(
-        None,
-        kind="file",
-        help="cost model (costs.json of another campaign) for the forecast and the memory that plots declare",
-        suffixes=(".json",),
-        dialog=False,
-    )
     workspace: Path = param(
         kind="output_folder",
         help="folder for the campaign; a second start does what is missing",

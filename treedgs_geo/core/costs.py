@@ -65,7 +65,7 @@ class CostModel:
                     if values.shape != (len(FEATURES[route]) + 1,) or not np.isfinite(values).all():
                         raise ValueError(name)
         except (KeyError, TypeError, ValueError):
-            raise InputError(f"{path}: is no cost model, expected costs.json of a campaign; correct --costs.") from None
+            raise InputError(f"{path}: is no cost model, expected costs.json of a campaign; delete the file.") from None
         return cls({**shipped["routes"], **own})
 
     def save(self, path: Path) -> None:

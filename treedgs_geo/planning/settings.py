@@ -141,7 +141,8 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
         choices=("auto", *PATTERNS),
         help="pattern of the flight; auto: whichever needs the fewest photos",
     )
-    seed: int = param(0, kind="integer", minimum=0, dialog=False, help="seed of the drawn trees")
+    #: Of the drawn trees; of the library only.
+    seed: int = 0
     output: Path = param(
         kind="output_folder",
         help="folder for the plan's files",

@@ -42,7 +42,7 @@ MAX_GAUSSIANS = 200_000
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
     """The settings ask for the published route over the whole plot."""
-    return settings.fit == "paper" or (settings.preset == "paper" and settings.fit == "auto")
+    return settings.preset == "paper"
 
 
 def check_published(settings: PhotosToDbhSettings) -> None:
@@ -64,6 +64,10 @@ def check_published(settings: PhotosToDbhSettings) -> None:
                     "add --preset paper."
                 )
         return
+    if settings.fit != "auto":
+        raise InputError(
+            f"--fit {settings.fit}: the published method (--preset paper) has its own; leave one of the two out."
+        )
     if settings.field_stems is not None:
         raise InputError(
             "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "

@@ -92,9 +92,8 @@ class PhotosToDbhSettings(KeptWorkspace):
         "auto",
         kind="choice",
         help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among "
-        "Gaussians.",
-        choices=("auto", "photos", "gaussians", "paper"),
+        "auto = photos, then stems of low confidence measured a second time among Gaussians.",
+        choices=("auto", "photos", "gaussians"),
     )
     time_limit: float = param(
         60.0,
@@ -149,7 +148,8 @@ class PhotosToDbhSettings(KeptWorkspace):
         choices=("auto", "off"),
         advanced=True,
     )
-    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, dialog=False)
+    #: Of every random choice; of the library only.
+    seed: int = 0
     dry_run: bool = param(
         False,
         kind="flag",

@@ -105,9 +105,8 @@ class CompareSettings:
         advanced=True,
         help="trees further apart than this after co-registration are never the same tree",
     )
-    confidence_pct: float = param(
-        90.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
-    )
+    #: Of the intervals, per cent; of the library only.
+    confidence_pct: float = 90.0
     crs: str | None = param(None, kind="crs", advanced=True, help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",

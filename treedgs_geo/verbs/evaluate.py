@@ -33,13 +33,6 @@ class EvaluateSettings:
         suffixes=("gpkg", "shp", "geojson"),
     )
     truth: Path | None = param(None, kind="file", help="with --trees: the plot's truth/trees.csv", suffixes=("csv",))
-    min_clear_views: int = param(
-        0,
-        kind="integer",
-        minimum=0,
-        dialog=False,
-        help="with --truth: only stems with at least this many clear views count",
-    )
     against: Path | None = param(
         None,
         kind="file",
@@ -78,23 +71,11 @@ class EvaluateSettings:
         "with these data, or why not",
         dialog=False,
     )
-    holdout_pct: float = param(
-        10.0,
-        kind="number",
-        unit="%",
-        minimum=1,
-        maximum=90,
-        dialog=False,
-        help="stems held out to choose the exponent p, the same for every method",
-    )
     output: Path = param(
         kind="output_folder",
         help="folder for metrics.json, tables, charts and evaluation.html",
         holds=("metrics.json", "per_plot.csv", "trees.csv", "table.tex", "evaluation.html"),
         known_by="metrics.json",
-    )
-    seed: int = param(
-        0, kind="integer", minimum=0, dialog=False, help="seed of the bootstrap and of the held-out stems"
     )
 
 
@@ -111,9 +92,9 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     ensure_writable(settings.output / "metrics.json")
     plots = _plots(settings)
     with reporter.stage("read", 0.0, 0.2):
-        evidence = pooled_evidence([plot.evidence(settings.min_dbh_cm, settings.min_clear_views) for plot in plots])
+        evidence = pooled_evidence([plot.evidence(settings.min_dbh_cm) for plot in plots])
     with reporter.stage("score", 0.2, 0.4):
-        metrics = metrics_of(evidence, settings.seed)
+        metrics = metrics_of(evidence)
     given = [path for plot in plots for path in plot.scored]
     names = [path.name for path in given]
     metrics["inputs"] = {path.name if names.count(path.name) == 1 else str(path): fingerprint([path]) for path in given}
@@ -124,7 +105,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         other = evidence_from_pairs(settings.against, settings.min_dbh_cm)
         metrics["against"] = {
             "file": settings.against.name,
-            **compare(evidence, other, settings.seed),
+            **compare(evidence, other),
         }
     more, paper = (), None
     if settings.paper or any(plot.has_experiments for plot in plots):

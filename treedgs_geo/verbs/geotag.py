@@ -49,7 +49,6 @@ class GeotagSettings:
         maximum=1000,
         advanced=True,
     )
-    check_photos: bool = param(True, kind="flag", help="Leave out blurred and empty photos.", advanced=True)
 
 
 def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
@@ -68,7 +67,6 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
             settings.photos,
             settings.geotags,
             settings.crs,
-            check_photos=settings.check_photos,
             camera_delay_ms=settings.camera_delay_ms,
             frame=settings.geotags_crs,
             base=settings.base,

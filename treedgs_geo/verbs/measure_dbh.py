@@ -105,7 +105,7 @@ COMMAND = Command(
     settings=MeasureDbhSettings,
     run=run,
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",
-    expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
+    expert=("method", "min_dbh_cm", "max_dbh_cm", "source"),
     outputs={
         "output": "tree layer",
         "n_trees": "stems in the layer",

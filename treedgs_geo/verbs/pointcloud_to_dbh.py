@@ -37,7 +37,7 @@ COMMAND = Command(
     settings=PointcloudToDbhSettings,
     run=run,
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
-    expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
+    expert=("method", "min_dbh_cm", "max_dbh_cm", "source"),
     order=("input", "plots", "dtm", "crs", "output", "report"),
     outputs={
         "output": "tree layer",

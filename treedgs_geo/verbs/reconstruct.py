@@ -43,11 +43,6 @@ class ReconstructSettings(KeptWorkspace):
     )
     dense: bool = param(True, kind="flag", help="Make dense points of the stem band where plots are given.")
     workspace: Path = workspace_option()
-    max_features: int = param(
-        8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, dialog=False
-    )
-    threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, dialog=False)
-    seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, dialog=False)
 
 
 def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
@@ -76,7 +71,7 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
         control = read_control(settings.gcp, stations, reporter) if settings.gcp else None
         write_stations(workspace.path(GEOTAGS), stations)
     workspace.record["crs"] = stations.crs.to_string()
-    options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
+    options = ReconstructOptions()
     key = f"{fingerprint(stations.paths)}:{stations.digest()}:{to_json(options)}"
     if control:
         key += f":{control.digest()}"

@@ -304,7 +304,7 @@ COMMAND = Command(
     settings=SegmentStemsSettings,
     run=run,
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",
-    expert=("max_dbh_cm", "max_lean_deg"),
+    expert=("max_dbh_cm",),
     outputs={
         "output": "stem points with tree_id and height_m",
         "n_stems": "stems found",

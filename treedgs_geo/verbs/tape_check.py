@@ -29,9 +29,8 @@ class TapeCheckSettings:
         help="the plots that were given to tape-sample",
         suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
-    confidence_pct: float = param(
-        90.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
-    )
+    #: Of the intervals, per cent; of the library only.
+    confidence_pct: float = 90.0
     crs: str | None = param(None, kind="crs", advanced=True, help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",

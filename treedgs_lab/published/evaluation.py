@@ -24,7 +24,7 @@ def add_experiments(
     reporter: Reporter,
 ) -> tuple[list[Block], Path | None]:
     """Run the experiments and add their figures to ``metrics``: ``(blocks of the page, the paper's page)``."""
-    options = ExperimentOptions(settings.holdout_pct / 100, settings.seed)
+    options = ExperimentOptions()
     with reporter.stage("experiments", 0.4, 0.85):
         found = run_experiments(plots, options, settings.output, reporter)
     metrics |= found.found

@@ -255,8 +255,7 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
         return "stems found in the cloud, or its own tree_id"
     plot = next(plot for plot in plots if plot.name == cloud.plot)
     asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json").get("parameters", {})
-    fit = asked.get("fit", "auto")
-    if fit == "paper" or (fit == "auto" and asked.get("preset") == "paper"):
+    if asked.get("preset") == "paper":
         found = f"found in the surface points by --segmenter {asked.get('segmenter', 'own')}"
     else:
         found = (

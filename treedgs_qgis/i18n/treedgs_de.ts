@@ -1857,8 +1857,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Messverfahren</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper = wie die Voreinstellung dieses Namens; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2115,14 +2115,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>thicker stems are refused as too large</source>
       <translation>dickere Stämme werden als zu groß verworfen</translation>
-    </message>
-    <message>
-      <source>Max lean [deg]</source>
-      <translation>Größte Neigung [Grad]</translation>
-    </message>
-    <message>
-      <source>more lean is refused</source>
-      <translation>stärkere Neigung wird verworfen</translation>
     </message>
     <message>
       <source>Source</source>
@@ -2385,14 +2377,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Auslösung minus Markenzeit, für Kameras, die per Kabel ausgelöst werden.</translation>
     </message>
     <message>
-      <source>Check photos</source>
-      <translation>Fotos prüfen</translation>
-    </message>
-    <message>
-      <source>Leave out blurred and empty photos.</source>
-      <translation>Unscharfe und leere Fotos auslassen.</translation>
-    </message>
-    <message>
       <source>camera stations layer (file)</source>
       <translation>Layer der Kamerastandorte (Datei)</translation>
     </message>
@@ -2589,22 +2573,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
     </message>
     <message>
-      <source>Band [m]</source>
-      <translation>Band [m]</translation>
-    </message>
-    <message>
-      <source>top of the modelled stem band above ground</source>
-      <translation>Oberkante des modellierten Stammbands über dem Boden</translation>
-    </message>
-    <message>
-      <source>Radius [m]</source>
-      <translation>Radius [m]</translation>
-    </message>
-    <message>
-      <source>radius of the modelled cylinder about each seed</source>
-      <translation>Radius des modellierten Zylinders um jede Stammposition</translation>
-    </message>
-    <message>
       <source>breast height above the ground</source>
       <translation>Brusthöhe über dem Boden</translation>
     </message>
@@ -2691,10 +2659,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>thickest stem</source>
       <translation>dickster Stamm</translation>
-    </message>
-    <message>
-      <source>most lean</source>
-      <translation>stärkste Neigung</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
@@ -3201,14 +3165,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ordner für Seite und Tabellen</translation>
     </message>
     <message>
-      <source>Confidence [%]</source>
-      <translation>Vertrauen [%]</translation>
-    </message>
-    <message>
-      <source>confidence of the intervals</source>
-      <translation>Vertrauensniveau der Intervalle</translation>
-    </message>
-    <message>
       <source>the same as PDF</source>
       <translation>dasselbe als PDF</translation>
     </message>
@@ -3431,6 +3387,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)</source>
       <translation>Standardfehler einer Abweichung, die alle BHD teilen (nicht angegeben: 0.2 für gemessene Bäume, 0 für eine Feldaufnahme)</translation>
+    </message>
+    <message>
+      <source>Confidence [%]</source>
+      <translation>Vertrauen [%]</translation>
+    </message>
+    <message>
+      <source>confidence of the intervals</source>
+      <translation>Vertrauensniveau der Intervalle</translation>
     </message>
     <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
@@ -3871,6 +3835,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>plot name, used in file names; default: the folder's name</source>
       <translation>Name der Probefläche, in Dateinamen verwendet; Vorgabe: Name des Ordners</translation>
+    </message>
+    <message>
+      <source>Radius [m]</source>
+      <translation>Radius [m]</translation>
     </message>
     <message>
       <source>radius of the plot</source>

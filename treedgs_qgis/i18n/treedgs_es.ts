@@ -1855,8 +1855,8 @@ cero.&lt;/p&gt;
       <translation>Modo de medir</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = as the preset of this name; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste entre gaussianas; paper = como el ajuste de ese nombre; auto = photos, y después los fustes inseguros se miden por segunda vez entre gaussianas.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste entre gaussianas; auto = photos, y después los fustes inseguros se miden por segunda vez entre gaussianas.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2113,14 +2113,6 @@ cero.&lt;/p&gt;
     <message>
       <source>thicker stems are refused as too large</source>
       <translation>los troncos más gruesos se rechazan</translation>
-    </message>
-    <message>
-      <source>Max lean [deg]</source>
-      <translation>Inclinación máxima [grados]</translation>
-    </message>
-    <message>
-      <source>more lean is refused</source>
-      <translation>una inclinación mayor se rechaza</translation>
     </message>
     <message>
       <source>Source</source>
@@ -2383,14 +2375,6 @@ cero.&lt;/p&gt;
       <translation>Disparo menos hora de la marca, para cámaras accionadas por cable.</translation>
     </message>
     <message>
-      <source>Check photos</source>
-      <translation>Revisar fotos</translation>
-    </message>
-    <message>
-      <source>Leave out blurred and empty photos.</source>
-      <translation>Omitir fotos borrosas y vacías.</translation>
-    </message>
-    <message>
       <source>camera stations layer (file)</source>
       <translation>capa de estaciones de cámara (archivo)</translation>
     </message>
@@ -2587,22 +2571,6 @@ cero.&lt;/p&gt;
       <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
     </message>
     <message>
-      <source>Band [m]</source>
-      <translation>Banda [m]</translation>
-    </message>
-    <message>
-      <source>top of the modelled stem band above ground</source>
-      <translation>límite superior de la banda de troncos modelada sobre el suelo</translation>
-    </message>
-    <message>
-      <source>Radius [m]</source>
-      <translation>Radio [m]</translation>
-    </message>
-    <message>
-      <source>radius of the modelled cylinder about each seed</source>
-      <translation>radio del cilindro modelado alrededor de cada posición</translation>
-    </message>
-    <message>
       <source>breast height above the ground</source>
       <translation>altura del pecho sobre el suelo</translation>
     </message>
@@ -2689,10 +2657,6 @@ cero.&lt;/p&gt;
     <message>
       <source>thickest stem</source>
       <translation>tronco más grueso</translation>
-    </message>
-    <message>
-      <source>most lean</source>
-      <translation>mayor inclinación</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
@@ -3199,14 +3163,6 @@ cero.&lt;/p&gt;
       <translation>carpeta para la página y las tablas</translation>
     </message>
     <message>
-      <source>Confidence [%]</source>
-      <translation>Confianza [%]</translation>
-    </message>
-    <message>
-      <source>confidence of the intervals</source>
-      <translation>confianza de los intervalos</translation>
-    </message>
-    <message>
       <source>the same as PDF</source>
       <translation>lo mismo en PDF</translation>
     </message>
@@ -3429,6 +3385,14 @@ cero.&lt;/p&gt;
     <message>
       <source>standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)</source>
       <translation>error estándar de un sesgo común a todos los DAP (si no se da: 0.2 para árboles medidos, 0 para datos de campo)</translation>
+    </message>
+    <message>
+      <source>Confidence [%]</source>
+      <translation>Confianza [%]</translation>
+    </message>
+    <message>
+      <source>confidence of the intervals</source>
+      <translation>confianza de los intervalos</translation>
     </message>
     <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
@@ -3869,6 +3833,10 @@ cero.&lt;/p&gt;
     <message>
       <source>plot name, used in file names; default: the folder's name</source>
       <translation>nombre de la parcela, usado en los archivos; por defecto, el de la carpeta</translation>
+    </message>
+    <message>
+      <source>Radius [m]</source>
+      <translation>Radio [m]</translation>
     </message>
     <message>
       <source>radius of the plot</source>

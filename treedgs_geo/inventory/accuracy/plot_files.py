@@ -59,13 +59,13 @@ class PlotFiles:
         if (self.pairs is None) == (self.trees is None) or (self.trees is None) != (self.truth is None):
             raise InputError(f"{what}: give either pairs (from match-plots), or both trees and truth (simulated plot).")
 
-    def evidence(self, min_dbh_cm: float, min_clear_views: int) -> PairsEvidence:
+    def evidence(self, min_dbh_cm: float) -> PairsEvidence:
         """What was measured beside what is true."""
         if self.pairs is not None:
             return evidence_from_pairs(self.pairs, min_dbh_cm)
         assert self.trees is not None and self.truth is not None
         trees, _ = reviewed(read_trees(self.trees), self.trees)
-        return evidence_from_truth(trees, self.truth, self.name, min_clear_views)
+        return evidence_from_truth(trees, self.truth, self.name)
 
     def reference(self) -> Reference:
         """Stems of known DBH, for other methods."""

@@ -136,19 +136,15 @@ def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame
 
 
 def evidence_from_truth(
-    trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str = "plot", min_clear_views: int = 0, gate_m: float = 0.5
+    trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str = "plot", gate_m: float = 0.5
 ) -> PairsEvidence:
     """A tree layer against a simulated or rendered plot's ``truth/trees.csv``
     (:func:`.scores.score_against_truth`)."""
-    accuracy, table = score_against_truth(trees, truth_csv, min_clear_views, gate_m)
+    accuracy, table = score_against_truth(trees, truth_csv, gate_m=gate_m)
     renamed = table.rename(columns={"dbh_true_cm": "reference_cm"})
     renamed["plot_id"] = plot_id
-    notes = (
-        [f"Only stems with at least {min_clear_views} clear views of breast height count."] if min_clear_views else []
-    )
-    return _checked(
-        PairsEvidence(_table(renamed.to_dict("records")), {plot_id: accuracy.n_false}, "true DBH", notes), truth_csv
-    )
+    found = PairsEvidence(_table(renamed.to_dict("records")), {plot_id: accuracy.n_false}, "true DBH", [])
+    return _checked(found, truth_csv)
 
 
 def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:

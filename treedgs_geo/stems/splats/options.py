@@ -13,29 +13,14 @@ from ..quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BR
 class GaussianOptions:
     """How stems become Gaussians.
 
-    Of the library only: mask_foliage: leave out green pixels where the photos' colours show a clear split.
-    stem_gaussians: Gaussians around a stem primitive (twigs and leaves before and beside it). stem_epochs: passes over
-    the crops in which primitive and Gaussians are fitted together.
+    Of the library only: gaussians: most of a stem, its bark's. max_gaussians: in all, shared among the stems.
+    max_views: photos used per stem. band_m: top of the modelled band above the ground, radius_m: of the modelled
+    cylinder about each seed, metres. threads: stems fitted at once. seed: of every random choice. mask_foliage:
+    leave out green pixels where the photos' colours show a clear split. stem_gaussians: Gaussians around a stem
+    primitive (twigs and leaves before and beside it). stem_epochs: passes over the crops in which primitive and
+    Gaussians are fitted together.
     """
 
-    gaussians: int = param(
-        3000, kind="integer", help="most Gaussians of a stem, its bark's", minimum=10, maximum=100000, dialog=False
-    )
-    max_gaussians: int = param(
-        60000,
-        kind="integer",
-        help="hard limit on Gaussians in all; shared among the stems",
-        minimum=10,
-        maximum=10_000_000,
-        dialog=False,
-    )
-    max_views: int = param(60, kind="integer", help="photos used per stem", minimum=1, maximum=1000, dialog=False)
-    band_m: float = param(
-        3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20
-    )
-    radius_m: float = param(
-        0.5, kind="number", help="radius of the modelled cylinder about each seed", unit="m", minimum=0.1, maximum=5
-    )
     bh_m: float = param(
         BREAST_HEIGHT_M,
         kind="number",
@@ -52,8 +37,13 @@ class GaussianOptions:
         advanced=True,
         help="where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang",
     )
-    threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, dialog=False)
-    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, dialog=False)
+    gaussians: int = 3000
+    max_gaussians: int = 60_000
+    max_views: int = 60
+    band_m: float = 3.0
+    radius_m: float = 0.5
+    threads: int = 2
+    seed: int = 0
     mask_foliage: bool = True
     stem_gaussians: int = 300
     stem_epochs: int = 4
@@ -63,14 +53,14 @@ class GaussianOptions:
 class SampleOptions:
     """How a field becomes points.
 
-    Of the library only: tau: points are kept whose smallest opacity over the views is above this. seen_transmittance: a
-    view sees a point when more than this share of light gets past what is in front of it; Gaussians that no view sees
-    are dropped (0 keeps all).
+    Of the library only: threads: views scored at once. seed: of the drawn points. tau: points are kept whose
+    smallest opacity over the views is above this. seen_transmittance: a view sees a point when more than this share
+    of light gets past what is in front of it; Gaussians that no view sees are dropped (0 keeps all).
     """
 
     samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
-    threads: int = param(2, kind="integer", help="views scored at once", minimum=1, maximum=256, dialog=False)
-    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, dialog=False)
+    threads: int = 2
+    seed: int = 0
     tau: float = 0.0
     seen_transmittance: float = 0.02
 

@@ -1,6 +1,6 @@
 """The whole chain on plots with known truth: success, error, interval coverage, false trees, seconds, memory.
 
-    python -m treedgs_lab.benchmarks.photos.photos_to_dbh PLOT [PLOT ...] [--fit auto paper] [--preset balanced]
+    python -m treedgs_lab.benchmarks.photos.photos_to_dbh PLOT [PLOT ...] [--fit auto photos] [--preset balanced]
         [--output FILE]
 
 A plot is a folder as ``simulate-plot`` writes it. The chain gets photos, geotags and plots.csv, never ``truth/``; it

@@ -39,7 +39,7 @@ def reconstructed(place: Path, work: Path, inputs: list) -> dict:
     """Reconstruct a folder's photos in its own workspace unless that is done; the report."""
     workspace = work / place.name
     if not (workspace / "sfm" / "report.json").exists():
-        run_verb("reconstruct", *inputs, "--dense", "false", "--workspace", workspace, "--seed", SEED)
+        run_verb("reconstruct", *inputs, "--dense", "false", "--workspace", workspace)
     return read_json(workspace / "sfm" / "report.json")
 
 

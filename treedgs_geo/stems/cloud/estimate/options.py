@@ -10,7 +10,10 @@ from ...quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_B
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureOptions:
-    """How stems are measured."""
+    """How stems are measured.
+
+    Of the library only: max_lean_deg: more lean is refused. seed: of the random draws.
+    """
 
     weights: str = param(
         "none",
@@ -40,6 +43,6 @@ class MeasureOptions:
     max_dbh_cm: float = param(
         100.0, kind="number", help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=500
     )
-    max_lean_deg: float = param(25.0, kind="number", help="more lean is refused", unit="deg", minimum=0, maximum=45)
+    max_lean_deg: float = 25.0
     source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
-    seed: int = param(0, kind="integer", help="seed of the random draws", minimum=0, maximum=2**31 - 1, dialog=False)
+    seed: int = 0

@@ -42,14 +42,14 @@ def segmenter_model_option() -> Any:
 class SegmentOptions:
     """How stems are found. ``source`` sets the noise and density that are expected.
 
-    Of the library only: low_m, high_m: of the band that is searched. min_arc_deg: least circumference seen, degrees,
-    all rows together. min_rows: share of 25 cm rows of the band that must show bark. grow_m: height up to which stem
-    points are followed, metres.
+    Of the library only: max_lean_deg: more lean is refused. low_m, high_m: of the band that is searched.
+    min_arc_deg: least circumference seen, degrees, all rows together. min_rows: share of 25 cm rows of the band
+    that must show bark. grow_m: height up to which stem points are followed, metres.
     """
 
     source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
     max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=500)
-    max_lean_deg: float = param(25.0, kind="number", help="most lean", unit="deg", minimum=0, maximum=45)
+    max_lean_deg: float = 25.0
     low_m: float = 0.5
     high_m: float = 5.0
     min_arc_deg: float = 90.0
