@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from campaign_layers import differences, may_make_hosts, two_hosts
 from child_processes import words_of
 from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
 from treedgs_geo.campaign.engine_process import THREADS
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_lab.benchmarks.campaign.support import differences, may_make_hosts, two_hosts
 
 
 def rows_for(clouds: Path, count: int = 6) -> list[dict]:

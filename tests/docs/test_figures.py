@@ -115,17 +115,25 @@ def test_a_changed_file_changes_the_page_and_a_wrong_page_is_seen(tmp_path, monk
 
 
 def test_age_follows_the_imports_of_the_command():
-    own = figures.sources("python -m treedgs_lab.benchmarks.inventory.pairing --plots 500")
-    assert any(path.startswith("treedgs_geo/inventory/") for path in own)
-    assert not any(path.startswith("treedgs_geo/stems/splats/") for path in own)
+    own = figures.sources("speed-accuracy.svg")
+    assert any(path.startswith("treedgs_geo/report/") for path in own)
+    assert not any(path.startswith("treedgs_geo/stems/") for path in own)
     # A command that runs verbs as processes depends on all of the library.
-    whole = figures.sources("python -m treedgs_lab.benchmarks.photos.photos_to_dbh plot_a")
+    whole = figures.sources("photos_to_dbh.json")
     assert any(path.startswith("treedgs_geo/stems/splats/") for path in whole)
 
 
+def test_a_settled_figure_ages_with_the_rooms_of_its_record():
+    own = figures.sources("pairing.json")
+    assert "treedgs_geo/inventory/pairing.py" in own and all(path.startswith("treedgs_geo/inventory/") for path in own)
+    made = [figures.record(path.name) for path in figures.RESULTS.iterdir() if path != figures.PUBLISHED]
+    rooms = {room for one in made for room in one.get("rooms", [])}
+    assert "treedgs_geo/inventory" in rooms and all((figures.ROOT / room).is_dir() for room in rooms)
+
+
 def test_a_release_refuses_old_figures(monkeypatch):
-    monkeypatch.setattr(figures, "age", lambda name: 0.9 if name == "terrain.json" else 0.0)
-    assert figures.too_old() == ["terrain.json: 90 % of its code changed"]
+    monkeypatch.setattr(figures, "age", lambda name: 0.9 if name == "wrong_tables.json" else 0.0)
+    assert figures.too_old() == ["wrong_tables.json: 90 % of its code changed"]
 
 
 def test_the_history_of_blind_tests_is_never_edited():

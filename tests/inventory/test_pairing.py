@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from treedgs_geo.inventory.pairing import PairingOptions, assign, fit_rigid, move, register
-from treedgs_lab.benchmarks.inventory import pairing
+from tests.simulated_tallies import paired, simulate
 
 
 def test_move_turns_as_bearings_do():
@@ -21,20 +21,20 @@ def test_fit_rigid_inverts_move():
 
 def test_pairs_are_right_and_doubtful_plots_are_left():
     """The issue's case on 60 plots: at least 95 % of the pairs right, no plot paired on a wrong placing."""
-    found = pairing.run(60, 90000, PairingOptions())["pooled"]
-    assert found["right_share_pct"] >= 98 and found["plots_paired_on_a_wrong_placing"] == 0
-    assert found["paired_of_pairable_pct"] >= 85 and found["plots_to_hand_check"] <= 12
+    found = paired(60, 90000)
+    assert found["right"] >= 0.98 * found["made"] and found["on_a_wrong_placing"] == 0
+    assert found["right"] >= 0.85 * found["pairable"] and found["to_hand_check"] <= 12
 
 
 def test_half_of_the_trees_missed():
-    found = pairing.run(18, 91000, PairingOptions(), missed=0.5)["pooled"]
-    assert found["right_share_pct"] >= 95
+    found = paired(18, 91000, missed=0.5)
+    assert found["made"] and found["right"] >= 0.95 * found["made"]
 
 
 def test_another_stand_is_never_paired():
     """The tally of one plot against the map of another: nothing fits, and that is what is said."""
     for seed in range(12):
-        tally, other = pairing.simulate(seed, "random", 2.0), pairing.simulate(seed + 500, "random", 2.0)
+        tally, other = simulate(seed, "random", 2.0), simulate(seed + 500, "random", 2.0)
         assert register(tally.field, other.measured, PairingOptions()).status == "check"
 
 
@@ -82,6 +82,6 @@ def test_assignment_is_one_to_one_and_within_the_gate():
 
 
 def test_the_same_input_gives_the_same_pairs():
-    scene = pairing.simulate(3, "random", 2.0)
+    scene = simulate(3, "random", 2.0)
     first, second = (register(scene.field, scene.measured, PairingOptions()) for _ in range(2))
     assert first.offset_m.tolist() == second.offset_m.tolist() and first.ratio == second.ratio

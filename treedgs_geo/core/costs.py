@@ -1,7 +1,7 @@
 """What a plot costs: seconds, memory and disk from its photos, megapixels or points, fitted to finished runs.
 
 Linear with coefficients that cannot be negative, fitted to relative errors, so that small plots count as much as large
-ones. The shipped figures are from ``treedgs_lab/benchmarks/campaign/costs.py``; a campaign refits them from its own
+ones. The shipped figures are those of ``docs/results/campaign_costs.json``; a campaign refits them from its own
 runs.
 """
 

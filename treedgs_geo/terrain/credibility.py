@@ -3,7 +3,7 @@
 A ground model alone does not say that. Where the lowest metres of a cloud are missing (clipped, filtered, hidden), the
 model runs through the feet of the stems or over the shrubs, as smooth as any. Real ground is seen between the stems,
 almost everywhere, and holds more points than the layer above it. The limits were set on terrestrial and drone clouds of
-the shared data (``treedgs_lab/benchmarks/terrain/ground_cut.py``): whole, shares of 0.51 to 1 and contrasts of 2.8 and
+the shared data (``docs/results/ground_cut.json``): whole, shares of 0.51 to 1 and contrasts of 2.8 and
 more (a lone spruce with branches down to the ground: 1.3); cut 0.5 to 4 m above the ground, shares of 0 to 0.42, and
 contrasts of at most 1.3 where they reach 0.25, of 3.3 where they reach 0.1.
 """

@@ -163,12 +163,17 @@ def _command(made: dict[str, Any]) -> str:
 
 
 @cache
-def sources(command: str) -> frozenset[str]:
-    """Files that a command imports, by the import graph: all of the library where it runs verbs as processes."""
-    graph, words = _graph(), today(command).split()
+def sources(name: str) -> frozenset[str]:
+    """Files that a result depends on: what its command imports, by the import graph, and all of the library where that
+    runs verbs as processes; where the script has left, all files of the ``rooms`` that its record names."""
+    made, graph = record(name), _graph()
+    words = today(made["command"]).split()
     module = words[2] if words[:2] == ["python", "-m"] else ""
     used = {module, *graph.find_upstream_modules(module)} if module in graph.modules else set()
-    if not used or module.endswith(".evidence") or "treedgs_lab.benchmarks.verbs" in used:
+    if "rooms" in made:
+        rooms = tuple(room.replace("/", ".") for room in made["rooms"])
+        used = {name for name in graph.modules if name.startswith(rooms)}
+    elif not used or module.endswith(".evidence") or "treedgs_lab.benchmarks.verbs" in used:
         used |= {name for name in graph.modules if name.startswith("treedgs_")}
     stems = [ROOT / name.replace(".", "/") for name in used]
     files = [path for stem in stems for path in (stem.with_suffix(".py"), stem / "__init__.py") if path.exists()]
@@ -217,7 +222,7 @@ def age(name: str) -> float:
         changed = _changed_lines(_known(made["commit"].partition("-")[0], made["date"]))
     except (OSError, subprocess.CalledProcessError):
         return 0.0
-    used = sources(made["command"])
+    used = sources(name)
     return min(sum(changed.get(path, 0.0) for path in used) / max(sum(map(_lines, used)), 1), 1.0)
 
 

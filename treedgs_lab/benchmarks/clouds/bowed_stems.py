@@ -15,9 +15,9 @@ from pathlib import Path
 from treedgs_geo.core.progress import make_reporter
 from treedgs_lab.benchmarking.factor_type import BASE
 from treedgs_lab.benchmarking.factors import factor
-from treedgs_lab.benchmarks.campaign.plots import FEW_PHOTOS
 from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure
 from treedgs_lab.benchmarks.records import write_record
+from treedgs_lab.benchmarks.rendered import FEW_PHOTOS
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 

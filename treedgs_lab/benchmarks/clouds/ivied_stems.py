@@ -14,9 +14,9 @@ import json
 from pathlib import Path
 
 from treedgs_geo.core.progress import make_reporter
-from treedgs_lab.benchmarks.campaign.plots import DENSITIES, FEW_PHOTOS
 from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure
 from treedgs_lab.benchmarks.records import write_record
+from treedgs_lab.benchmarks.rendered import DENSITIES, FEW_PHOTOS
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 

@@ -34,9 +34,8 @@ from treedgs_geo.stems.splats.primitive.views import JointSettings
 from treedgs_geo.stems.splats.train import FoundStem
 from treedgs_geo.stems.splats.trees import trees_of_primitives
 from treedgs_lab.benchmarking.plot import TruePlot
-from treedgs_lab.benchmarks.gaussians.arms import judged
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import area_of, scene_of
+from treedgs_lab.benchmarks.rendered import area_of, judged, scene_of
 
 
 def _alone(band: Band, everything: bool) -> PrimitiveFit | None:

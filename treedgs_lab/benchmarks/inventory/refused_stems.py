@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyproj
 from shapely.geometry import Point
 
 from treedgs_geo.inventory.stand.equations import read_equations
@@ -30,9 +31,10 @@ from treedgs_geo.inventory.stand.sample import SamplePlot
 from treedgs_geo.inventory.stand.survey import make_stand
 from treedgs_geo.inventory.stand.treelist import COLUMNS, TreeList
 from treedgs_geo.inventory.stand.values import BA, ValueOptions
-from treedgs_lab.benchmarks.inventory.stand_table import CRS
+
 from treedgs_lab.benchmarks.records import write_record
 
+CRS = pyproj.CRS.from_epsg(26915)
 LEVEL, COMMON_CM, OWN_CM, FIRST_SEED = 0.9, 0.2, 0.6, 5000
 
 

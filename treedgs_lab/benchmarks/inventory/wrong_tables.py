@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyproj
 import shapely
 
 from treedgs_geo.core.errors import TreeDGSError
@@ -32,9 +33,10 @@ from treedgs_geo.inventory.stand.survey import Stand
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.verbs.stand_table import StandTableSettings
-from treedgs_lab.benchmarks.inventory.stand_table import CRS
+
 from treedgs_lab.benchmarks.records import write_record
 
+CRS = pyproj.CRS.from_epsg(26915)
 EAST, NORTH, RADIUS, APART, PLOTS, FIRST_SEED = 500000.0, 5200000.0, 10.0, 60.0, 4, 9000
 
 

@@ -1,4 +1,4 @@
-"""For the campaign benchmarks and tests: comparing layers, an idle job, two hosts on one machine."""
+"""For the tests of campaigns: layers compared, two hosts on one machine."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+
+import pandas as pd
+
+from treedgs_geo.inventory.tree_reading import read_trees
 
 #: Columns that name a run, not a tree.
 _NAMES = {"tree_id", "plot_id", "run_id", "camp_plot", "plot_tree", "geometry"}
@@ -18,10 +21,6 @@ _NAMES = {"tree_id", "plot_id", "run_id", "camp_plot", "plot_tree", "geometry"}
 
 def trees_by_plot(layer: Path, plot_id: str | None = None) -> dict[str, list[tuple]]:
     """Every value of every tree, by plot; of a single plot's layer when ``plot_id`` is given."""
-    import pandas as pd
-
-    from treedgs_geo.inventory.tree_reading import read_trees
-
     table = read_trees(layer)
     table["_plot"] = plot_id if plot_id else table["camp_plot"]
     table["_tree"] = table["tree_id"] if plot_id else table["plot_tree"]
@@ -37,8 +36,6 @@ def trees_by_plot(layer: Path, plot_id: str | None = None) -> dict[str, list[tup
 def differences(layer: Path, other: Path | dict[str, Path]) -> list[str]:
     """What differs between a campaign's layer and another one, or single plots' layers; empty = the same trees, each
     plot once, ids unique."""
-    from treedgs_geo.inventory.tree_reading import read_trees
-
     here = trees_by_plot(layer)
     there: dict[str, list[tuple]] = {}
     if isinstance(other, dict):
@@ -57,93 +54,6 @@ def differences(layer: Path, other: Path | dict[str, Path]) -> list[str]:
     if not ids.is_unique:
         found.append("tree ids are not unique")
     return found
-
-
-def idle_manifest(folder: Path, rows: int) -> Path:
-    """A manifest of ``rows`` plots with a tiny cloud each."""
-    import numpy as np
-    import pyproj
-
-    from treedgs_geo.pointcloud.cloud import PointCloud
-    from treedgs_geo.pointcloud.files import write_cloud
-
-    folder.mkdir(parents=True, exist_ok=True)
-    write_cloud(folder / "one.laz", PointCloud(np.zeros((3, 3)) + 500000.0, pyproj.CRS.from_epsg(6344), {}))
-    content = (folder / "one.laz").read_bytes()
-    lines = ["plot_id,cloud"]
-    for number in range(rows):
-        (folder / f"c{number:05d}.laz").write_bytes(content)
-        lines.append(f"plot {number:05d},c{number:05d}.laz")
-    (folder / "plots.csv").write_text("\n".join(lines) + "\n")
-    return folder / "plots.csv"
-
-
-def idle_plot(job: dict[str, Any]) -> dict[str, Any]:
-    """A job without work: leaves the record and a layer of three trees where a plot's run would."""
-    import shutil
-
-    from treedgs_geo.campaign.record import Record
-
-    folder = Path(job["folder"])
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copy(_three_trees(folder.parents[1]), folder / "trees.gpkg")
-    attempt = {
-        "series": job["series"],
-        "key": f"{job['settings']}:0",
-        "outcome": "done",
-        "began": time.time(),
-        "seconds": 0.1,
-        "peak_gb": 0.1,
-    }
-    Record(
-        folder,
-        f"{job['settings']}:0",
-        job["stamp"],
-        "done",
-        [attempt],
-        {
-            "n_trees": 3,
-            "n_measured": 3,
-            "n_rejected": 0,
-            "reasons": {},
-            "mean_dbh_cm": 30.0,
-            "bounds": None,
-            "seconds": 0.1,
-            "peak_gb": 0.1,
-            "host": "idle",
-            "accuracy": None,
-            "warnings": [],
-        },
-    ).save()
-    return {"outcome": "done", "seconds": 0.1}
-
-
-def _three_trees(workspace: Path) -> Path:
-    """Made once by each worker."""
-    target = workspace / f"three-{os.getpid()}.gpkg"
-    if not target.exists():
-        import pyproj
-
-        from treedgs_geo.inventory.tree_layer import write_trees
-        from treedgs_geo.stems.quality.tree import Tree
-
-        trees = [
-            Tree(
-                tree_id=n,
-                x=500000.0 + n,
-                y=3700000.0,
-                z_ground=40.0,
-                dbh_cm=30.0,
-                dbh_se_cm=0.5,
-                bh_m=1.37,
-                method="points-default-none",
-                qc_flag="ok",
-                qc_reason="",
-            ).finish()
-            for n in (1, 2, 3)
-        ]
-        write_trees(target, trees, pyproj.CRS.from_epsg(6344))
-    return target
 
 
 def may_make_hosts() -> bool:
