@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.inventory.pairing import PairingOptions, assign, fit_rigid, move, register
 from tests.simulated_tallies import paired, simulate
+from treedgs_geo.inventory.pairing import PairingOptions, assign, fit_rigid, move, register
 
 
 def test_move_turns_as_bearings_do():

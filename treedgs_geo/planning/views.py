@@ -40,7 +40,7 @@ class ViewModel:
 
     @staticmethod
     def load() -> ViewModel:
-        """The shipped constants (``docs/results/planning_views.json`` has the stands, command and commit of the fit)."""
+        """The shipped constants (``docs/results/planning_views.json`` has the stands and commit)."""
         found = json.loads((files(__package__) / "view_model.json").read_text(encoding="utf-8"))["model"]
         return ViewModel(**found)
 

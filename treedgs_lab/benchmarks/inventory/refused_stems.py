@@ -31,7 +31,6 @@ from treedgs_geo.inventory.stand.sample import SamplePlot
 from treedgs_geo.inventory.stand.survey import make_stand
 from treedgs_geo.inventory.stand.treelist import COLUMNS, TreeList
 from treedgs_geo.inventory.stand.values import BA, ValueOptions
-
 from treedgs_lab.benchmarks.records import write_record
 
 CRS = pyproj.CRS.from_epsg(26915)

@@ -33,7 +33,6 @@ from treedgs_geo.inventory.stand.survey import Stand
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.verbs.stand_table import StandTableSettings
-
 from treedgs_lab.benchmarks.records import write_record
 
 CRS = pyproj.CRS.from_epsg(26915)
