@@ -36,15 +36,16 @@ def stem_points(
     return np.column_stack([circle + np.asarray(xy) + np.outer(h - bh_m, lean), h])
 
 
-def plot_cloud(rng, stems, size_m=12.0, slope=0.05, per_m2=150, bark=250, shrubs=400, noise_m=0.01):
+def plot_cloud(rng, stems, size_m=12.0, slope=0.05, per_m2=150, bark=250, shrubs=400, noise_m=0.01, relief=None):
     """A plot on a slope: ``stems`` = [(x, y, dbh_cm), ...]; returns (N, 3) with absolute heights around 100 m.
 
     Ground with 1 cm noise, bark up to 8 m, leaves from 8 to 14 m, shrub points below 1 m away from the stems.
+    relief: (N,) metres that the ground rises over (N, 2) places, instead of the slope.
     """
     ground_xy = rng.uniform(0, size_m, (int(per_m2 * size_m**2), 2))
 
     def ground(xy):
-        return 100 + slope * xy[:, 0] + 0.1 * np.sin(xy[:, 1] / 3)
+        return 100 + (slope * xy[:, 0] if relief is None else relief(xy)) + 0.1 * np.sin(xy[:, 1] / 3)
 
     parts = [np.column_stack([ground_xy, ground(ground_xy) + rng.normal(0, 0.01, len(ground_xy))])]
     for x, y, dbh in stems:

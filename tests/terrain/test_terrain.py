@@ -211,12 +211,25 @@ def test_support_shows_where_the_model_is_a_guess():
     assert np.isnan(dtm.height(6.0, 6.0))
 
 
-@pytest.mark.parametrize("slope", [0.45, 0.7, 1.0])
-def test_steep_ground_is_found(slope):
-    """A cloth does not lie on a slope of 45 degrees; on what is left of it without its tilt it does."""
-    from synthetic_cloud import plot_cloud
+RELIEFS = {
+    "slope": lambda xy: xy[:, 0],
+    "ridge": lambda xy: -np.abs(xy[:, 0] - 6.0),
+    "gorge": lambda xy: np.abs(xy[:, 0] - 6.0),
+    "below a bench": lambda xy: np.maximum(xy[:, 0] - 6.0, 0.0),
+    "hills": lambda xy: 2.0 * np.sin(xy[:, 0] / 2.0),
+}
 
-    xyz = plot_cloud(np.random.default_rng(3), [(3.0, 3.0, 25.0), (8.0, 8.0, 40.0)], slope=slope)
+
+@pytest.mark.parametrize("steep", [0.45, 0.7, 1.0])
+@pytest.mark.parametrize("relief", RELIEFS)
+def test_steep_ground_is_found(relief, steep):
+    """A cloth does not lie on slopes of 45 degrees; from where it lies the ground is followed up them."""
+
+    def rise(xy):
+        return steep * RELIEFS[relief](xy)
+
+    xyz = plot_cloud(np.random.default_rng(3), [(3.0, 3.0, 25.0), (8.0, 8.0, 40.0)], relief=rise)
     xy = np.random.default_rng(4).uniform(1, 11, (200, 2))
-    truth = 100 + slope * xy[:, 0] + 0.1 * np.sin(xy[:, 1] / 3)
-    assert np.abs(dtm_from_cloud(xyz).height(*xy.T) - truth).max() < 0.12
+    off = dtm_from_cloud(xyz).height(*xy.T) - (100 + rise(xy) + 0.1 * np.sin(xy[:, 1] / 3))
+    # A sharp edge is rounded.
+    assert np.abs(off[np.abs(xy[:, 0] - 6.0) > 1.0]).max() < 0.12 and np.abs(off).max() < 0.6

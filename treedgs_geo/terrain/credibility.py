@@ -177,20 +177,18 @@ def carry_ground(seen: np.ndarray, xy: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """
     from scipy.spatial import cKDTree
 
-    z, se = np.full(len(xy), np.nan), np.full(len(xy), np.nan)
     if not len(seen) or not len(xy):
-        return z, se
+        return np.full(len(xy), np.nan), np.full(len(xy), np.nan)
     count = min(CARRIED_PLACES, len(seen))
     away, nearest = cKDTree(seen[:, :2]).query(xy, k=count)
-    for k, chosen in enumerate(nearest.reshape(len(xy), count)):
-        near = seen[chosen]
-        flat = np.column_stack([np.ones(count), near[:, :2] - xy[k]])
-        middle = near[:, 2].mean()
-        noise, plane, cov = ROUGH_M, np.zeros(3), np.eye(3)
-        for _ in range(2):
-            cov = np.linalg.inv(flat.T @ flat / noise**2 + np.diag([0.0, SLOPE_SD**-2, SLOPE_SD**-2]))
-            plane = cov @ flat.T @ (near[:, 2] - middle) / noise**2
-            noise = max(float(np.std(near[:, 2] - middle - flat @ plane)), ROUGH_M)
-        z[k] = middle + plane[0]
-        se[k] = np.sqrt(cov[0, 0] + noise**2 + (ROUGH_M_PER_M * float(np.ravel(away[k])[0])) ** 2)
-    return z, se
+    away, near = away.reshape(len(xy), count), seen[nearest.reshape(len(xy), count)]
+    flat = np.concatenate([np.ones((*away.shape, 1)), near[..., :2] - xy[:, None]], axis=2)
+    middle = near[..., 2].mean(axis=1)
+    rise, noise = near[..., 2] - middle[:, None], np.full(len(xy), ROUGH_M)
+    prior = np.diag([0.0, SLOPE_SD**-2, SLOPE_SD**-2])
+    for _ in range(2):
+        cov = np.linalg.inv(np.swapaxes(flat, 1, 2) @ flat / noise[:, None, None] ** 2 + prior)
+        plane = np.einsum("kij,kmj,km->ki", cov, flat, rise) / noise[:, None] ** 2
+        noise = np.maximum((rise - np.einsum("kmi,ki->km", flat, plane)).std(axis=1), ROUGH_M)
+    se = np.sqrt(cov[:, 0, 0] + noise**2 + (ROUGH_M_PER_M * away[:, 0]) ** 2)
+    return middle + plane[:, 0], se

@@ -31,6 +31,8 @@ _SILENT_NODATA = (-9999.0, -99999.0, -32768.0, 3.4028234663852886e38, -3.4028234
 
 #: A DTM that lies farther than this from the ground that the data themselves show is reported.
 GROUND_WARN_M = 0.15
+#: The steepest slope that is believed under a stem, m/m.
+STEEPEST = 1.0
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,11 @@ class Dtm:
         east = (self.height(x + reach_m, y) - self.height(x - reach_m, y)) / (2 * reach_m)
         north = (self.height(x, y + reach_m) - self.height(x, y - reach_m)) / (2 * reach_m)
         return np.degrees(np.arctan(np.hypot(east, north)))
+
+    def uphill(self, xy: np.ndarray, radius_m: float) -> float:
+        """Ground height on the uphill side of a stem of ``radius_m`` at (2,) ``xy``, metres; NaN where unknown."""
+        slope = float(np.nan_to_num(self.slope_deg(*xy)))
+        return float(self.height(*xy)) + radius_m * min(float(np.tan(np.radians(slope))), STEEPEST)
 
     def covers(self, xy: np.ndarray) -> np.ndarray:
         """(N,) bool: a ground height is known at (N, 2) positions."""

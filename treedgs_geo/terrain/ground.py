@@ -6,17 +6,19 @@ import math
 
 import numpy as np
 import pyproj
+from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.machine import require_memory
 from ..pointcloud.cloud import extent, slices
+from .credibility import carry_ground
 from .cloth import PARTICLE_BYTES, near_cloth, particles_over
 from .dtm import Dtm, grid_over
 from .options import ClothSimulation
 from .surface import cell_quantile, grid_ground, local_ground
 
-#: Slope (rise over run) of a whole cloud or tile from which it is taken off before the cloth is draped.
-STEEP = 0.5
+#: Ground is followed up slopes in steps of so many cells of the cloth, to points so near the plane led there, m.
+GROW_STEP, GROW_M = 1.5, 0.15
 
 
 def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> np.ndarray:
@@ -119,8 +121,7 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
     Raises:
         InputError: no ground was found.
     """
-    tilt = _tilt(lows)
-    lows = _without_pits(lows - _tilt_at(tilt, lows))
+    lows = _without_pits(lows)
     if len(lows) < 10:
         raise InputError(
             f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
@@ -132,45 +133,46 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
         f"Terrain: a cloth over {span[0]:,.0f} x {span[1]:,.0f} m",
         "cut the cloud to the plot, remove points far off, or give a DTM with --dtm",
     )
-    found = lows[near_cloth(lows, method)]
+    found = np.flatnonzero(near_cloth(lows, method))
     if len(found) < 10:
         raise InputError("Terrain: no ground was found in the cloud; give a DTM with --dtm.")
     # The cloth lets low plants within its threshold pass: keep what a low, robust surface agrees with.
     for tolerance, width in ((0.3, 1.5), (0.15, 1.0)):
-        surface, _ = local_ground(found[:, :2], found, neighbours=40, bandwidth_m=width, noise_m=0.03)
-        kept = np.abs(found[:, 2] - surface) < tolerance
+        surface, _ = local_ground(lows[found, :2], lows[found], neighbours=40, bandwidth_m=width, noise_m=0.03)
+        kept = np.abs(lows[found, 2] - surface) < tolerance
         if kept.sum() < 10:
             break
         found = found[kept]
-    return found + _tilt_at(tilt, found)
+    return lows[_followed_up(lows, found, GROW_STEP * method.cloth_m)]
 
 
-def _tilt(lows: np.ndarray) -> np.ndarray:
-    """(2,) slope in x and y of the plane under (M, 3) lowest points where it is steep, else none: a cloth does not lie
-    on a steep slope, but on what is left of it."""
-    cells = cell_quantile(lows, 2.0, 0.0) if len(lows) else lows
-    plane = np.zeros(3)
-    flat = np.column_stack([cells[:, :2], np.ones(len(cells))])
-    kept = np.ones(len(cells), bool)
-    for _ in range(10):
-        if kept.sum() < 10:
-            return np.zeros(2)
-        plane = np.linalg.lstsq(flat[kept], cells[kept, 2], rcond=None)[0]
-        off = cells[:, 2] - flat @ plane
-        # Crowns and stems stand above the ground, nothing below.
-        kept = off < np.median(off) + 2 * np.median(np.abs(off - np.median(off))) + 0.1
-    return plane[:2] if np.hypot(*plane[:2]) > STEEP else np.zeros(2)
+def _followed_up(lows: np.ndarray, found: np.ndarray, step_m: float) -> np.ndarray:
+    """Indices of the ground among (M, 3) lowest points, with that on steep slopes, on which the cloth does not lie: step
+    by step from what was ``found`` (K,), lowest points in the plane of the ground beside them (Axelsson 2000)."""
+    tree = cKDTree(lows[:, :2])
+    hole = cKDTree(lows[found, :2]).query(lows[:, :2])[0] > step_m
+    is_open, is_ground = np.zeros(len(lows), bool), np.zeros(len(lows), bool)
+    is_open[_all_within(tree, lows[hole], 2 * step_m)] = is_ground[found] = True
+    front = np.flatnonzero(is_open & is_ground)
+    while len(front):
+        around = _all_within(tree, lows[front], step_m)
+        beside = around[is_open[around] & ~is_ground[around]]
+        led_there, _ = carry_ground(lows[around[is_ground[around]]], lows[beside, :2])
+        front = beside[np.abs(lows[beside, 2] - led_there) < GROW_M]
+        is_ground[front] = True
+    return np.flatnonzero(is_ground)
 
 
-def _tilt_at(tilt: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(N, 3) what a (2,) tilt adds to the heights of (N, 3) points."""
-    return np.outer(points[:, :2] @ tilt, (0.0, 0.0, 1.0))
+def _all_within(tree: cKDTree, points: np.ndarray, reach_m: float) -> np.ndarray:
+    """Indices, ascending, of what in a tree over xy lies within reach of any of (N, 3) points."""
+    found = np.zeros(tree.n, bool)
+    for index in tree.query_ball_point(points[:, :2], reach_m):
+        found[index] = True
+    return np.flatnonzero(found)
 
 
 def _without_pits(lows: np.ndarray, depth_m: float = 1.0) -> np.ndarray:
     """Drop single points far below all their neighbours: multipath, which would pull the cloth down."""
-    from scipy.spatial import cKDTree
-
     if len(lows) < 20:
         return lows
     _, near = cKDTree(lows[:, :2]).query(lows[:, :2], k=9)

@@ -94,6 +94,28 @@ def test_default_measure_of_dense_stems_and_breast_height():
     assert at_137.taper_cm_m == pytest.approx(-2.0, abs=0.4)
 
 
+@pytest.mark.parametrize("rise", [1.0, -1.0, 0.0])
+def test_breast_height_is_above_the_uphill_foot(rise):
+    """On 45 degrees it is as much higher as the radius; of a leaning stem it is along the axis, from its own foot."""
+    stems, lean = [(3.0, 3.0, 20.0), (3.0, 9.0, 44.0)], np.tan(np.radians(10.0))
+    rng = np.random.default_rng(5)
+    xyz = plot_cloud(rng, stems, relief=lambda xy: rise * xy[:, 0], bark=4000, noise_m=0.004)
+    leaning = stem_points(rng, 30.0, 4000, 0.004, lean=(lean, 0.0), taper_cm_m=0.8, low=-1.0, high=8.0, xy=(9.0, 6.0))
+    leaning[:, 2] += 100 + rise * 9.0 + 0.1 * np.sin(2.0)
+    xyz = np.concatenate([xyz, leaning])
+    trees, _ = measure_cloud(PointCloud(xyz), dtm_from_cloud(xyz))
+    assert len(trees) == 3
+    for x, y, dbh, slope in [(3.0, 3.0, 20.0, 0.0), (3.0, 9.0, 44.0, 0.0), (9.0, 6.0, 30.0, lean)]:
+        tree = min(trees, key=lambda tree: np.hypot(tree.x - x, tree.y - y))
+        # The axis meets the ground where both are as high: h metres above the ground at (x, y).
+        h = -1.37 * rise * slope / (1 - rise * slope)
+        up = h + abs(rise) * dbh / 200 + 1.37 / np.hypot(1.0, slope) - 1.37
+        assert tree.dbh_cm == pytest.approx(dbh - 0.8 * up, abs=0.12), (x, y)
+        assert tree.z_ground == pytest.approx(
+            100 + rise * x + 0.1 * np.sin(y / 3) + h + abs(rise) * dbh / 200, abs=0.05
+        )
+
+
 def test_refusals_have_reasons():
     rng = np.random.default_rng(2)
     few = measure_points(stem_points(rng, 25.0, 12), None, SENSORS["uls"])

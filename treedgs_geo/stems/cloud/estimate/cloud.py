@@ -27,7 +27,7 @@ from .heights import tree_heights
 from .options import MeasureOptions
 from .passes import Passes, fit_passes
 from .scans import fitted_together
-from .stem import measure_points, rebased
+from .stem import measure_points
 from .stem_measure import StemMeasure, refuse
 from .track import SensorTrack
 
@@ -104,7 +104,10 @@ def measure_stems(
     ids, starts = np.unique(tree_id[order], return_index=True)
     groups = np.split(order, starts[1:])
     sensor = SENSORS[_source(cloud, height, options, stems, owned)]
-    frames = [TreeFrame.of(cloud, group, dtm) for group in groups]
+    frames = [
+        TreeFrame.of(cloud, group, dtm, *((stems.stems[tree - 1].cone, stems.origin) if stems is not None else ()))
+        for tree, group in zip(ids, groups, strict=True)
+    ]
     if "even" in cloud.attributes:
         raise InputError(
             "These points are spread evenly over stems and surroundings, as older versions of sample-surface did, and "
@@ -198,12 +201,11 @@ def _measure_one(
     points, weight, index = points[::stride], None if weight is None else weight[::stride], index[::stride]
     if options.fit == "cylinder":
         return by_cylinder(points, options)
-    start = None
+    start = frame.start
     stem = stems.stems[tree - 1] if stems is not None else None
-    if stem is not None and stems is not None:
+    if stem is not None:
         if stem.refused:
-            return refuse(stem.refused, cone=rebased(stem.cone, frame.origin - stems.origin, 0.0), points=len(points))
-        start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
+            return refuse(stem.refused, cone=frame.start, points=len(points))
         sensor = sensor.at_noise(stem.noise_m or 0.0)
     others, beside_index = around.near(frame)
     others, beside_index = others[::stride], beside_index[::stride]

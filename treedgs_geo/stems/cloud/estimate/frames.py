@@ -8,26 +8,52 @@ import numpy as np
 
 from ....pointcloud.cloud import PointCloud
 from ....terrain.dtm import Dtm
+from ...geometry.cone import Cone
+from ...quality.priors import BREAST_HEIGHT_M
 from ..propose.nearby import Nearby
 
 
 @dataclass(frozen=True)
 class TreeFrame:
-    """A tree's own frame: xy from ``origin``, heights above the ground at its foot."""
+    """A tree's own frame: xy from ``origin``, heights above the ground on the uphill side of its foot, from which
+    breast height is measured. start: the cone of a search in this frame, if there was one."""
 
     origin: np.ndarray
     ground: float
     points: np.ndarray
+    start: Cone | None = None
 
     @classmethod
-    def of(cls, cloud: PointCloud, group: np.ndarray, dtm: Dtm) -> TreeFrame:
-        """Of the points of one tree: ``group``, (M,) indices."""
+    def of(
+        cls,
+        cloud: PointCloud,
+        group: np.ndarray,
+        dtm: Dtm,
+        found: Cone | None = None,
+        found_from: np.ndarray | None = None,
+    ) -> TreeFrame:
+        """Of the points of one tree: ``group``, (M,) indices. found: the cone that a search fitted to them, heights
+        above the ground under each point, xy from ``found_from`` (2,)."""
         xyz = cloud.xyz[group]
-        low = xyz[:, 2] <= np.percentile(xyz[:, 2], 30)
-        foot = np.median(xyz[low, :2], axis=0)
+        low = xyz[xyz[:, 2] <= np.percentile(xyz[:, 2], 30), :2]
+        foot = np.median(low, axis=0)
+        radius = float(np.median(np.hypot(*(low - foot).T)))
+        if found is not None and found_from is not None:
+            radius = float(found.radius(BREAST_HEIGHT_M))
+            if dtm.covers(found.centre(0.0) + found_from)[0]:
+                foot = found.centre(0.0) + found_from
         origin = np.floor(foot)
-        ground = float(dtm.height(foot[0], foot[1]))
-        return cls(origin, ground, np.column_stack([xyz[:, :2] - origin, xyz[:, 2] - ground]))
+        ground = dtm.uphill(foot, radius)
+        points = np.column_stack([xyz[:, :2] - origin, xyz[:, 2] - ground])
+        if found is None or found_from is None:
+            return cls(origin, ground, points)
+        # The ground under a leaning axis rises or falls with it: its lean is that between two of its places.
+        height = np.array([1.0, 2.0])
+        at = found.centre(height) + found_from
+        z = height + np.where(dtm.covers(at), dtm.height(*at.T) - ground, 0.0)
+        (x, y), (dx, dy) = at[0] - origin, (at[1] - at[0]) / max(z[1] - z[0], 0.5)
+        start = Cone(float(x), float(y), float(dx), float(dy), float(found.radius(1.0)), found.taper, z[0], found.sigma)
+        return cls(origin, ground, points, start)
 
 
 @dataclass(frozen=True)

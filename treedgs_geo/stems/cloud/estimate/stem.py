@@ -326,8 +326,3 @@ def _quantities(
         found["taper_cm_m"] = taper.slope_cm_m
         found["slices_off_se"] = abs(taper.at_bh_cm - dbh_cm) / float(np.hypot(se_cm, taper.se_cm))
     return found
-
-
-def rebased(cone: Cone, shift_xy: np.ndarray, shift_h: float) -> Cone:
-    """The cone in a frame whose origin moved by ``shift_xy`` and whose heights lost ``shift_h``."""
-    return replace(cone, x=cone.x - shift_xy[0], y=cone.y - shift_xy[1], h_ref=cone.h_ref - shift_h)
