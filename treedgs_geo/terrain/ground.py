@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from ..core.errors import InputError
 from ..core.machine import require_memory
 from ..pointcloud.cloud import extent, slices
-from .credibility import carry_ground
 from .cloth import PARTICLE_BYTES, near_cloth, particles_over
+from .credibility import carry_ground
 from .dtm import Dtm, grid_over
 from .options import ClothSimulation
 from .surface import cell_quantile, grid_ground, local_ground
@@ -147,7 +147,7 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
 
 
 def _followed_up(lows: np.ndarray, found: np.ndarray, step_m: float) -> np.ndarray:
-    """Indices of the ground among (M, 3) lowest points, with that on steep slopes, on which the cloth does not lie: step
+    """Indices of the ground among (M, 3) lowest points, with that on steep slopes, where the cloth does not lie: step
     by step from what was ``found`` (K,), lowest points in the plane of the ground beside them (Axelsson 2000)."""
     tree = cKDTree(lows[:, :2])
     hole = cKDTree(lows[found, :2]).query(lows[:, :2])[0] > step_m
