@@ -10,4 +10,4 @@ class Algorithm(EngineAlgorithm):
 
     COMMAND = "campaign"
     LAYER_NAME = "Trees"
-    TAGS = ("many", "batch", "plots", "cluster", "dask", "inventory")
+    TAGS = ("many", "batch", "plots", "cluster", "inventory")

@@ -57,8 +57,6 @@ def start(manifest: Path, workspace: Path, *more: str, **run) -> subprocess.Pope
             str(workspace),
             "--log-format",
             "json",
-            "--dashboard",
-            "off",
             *more,
         ],
         stdout=subprocess.PIPE,

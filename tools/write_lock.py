@@ -2,7 +2,7 @@
 ``tools/requirements-dev-locked.txt`` (what ``make setup`` adds for the tests): ``make lock``.
 
 Resolved by uv for every system and Python 3.10 or newer, wheels only, from ``requirements.txt`` (without torch, which
-no step needs), all extras together, so that each fits beside the others. A line ``# [simulate cluster]`` begins what
+no step needs), all extras together, so that each fits beside the others. A line ``# [simulate reports]`` begins what
 only these extras need. ``treedgs:setupengine`` installs the first list as far as it is chosen, ``make setup`` both.
 ``treedgs_qgis/uv-locked.txt`` is uv itself, with which the plugin gets a Python where there is none.
 """

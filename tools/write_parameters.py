@@ -57,7 +57,7 @@ def requirements_text() -> str:
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     lists = dict(re.findall(r"^(\w+) = \[(.*?)\]\s*$", text, re.S | re.M))
     lines = ["# Written from pyproject.toml by make parameters."]
-    for name in ("dependencies", "simulate", "cluster", "reports", "gpu", "torch"):
+    for name in ("dependencies", "simulate", "reports", "gpu", "torch"):
         lines += [f"# [{name}]"] * (name != "dependencies") + re.findall(r'"([^"]+)"', lists[name])
     return "\n".join(lines) + "\n"
 

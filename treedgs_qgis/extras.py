@@ -17,7 +17,6 @@ SIZES = Path(__file__).with_name("extras.json")
 #: What ``setupengine`` lets choose -> modules it brings. The library's ``core.extras`` has the same.
 CHOICES: dict[str, tuple[str, ...]] = {
     "reports": ("openpyxl", "reportlab"),
-    "cluster": ("dask", "distributed", "bokeh", "cryptography", "dask_jobqueue"),
     "simulate": ("open3d",),
 }
 #: Small, and a stand table is what most people want in the end.
@@ -88,7 +87,6 @@ def title(extra: str) -> str:
     """What it is for, with its size."""
     texts = {
         "reports": tr("Stand tables as Excel and PDF ({size})"),
-        "cluster": tr("Many plots at once, also on a cluster ({size})"),
         "simulate": tr("Simulated plots, dense points as PLY ({size})"),
     }
     return texts[extra].format(size=size(extra))

@@ -1,7 +1,7 @@
 """The engine's libraries, each in one version with its hashes, for this computer: with or without its GPU and extras.
 
 Standard library only. The list is ``requirements-locked.txt`` beside this file, written by ``make lock``: first what
-every engine has, then, under headings like ``# [simulate cluster]``, what only these extras need.
+every engine has, then, under headings like ``# [simulate reports]``, what only these extras need.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Leases, records, costs, sizes of clusters, job scripts: the parts on their own."""
+"""Leases, records, costs, plots at once: the parts on their own."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
+from treedgs_geo.campaign.coordinate import Capacity, Coordinator
 from treedgs_geo.campaign.engine_process import explain
-from treedgs_geo.campaign.inputs import content_key, input_files
+from treedgs_geo.campaign.inputs import input_files
 from treedgs_geo.campaign.record import MAX_INTERRUPTIONS, RETRIES, Record
+from treedgs_geo.campaign.state import Campaign, Plan
 from treedgs_geo.core import folder_lock as leases
 from treedgs_geo.core.costs import CostModel, fit, makespan
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.files import fingerprint
 from treedgs_geo.core.folder_lock import Busy, Lease, Lost
+from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.resource_errors import is_full
 
 
@@ -127,62 +130,42 @@ def test_a_cost_file_that_is_none_is_refused(tmp_path):
         CostModel.load(tmp_path / "c.json")
 
 
-def test_memory_limits_plots_at_once():
-    assert shape_of(0, 1, 16.0, 2.0, cores=8) == Shape(8, 1, 2.0)
-    assert shape_of(0, 1, 16.0, 6.0, cores=8) == Shape(2, 4, 8.0)
-    assert shape_of(0, 4, 16.0, 2.0, cores=8) == Shape(2, 1, 8.0)
-    assert shape_of(2, 1, 16.0, 20.0, cores=8) == Shape(1, 2, 16.0)
-    for shape in (shape_of(w, 1, 10.0, need, 16) for w in (0, 3, 16) for need in (0.3, 1, 4, 9)):
-        assert shape.processes * shape.memory_gb <= 10.0 + 1e-9
+@pytest.mark.parametrize("memory_gb, at_once", [(8.0, 2), (16.0, 4), (100.0, 6)])
+def test_memory_limits_plots_at_once(tmp_path, memory_gb, at_once):
+    """The longest first; each beside the others only where its memory fits."""
+    entries = [
+        {
+            "row": {"plot_id": f"p{n}", "line": n, "route": "cloud"},
+            "inputs": {"stamp": ""},
+            "settings": "s",
+            "seconds": float(n),
+            "memory_gb": 4.0,
+            "disk_gb": 0.0,
+        }
+        for n in range(6)
+    ]
+    campaign, order, running, most = Campaign(tmp_path), [], set(), []
+
+    def measure(job, stop, started):
+        order.append(job["plot_id"])
+        running.add(job["plot_id"])
+        most.append(len(running))
+        time.sleep(0.2)
+        running.remove(job["plot_id"])
+        done = {"series": 0, "outcome": "done", "began": time.time()}
+        result = {"n_trees": 2, "n_measured": 1, "seconds": 0.1, "peak_gb": 0.1}
+        Record(Path(job["folder"]), "s:k", "", "done", [done], result).save()
+        return {"outcome": "done"}
+
+    capacity = Capacity(6, memory_gb)
+    tally = Coordinator(Plan(entries), campaign, capacity, Reporter(), function=measure).run()
+    assert max(most) == at_once and order[0] == "p5" and sorted(order) == [f"p{n}" for n in range(6)]
+    assert (tally.done, tally.trees, tally.measured) == (6, 12, 6)
 
 
 def test_makespan_of_list_scheduling():
     assert makespan(np.array([3.0, 3, 2, 2, 2]), 2) == 7
     assert makespan(np.array([5.0]), 100) == 5
-
-
-@pytest.mark.parametrize(
-    "queue, options, words",
-    [
-        (
-            "slurm",
-            "queue=forest,account=inv42,walltime=03:30:00,memory=24GB,cores=6,jobs=3,job_extra=--constraint=avx2",
-            [
-                "#SBATCH -p forest",
-                "#SBATCH -A inv42",
-                "#SBATCH -t 03:30:00",
-                "#SBATCH --cpus-per-task=6",
-                "#SBATCH --mem=23G",
-                "#SBATCH --constraint=avx2",
-                "--nthreads 3",
-                "--resources memory_gb=23.50",
-                "--memory-limit 0",
-            ],
-        ),
-        (
-            "pbs",
-            "queue=long,walltime=01:00:00,cores=4,memory=8GB,prologue=module load python",
-            ["#PBS -q long", "#PBS -l walltime=01:00:00", "module load python", "--resources memory_gb=7.50"],
-        ),
-    ],
-)
-def test_job_scripts_say_what_a_plot_needs(queue, options, words):
-    import dask_jobqueue
-
-    from treedgs_geo.campaign.clusters import QUEUES
-
-    chosen, jobs = queue_arguments(Shape(5, 1, 4.0), 2, options, Path("/a b"))
-    assert jobs == (3 if queue == "slurm" else 5)
-    script = getattr(dask_jobqueue, QUEUES[queue])(**chosen, scheduler_options={"dashboard_address": None}).job_script()
-    for word in words:
-        assert word in script, script
-    assert sys.executable in script
-    assert "cd '/a b' || exit 1\n" in script, "jobs start in a folder of ours"
-
-
-def test_queue_options_are_checked():
-    with pytest.raises(InputError, match="found 'wall=3'"):
-        queue_arguments(Shape(1, 1, 4.0), 1, "wall=3", Path("/x"))
 
 
 def test_exits_are_put_into_words(tmp_path):
@@ -215,6 +198,6 @@ def test_control_points_and_calibration_count_as_inputs(tmp_path):
         values[name] = str(tmp_path / name)
     found = input_files("photos", values, "", "")
     assert found == [tmp_path / "gcp", tmp_path / "calibration"]
-    before = content_key(found)
+    before = fingerprint(found)
     (tmp_path / "gcp").write_text("EPSG:32616")
-    assert content_key(found) != before
+    assert fingerprint(found) != before

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from small_campaign import make_cloud
 
+from treedgs_geo.campaign.command import CampaignSettings
 from treedgs_geo.campaign.manifest import Checker
-from treedgs_geo.campaign.settings import CampaignSettings
 from treedgs_geo.cli import main
 from treedgs_geo.core.settings import params_of
 from treedgs_geo.verbs import all_commands

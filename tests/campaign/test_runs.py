@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from campaign_layers import differences, may_make_hosts, two_hosts
+from campaign_layers import differences
 from child_processes import words_of
 from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
@@ -34,14 +34,13 @@ def table(workspace: Path) -> dict[str, dict]:
         return {row["plot_id"]: row for row in csv.DictReader(stream)}
 
 
-def processes(workspace: Path, module: str) -> list[psutil.Process]:
-    """Plots' supervisors or engines of this campaign."""
-    found = []
-    for process in psutil.process_iter(["cmdline", "cwd"]):
-        words = " ".join(process.info["cmdline"] or [])
-        if f"treedgs_geo.campaign.{module}" in words and (str(workspace) in words or module == "supervise"):
-            found.append(process)
-    return found
+def engines(workspace: Path) -> list[psutil.Process]:
+    """Plots' engines of this campaign."""
+    found = psutil.process_iter(["cmdline"])
+    words = {process: " ".join(process.info["cmdline"] or []) for process in found}
+    return [
+        process for process, line in words.items() if "treedgs_geo.campaign.plot" in line and str(workspace) in line
+    ]
 
 
 def wait_until(condition, seconds: float = 90.0) -> None:
@@ -52,7 +51,7 @@ def wait_until(condition, seconds: float = 90.0) -> None:
 
 
 def nobody_left(workspace: Path) -> bool:
-    return not processes(workspace, "plot")
+    return not engines(workspace)
 
 
 @pytest.fixture(scope="module")
@@ -132,43 +131,13 @@ def test_a_second_start_does_only_what_is_missing(calm, campaign):
     assert set(trees[trees["plot_id"] == "p2"]["bh_m"]) == {1.3}
 
 
-def test_killed_workers_and_supervisors(calm, clouds, tmp_path):
-    """SIGKILL at random: the same trees, nothing lost, nothing doubled, nobody left behind."""
-    manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 4))
-    running = start(manifest, tmp_path / "w", "--workers", "2")
-    draw, killed = random.Random(5), 0
-    while killed < 4 and running.poll() is None:
-        wait_until(lambda: processes(tmp_path / "w", "plot") or running.poll() is not None)
-        time.sleep(draw.uniform(0, 1.5))
-        children = psutil.Process(running.pid).children(recursive=True) if running.poll() is None else []
-        kind = "supervise" if killed % 2 else "spawn_main"
-        victims = [child for child in children if kind in words_of(child)]
-        if victims:
-            draw.choice(victims).kill()
-            killed += 1
-    ended = Ended(running)
-    assert ended.code == 0 and ended.result["n_done"] == 4 and ended.result["n_failed"] == 0, ended.messages
-    assert (
-        killed == 4
-        and ended.result["n_interrupted"]
-        + sum(
-            a["outcome"] in (None, "interrupted")
-            for p in (tmp_path / "w" / "plots").iterdir()
-            for a in json.loads((p / "plot.json").read_text())["attempts"]
-        )
-        > 0
-    )
-    assert differences(tmp_path / "w" / "trees.gpkg", undisturbed(calm, 4)) == []
-    wait_until(lambda: nobody_left(tmp_path / "w"), 20)
-
-
 def test_killed_coordinators_and_a_second_one(clouds, tmp_path):
     """SIGKILL the whole campaign twice at random moments; a second coordinator meanwhile is refused."""
     manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
     draw = random.Random(3)
     for turn in range(2):
         running = start(manifest, workspace, "--workers", "2")
-        wait_until(lambda: processes(workspace, "plot") or running.poll() is not None)  # noqa: B023
+        wait_until(lambda: engines(workspace) or running.poll() is not None)  # noqa: B023
         if turn == 0:
             other = Ended(start(manifest, workspace))
             assert other.code == 2 and "is being run by" in other.said("error")[0]
@@ -195,7 +164,7 @@ def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
     running = start(manifest, workspace, "--workers", "2")
     folder, crashes = workspace / "plots" / "crash", 0
     while running.poll() is None:
-        for engine in processes(workspace, "plot"):
+        for engine in engines(workspace):
             if str(folder) in words_of(engine):
                 engine.send_signal(signal.SIGSEGV)
                 crashes += 1
@@ -230,8 +199,8 @@ def test_a_damaged_plot_is_measured_again(clouds, tmp_path):
     assert read_trees(layer)["dbh_cm"].equals(before["dbh_cm"]) and (layer.parent / "trees.damaged1.gpkg").exists()
 
 
-def test_a_photo_plot_runs_under_its_supervisors_lease(tmp_path):
-    """The engine works in the folder that its supervisor holds: what is wrong is said, not that somebody is there."""
+def test_a_photo_plot_runs_under_its_campaigns_lease(tmp_path):
+    """The engine works in the folder that the campaign holds: what is wrong is said, not that somebody is there."""
     for n in range(4):
         pixels = np.random.default_rng(n).integers(0, 255, (60, 80, 3), np.uint8)
         (tmp_path / "photos").mkdir(exist_ok=True)
@@ -268,65 +237,16 @@ def test_a_full_disk(clouds, tmp_path):
         subprocess.run(["umount", "-l", str(disk)], check=False)
 
 
-def test_a_lost_scheduler(clouds, tmp_path):
-    """kill -9 of the scheduler: the coordinator says so and keeps what was finished; a later start does the rest."""
-    manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
-    address, log = "tcp://127.0.0.1:8793", open(tmp_path / "log", "w")
-    command = [
-        sys.executable,
-        "-m",
-        "distributed.cli.dask_scheduler",
-        "--host",
-        "127.0.0.1",
-        "--port",
-        "8793",
-        "--no-dashboard",
-    ]
-    scheduler = subprocess.Popen(command, stderr=log, stdout=log)
-    worker = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "distributed.cli.dask_worker",
-            address,
-            "--nthreads",
-            "1",
-            "--resources",
-            "memory_gb=4",
-            "--memory-limit",
-            "0",
-            "--no-dashboard",
-        ],
-        stderr=log,
-        stdout=log,
-        cwd=tmp_path,
-    )
-    try:
-        time.sleep(3)
-        running = start(manifest, workspace, "--scheduler", address, "--patience-s", "4")
-        wait_until(lambda: list(workspace.glob("plots/*/trees.gpkg")))
-        scheduler.kill()
-        ended = Ended(running)
-        assert ended.code == 2 and "was lost" in ended.said("error")[0], ended.messages
-    finally:
-        scheduler.kill()
-        worker.kill()
-        scheduler.wait(), worker.wait()
-        log.close()
-    done = Ended(start(manifest, workspace))
-    assert done.code == 0 and done.result["n_done"] == 3 and done.result["n_kept"] >= 1, done.messages
-
-
-def test_two_hosts_with_a_shared_folder(calm, clouds, tmp_path):
-    """Two workers in network namespaces of their own: both work, the trees are the same."""
-    if not may_make_hosts():
-        pytest.skip("network namespaces are not permitted here")
-    manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 4))
-    with two_hosts(tmp_path / "logs") as address:
-        ended = Ended(start(manifest, tmp_path / "w", "--scheduler", address))
-    assert ended.code == 0 and ended.result["n_done"] == 4, ended.messages
-    assert {row["host"] for row in table(tmp_path / "w").values()} == {"tdg-host-a", "tdg-host-b"}
-    assert differences(tmp_path / "w" / "trees.gpkg", undisturbed(calm, 4)) == []
+def test_two_computers_with_a_shared_folder(calm, clouds, tmp_path):
+    """The same command with --join on both: one leads, both work, the trees are the same."""
+    manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 4)), tmp_path / "w"
+    command = (manifest, workspace, "--workers", "1", "--join")
+    both = [start(*command, env={**os.environ, "TREEDGS_HOST": name}) for name in ("one", "other")]
+    ended = sorted(map(Ended, both), key=lambda run: "output" in run.result)
+    assert [run.code for run in ended] == [0, 0], [run.messages for run in ended]
+    assert "computer joined" in ended[0].result["status"] and ended[1].result["n_done"] == 4
+    assert {row["host"] for row in table(workspace).values()} == {"one", "other"}
+    assert differences(workspace / "trees.gpkg", undisturbed(calm, 4)) == []
 
 
 def test_overlapping_plots_are_reported(clouds, tmp_path, campaign):
@@ -362,7 +282,7 @@ def test_a_plot_that_needs_too_much_memory_is_not_tried(clouds, tmp_path, campai
     manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "large", "cloud": clouds / "cloud_0.laz"}])
     ended = campaign(manifest, tmp_path / "w", "--memory-gb", "2")
     assert ended.code == 2 and "no plot could be measured" in ended.said("error")[0]
-    assert "the largest worker has 2.0 GB" in table(tmp_path / "w")["large"]["remark"]
+    assert "this computer has 2.0 GB" in table(tmp_path / "w")["large"]["remark"]
     assert not (tmp_path / "w" / "plots" / "large" / "engine.log").exists()
 
 
@@ -370,48 +290,12 @@ def test_cancelled(clouds, tmp_path):
     """What QGIS sends: everything ends, what was finished is kept."""
     manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 2)), tmp_path / "w"
     running = start(manifest, workspace, "--workers", "2")
-    wait_until(lambda: processes(workspace, "plot"))
+    wait_until(lambda: engines(workspace))
     running.terminate()
     ended = Ended(running)
     assert ended.code == 130 and "run again to resume" in ended.said("error")[0], ended.messages
     wait_until(lambda: nobody_left(workspace), 20)
     assert json.loads((workspace / "campaign.json").read_text())["open"] is True
-
-
-#: Stands in for a batch queue, which is not at hand: starts the job script at once, in the background.
-# Like sbatch it keeps a copy: dask-jobqueue removes the script once it is submitted.
-SBATCH = """#!/bin/sh
-for script; do :; done
-cp "$script" "$QUEUE/script.$$"
-setsid sh "$QUEUE/script.$$" >"$QUEUE/job.$$.log" 2>&1 &
-echo $! >"$QUEUE/$$.job"
-echo "Submitted batch job $$"
-"""
-SCANCEL = """#!/bin/sh
-for job; do [ -f "$QUEUE/$job.job" ] && kill -- -$(cat "$QUEUE/$job.job"); done
-exit 0
-"""
-
-
-def test_workers_from_a_queue(clouds, tmp_path):
-    """dask-jobqueue's own SLURM code with a stand-in for ``sbatch``: the job script starts a worker that does it."""
-    for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
-        (tmp_path / name).write_text(text)
-        (tmp_path / name).chmod(0o755)
-    manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 1))
-    ended = Ended(
-        start(
-            manifest,
-            tmp_path / "w",
-            "--scheduler",
-            "slurm",
-            "--queue-options",
-            "jobs=1,memory=2GB,cores=1",
-            env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "QUEUE": str(tmp_path)},
-        )
-    )
-    assert ended.code == 0 and ended.result["n_done"] == 1, ended.messages + [ended.log]
-    assert len(list(tmp_path.glob("*.job"))) == 1
 
 
 def test_one_table_for_all_plots(clouds, tmp_path, campaign):

@@ -13,7 +13,7 @@ from small_campaign import ROOT, Ended, make_cloud, write_manifest
 
 from treedgs_geo.core.children import import_path, python_command
 
-#: Names that Python, Dask or the engine import early; each file notes that it was executed.
+#: Names that Python or the engine import early; each file notes that it was executed.
 NAMES = (
     "json",
     "signal",
@@ -60,7 +60,6 @@ def plain() -> dict[str, str]:
     "module",
     [
         "treedgs_geo",
-        "treedgs_geo.campaign.supervise",
         "treedgs_geo.campaign.plot",
         "treedgs_geo.reconstruction.colmap_process",
         "treedgs_lab.benchmarking.jobs",
@@ -145,8 +144,8 @@ def test_matching_processes(hostile, tmp_path, monkeypatch):
     assert executed(hostile) == [] and "KeyError" in (tmp_path / "no-such-task.log").read_text()
 
 
-def test_a_campaigns_workers_supervisors_and_engines(hostile, tmp_path):
-    """Dask's processes are multiprocessing's: they start in the folder of the command, isolated as well."""
+def test_a_campaigns_engines(hostile, tmp_path):
+    """They start in the plot's folder, which is where its files are."""
     make_cloud(tmp_path / "cloud.laz", 1)
     manifest, workspace = write_manifest(tmp_path / "m.csv", [{"plot_id": "a", "cloud": "cloud.laz"}]), tmp_path / "w"
     (workspace / "plots" / "a").mkdir(parents=True)
@@ -170,8 +169,6 @@ def test_a_campaigns_workers_supervisors_and_engines(hostile, tmp_path):
                 workspace,
                 "--log-format",
                 "json",
-                "--dashboard",
-                "off",
             ],
             cwd=hostile,
             env=plain(),

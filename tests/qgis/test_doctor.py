@@ -57,7 +57,9 @@ def test_extras_are_the_same_everywhere():
         assert packages == {OPTIONAL[module] for module in modules}, name
     for part in ("", *plugin.CHOICES, "gpu"):
         assert plugin.disk_mb(part) > plugin.download_mb(part) > 0
-    assert plugin.missing(["open3d", "dask"]) == ["simulate", "cluster"] and plugin.missing(["open3d", "numpy"]) == []
+    assert (
+        plugin.missing(["open3d", "openpyxl"]) == ["simulate", "reports"] and plugin.missing(["open3d", "numpy"]) == []
+    )
     assert plugin.needed_gb(["simulate"]) > plugin.needed_gb([]) > 1
 
 
@@ -65,7 +67,7 @@ def test_an_extra_that_was_not_chosen_is_no_fault(monkeypatch):
     real = importlib.import_module
 
     def without(name, *more):
-        if name in ("open3d", "dask"):
+        if name in ("open3d", "openpyxl"):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
         return real(name, *more)
 
@@ -74,7 +76,7 @@ def test_an_extra_that_was_not_chosen_is_no_fault(monkeypatch):
     reporter = Reporter()
     monkeypatch.setattr(reporter, "info", said.append)
     result = COMMAND.run(DoctorSettings(), reporter)
-    assert "but campaign, benchmark, simulate-plot" in result["status"] and "cluster, simulate" in result["status"]
+    assert "but stand-table, benchmark, simulate-plot" in result["status"] and "reports, simulate" in result["status"]
     assert "simulate-plot: not set up, it needs the extra simulate" in said and "terrain: works" in said
 
 

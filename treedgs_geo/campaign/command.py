@@ -1,12 +1,74 @@
-"""``campaign``: many plots from one table, on this machine or a cluster."""
+"""``campaign``: many plots from one table, on this machine or several."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from .settings import CampaignSettings
+from ..core.settings import param
+from .places import CAMPAIGN, PLAN, REPORT, STATUS, TABLE, TREES
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignSettings:
+    """Options of ``campaign``."""
+
+    manifest: Path = param(
+        kind="file",
+        help="CSV with one row a plot: plot_id, photos (folder) or cloud (file), and where wanted geotags, dtm, crs, "
+        "plots, field and any setting of the verb by its name; paths count from the table's folder",
+        suffixes=(".csv", ".txt", ".tsv"),
+    )
+    crs: str | None = param(
+        None, kind="crs", help="CRS of rows that give none, and of the layer when rows have different ones"
+    )
+    workers: int = param(
+        0, kind="integer", minimum=0, maximum=100000, help="plots at once; 0 = as many as cores and memory carry"
+    )
+    predict: bool = param(
+        False, kind="flag", help="only check the table and say how long it will take and what it needs"
+    )
+    join: bool = param(
+        False,
+        kind="flag",
+        help="take plots of this campaign too if another process leads it already: for further computers that share "
+        "the folder, and for the jobs of a cluster's queue",
+        dialog=False,
+    )
+    run_programs: bool = param(
+        False,
+        kind="flag",
+        advanced=True,
+        help="run the programs that the table names (segmenter_command, segmenter_model)",
+    )
+    threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot", advanced=True)
+    memory_gb: float = param(
+        0.0,
+        kind="number",
+        unit="GB",
+        minimum=0,
+        maximum=100000,
+        help="memory for all plots together; 0 = what is free, less a reserve",
+        advanced=True,
+    )
+    time_limit_min: float = param(
+        0.0, kind="number", unit="min", minimum=0, help="end a plot that takes longer; 0 = never", advanced=True
+    )
+    workspace: Path = param(
+        kind="output_folder",
+        help="folder for the campaign; a second start does what is missing",
+        holds=(PLAN, CAMPAIGN, TREES, STATUS, TABLE, REPORT),
+        known_by=PLAN,
+    )
+    output: Path | None = param(
+        None,
+        kind="output_file",
+        help="the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace",
+        suffixes=(".gpkg", ".csv"),
+    )
 
 
 def run(settings: CampaignSettings, reporter: Reporter) -> dict[str, Any]:
@@ -21,7 +83,7 @@ COMMAND = Command(
     qgis_id="campaign",
     title="Measure many plots",
     group="2 Measure",
-    summary="Many plots from one table, on this machine or a cluster: one trees layer, one report.",
+    summary="Many plots from one table, on this machine or several: one trees layer, one report.",
     help=(
         "One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything "
         "starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that "

@@ -32,8 +32,6 @@ THREADS = (
 )
 #: Below this share of the machine's memory a plot that uses more than it declared is ended before the machine swaps.
 _LOW_MEMORY = 0.04
-#: The kernel's order of victims: the plot before the worker.
-_OOM_SCORE = 600
 _EXITS = {2: "input", 3: "missing", 4: "memory", 130: "interrupted"}
 
 
@@ -45,7 +43,6 @@ class Ending:
     message: str = ""
     result: dict[str, Any] = field(default_factory=dict)
     peak_gb: float = 0.0
-    cpu_s: float = 0.0
 
 
 class EngineProcess:
@@ -65,7 +62,7 @@ class EngineProcess:
                 python_command("treedgs_geo.campaign.plot", file),
                 cwd=folder,
                 env=environment,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,  # its end shows the engine that this process is gone
                 stdout=subprocess.PIPE,
                 stderr=stream,
                 **_own_group(),
@@ -98,7 +95,7 @@ class EngineProcess:
         except subprocess.TimeoutExpired:
             return False
 
-    def watch_memory(self, need_gb: float, limit_gb: float | None) -> None:
+    def watch_memory(self, need_gb: float, limit_gb: float) -> None:
         """Measure the engine and its children once a second; end it when it would make the machine swap."""
         import psutil
 
@@ -118,10 +115,10 @@ class EngineProcess:
             return
         gigabytes = used / 1e9
         self.peak_gb = max(self.peak_gb, gigabytes)
-        if limit_gb and gigabytes > limit_gb:
+        if gigabytes > limit_gb:
             self.stop(
                 "memory",
-                f"used {gigabytes:.1f} GB of memory, its worker has {limit_gb:.1f} GB; run it on a "
+                f"used {gigabytes:.1f} GB of memory, {limit_gb:.1f} GB are there for plots; run it on a "
                 "larger machine, with a faster preset or fewer photos",
             )
         memory = psutil.virtual_memory()
@@ -163,7 +160,7 @@ class EngineProcess:
         """Outcome, in words, with what it took."""
         found = self._outcome()
         remove_leftovers(self.folder)
-        found.peak_gb, found.cpu_s = self.peak_gb, _children_cpu_s()
+        found.peak_gb = self.peak_gb
         return found
 
     def _outcome(self) -> Ending:
@@ -196,12 +193,6 @@ def explain(code: int | None, message: str) -> tuple[str, str]:
     return _EXITS.get(code, "defect"), message or f"the engine ended with code {code}"
 
 
-def _children_cpu_s() -> float:
-    """Processor seconds of this process's ended children and theirs."""
-    spent = os.times()
-    return round(spent.children_user + spent.children_system, 2)
-
-
 def _last_line(log: Path) -> str:
     try:
         text = log.read_text(encoding="utf-8", errors="replace")
@@ -214,18 +205,4 @@ def _last_line(log: Path) -> str:
 def _own_group() -> dict[str, Any]:
     if sys.platform == "win32":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
-    return {"start_new_session": True, "preexec_fn": _before_start}
-
-
-def _before_start() -> None:
-    """In the child: dies with its supervisor, and before its worker when memory runs out. Linux only."""
-    if sys.platform == "win32":
-        return
-    try:
-        import ctypes
-
-        ctypes.CDLL(None).prctl(1, signal.SIGKILL)
-        with open("/proc/self/oom_score_adj", "w", encoding="ascii") as stream:
-            stream.write(str(_OOM_SCORE))
-    except (OSError, AttributeError):
-        pass
+    return {"start_new_session": True}

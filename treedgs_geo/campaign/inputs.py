@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,8 @@ import pyproj
 
 from ..core.crs import project_crs
 from ..core.errors import InputError
-from ..core.files import PHOTO_SUFFIXES, fingerprint
+from ..core.files import PHOTO_SUFFIXES
+from ..core.frames import horizontal
 
 _CLOUDS = (".las", ".laz")
 #: Bytes of a line of a text cloud, for counting without reading.
@@ -23,20 +24,15 @@ FEWEST_PHOTOS = 3
 
 @dataclass(frozen=True)
 class PlotInputs:
-    """photos, megapixels (all photos together), points (millions), gigabytes (on disk). crs: as text. use_crs: what has
+    """photos, megapixels (all photos together), points (millions). crs: as text. use_crs: what has
     to be handed to the verb, or "". stamp: changes when a name, size or time of a file changes."""
 
     photos: int
     megapixels: float
     points_m: float
-    gigabytes: float
     crs: str
     use_crs: str
     stamp: str
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain values."""
-        return asdict(self)
 
 
 def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str | None) -> PlotInputs:
@@ -46,25 +42,24 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
         InputError: too few photos, a cloud whose header cannot be read. CRSError: no usable CRS.
     """
     files = input_files(route, values, plots, field)
-    sizes = [path.stat() for path in files]
     stamp = hashlib.sha256()
-    for path, size in zip(files, sizes, strict=True):
+    for path in files:
+        size = path.stat()
         stamp.update(f"{path}:{size.st_size}:{size.st_mtime_ns};".encode("utf-8", "surrogateescape"))
-    gigabytes = sum(size.st_size for size in sizes) / 1e9
     if route == "photos":
         folder = Path(values["photos"])
         photos = [path for path in files if path.suffix.lower() in PHOTO_SUFFIXES and folder in path.parents]
         if len(photos) < FEWEST_PHOTOS:
             raise InputError(f"photos {folder} holds {len(photos)} photos, expected at least {FEWEST_PHOTOS}.")
         megapixels = len(photos) * _megapixels(photos[len(photos) // 2])
-        return PlotInputs(len(photos), megapixels, 0.0, gigabytes, crs_name(values["crs"]), "", stamp.hexdigest()[:16])
+        return PlotInputs(len(photos), megapixels, 0.0, crs_name(values["crs"]), "", stamp.hexdigest()[:16])
     cloud = Path(values["input"])
     points, own = _cloud_header(cloud)
     given_crs = values.get("crs") or ("" if own else crs or "")
     if not own and not given_crs:
         raise InputError(f"cloud {cloud} holds no CRS; give it in a column crs, or one for all rows with --crs.")
     name = "local" if given_crs == "local" else own or crs_name(given_crs)
-    return PlotInputs(0, 0.0, points / 1e6, gigabytes, name, given_crs, stamp.hexdigest()[:16])
+    return PlotInputs(0, 0.0, points / 1e6, name, given_crs, stamp.hexdigest()[:16])
 
 
 def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> list[Path]:
@@ -87,11 +82,6 @@ def _geotag_files(values: dict[str, Any]) -> list[Path]:
         return find_geotags(Path(values["geotags"]), Path(values["photos"])).all()
     except InputError:
         return _below(Path(values["geotags"]), deep=False)
-
-
-def content_key(files: list[Path]) -> str:
-    """Fingerprint of the content: the same after a copy, a touch or a move."""
-    return fingerprint(files)
 
 
 def _below(path: Path, deep: bool) -> list[Path]:
@@ -125,14 +115,9 @@ def _cloud_header(path: Path) -> tuple[int, str]:
     try:
         with open_reader(path) as reader:
             crs = reader.header.parse_crs()
-            return int(reader.header.point_count), _horizontal(crs) if crs is not None else ""
+            return int(reader.header.point_count), _text(horizontal(crs).to_wkt()) if crs is not None else ""
     except Exception as problem:
         raise InputError(f"cloud {path} is not a LAS/LAZ file that can be read ({problem}); export it again.") from None
-
-
-def _horizontal(crs: pyproj.CRS) -> str:
-    flat = crs.sub_crs_list[0] if crs.is_compound else crs
-    return _text(flat.to_wkt())
 
 
 @lru_cache(maxsize=64)

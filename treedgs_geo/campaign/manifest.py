@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from dataclasses import field as item
 from pathlib import Path
 from typing import Any
@@ -36,10 +36,6 @@ class PlotRow:
     plots: str = ""
     field: str = ""
     pairing: dict[str, Any] = item(default_factory=dict)
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain values."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

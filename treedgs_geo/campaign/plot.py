@@ -7,7 +7,10 @@ Called as ``python -m treedgs_geo.campaign.plot JOB``. Speaks the JSON lines of
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,9 @@ from ..core.settings import build
 from ..core.tables import SafeWriter
 from .manifest import ROUTES, own_field, own_plots
 from .places import TREES
+
+#: The kernel's order of victims: the plot before the campaign.
+_OOM_SCORE = 600
 
 
 def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
@@ -37,7 +43,8 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
     values = dict(row["values"], output=str(folder / TREES))
     plots = ""
     if row["plots"]:
-        plots = str(_own_plots(row, folder))
+        # The row's circle out of its plots table; the whole table when the row's id is not in it.
+        plots = str(_write_rows(folder / "plots.csv", own_plots(row)))
     if row["route"] == "photos":
         values["workspace"] = str(folder)
         if plots:
@@ -65,12 +72,7 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
     if row["field"]:
         with reporter.stage("field trees", 0.95, 1.0):
             result["accuracy"] = _accuracy(row, plots, folder, len(trees), reporter)
-    return result
-
-
-def _own_plots(row: dict[str, Any], folder: Path) -> Path:
-    """The row's circle out of its plots table; the whole table when the row's id is not in it."""
-    return _write_rows(folder / "plots.csv", own_plots(row))
+    return {**result, "cpu_s": round(sum(os.times()[:4]), 2)}
 
 
 def _write_rows(target: Path, rows: list[dict[str, str]]) -> Path:
@@ -117,10 +119,36 @@ def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, repor
     }
 
 
+def end_with_campaign() -> None:
+    """End this process, and what it started, when the campaign's process is gone: it holds the other end of stdin. On
+    Linux the kernel ends it at once, and picks it before the campaign when memory runs out."""
+    pipe = os.dup(0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+
+    def watch() -> None:
+        import psutil
+
+        while os.read(pipe, 64):
+            pass
+        for child in psutil.Process().children(recursive=True):
+            with suppress(psutil.Error):
+                child.kill()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            import ctypes
+
+            ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+            Path("/proc/self/oom_score_adj").write_text(str(_OOM_SCORE), encoding="ascii")
+
+
 def main() -> int:
     """Run the job file's plot."""
     from ..cli import run_command
 
+    end_with_campaign()
     reporter = make_reporter("json")
     # Native libraries print to stdout too: the protocol keeps its own stream.
     reporter._stream = os.fdopen(os.dup(1), "w", encoding="utf-8", buffering=1)  # type: ignore[attr-defined]

@@ -25,7 +25,7 @@ _MAX_REPORTED = 30
 
 def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
     """What is known of each plot of the plan, in the manifest's order, one at a time."""
-    for entry in plan.entries():
+    for entry in plan.entries:
         row = entry["row"]
         folder = plot_folder(campaign.workspace, row["plot_id"])
         record = Record.read(folder)

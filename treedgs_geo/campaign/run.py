@@ -3,58 +3,65 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import __version__
 from ..core.costs import CostModel, makespan, time_text
 from ..core.errors import Incomplete, InputError, OutputError, TreeDGSError
 from ..core.folder_lock import Busy, Lease
-from ..core.machine import cores
+from ..core.machine import cores, free_memory
 from ..core.progress import Reporter
 from ..core.resource_errors import is_full
-from .clusters import QUEUES, Shape, memory_for_plots, open_crew, shape_of
-from .coordinate import Coordinator, Tally
+from .coordinate import Capacity, Coordinator, Tally
 from .layer import check_output, twins, write_layer
 from .places import COSTS, PLOTS, REPORT, STATUS, TABLE, TREES
 from .progress import write_text
 from .report import rows_of, write_report
-from .state import Campaign, Plan, make_plan
-from .task import run_plot
+from .state import Campaign, Plan, layer_crs, make_plan
 
 if TYPE_CHECKING:
-    from .settings import CampaignSettings
+    from .command import CampaignSettings
 
 
-def run_campaign(
-    settings: CampaignSettings,
-    reporter: Reporter,
-    function: Callable[[dict[str, Any]], dict[str, Any]] = run_plot,
-) -> dict[str, Any]:
-    """Check, run what is missing, write one layer and the report.
+#: Share of the free memory that plots may declare; the rest is for the coordinator, the page cache and QGIS.
+MEMORY_SHARE = 0.8
 
-    function: what a worker does with a plot's job (another one only in benchmarks of the coordinator itself).
+
+def run_campaign(settings: CampaignSettings, reporter: Reporter) -> dict[str, Any]:
+    """Check, run what is missing, write one layer and the report; or take part where another process does.
 
     Raises:
-        InputError: rows that cannot be used, an unknown scheduler, or a campaign that another process runs.
-        OutputError: outputs that cannot be written. SchedulerLost: nobody is left to run plots. Incomplete: some plots
-            could not be measured; layer and report are written.
+        InputError: rows that cannot be used, or a campaign that another process runs. OutputError: outputs that cannot
+            be written. TreeDGSError: no plot can be run on this computer. Incomplete: some plots could not be
+            measured; layer and report are written.
     """
     workspace = Path(settings.workspace)
     output = Path(settings.output) if settings.output else workspace / TREES
-    check_scheduler(settings.scheduler)
     check_output(output)
     if (workspace / "run.json").exists():
         raise InputError(f"{workspace}: is the workspace of a single plot; choose another folder for the campaign.")
+    while True:
+        try:
+            lease = Lease.take(workspace)
+            break
+        except Busy as busy:
+            if not settings.join:
+                raise InputError(
+                    f"{workspace}: this campaign is being run by {busy}; wait for it, stop it, or give --join to take "
+                    "plots of it."
+                ) from None
+            if busy.holder.get("key") and Campaign(workspace).record.get("leader") == busy.holder["key"]:
+                return _join(settings, workspace, reporter)
+            time.sleep(1)  # it still checks the manifest
+        except OSError as problem:
+            raise OutputError(
+                f"{workspace}: cannot be written ({problem.strerror}); choose another workspace."
+            ) from None
     try:
-        lease = Lease.take(workspace)
-    except Busy as busy:
-        raise InputError(f"{workspace}: this campaign is being run by {busy}; wait for it, or stop it.") from None
-    except OSError as problem:
-        raise OutputError(f"{workspace}: cannot be written ({problem.strerror}); choose another workspace.") from None
-    try:
-        return _run(settings, workspace, output, reporter, function, lease)
+        return _run(settings, workspace, output, reporter, lease)
     except TreeDGSError:
         raise
     except Exception as problem:
@@ -68,12 +75,37 @@ def run_campaign(
         lease.free()
 
 
+def capacity_of(settings: CampaignSettings) -> Capacity:
+    """As many plots at once as were asked for, else one a core; and the memory that they may use together."""
+    return Capacity(
+        settings.workers or max(1, cores() // settings.threads),
+        settings.memory_gb or max(MEMORY_SHARE * free_memory() / 1e9, 0.3),
+        settings.threads,
+        settings.time_limit_min,
+    )
+
+
+def _join(settings: CampaignSettings, workspace: Path, reporter: Reporter) -> dict[str, Any]:
+    """Run plots of a campaign that another process leads, until none is left to take."""
+    campaign = Campaign(workspace)
+    if campaign.record["version"] != __version__:
+        raise InputError(
+            f"{workspace}: the campaign was started with TreeDGS {campaign.record['version']}, here is {__version__}; "
+            "install the same."
+        )
+    plan = Plan.load(workspace)
+    with reporter.stage("plots"):
+        tally = Coordinator(plan, campaign, capacity_of(settings), reporter, joined=True).run()
+    status = f"{tally.done} of {len(plan)} plots were measured since this computer joined"
+    reporter.info(status + ".")
+    return {"n_plots": len(plan), "n_run": tally.done, "n_kept": tally.kept, "status": status}
+
+
 def _run(
     settings: CampaignSettings,
     workspace: Path,
     output: Path,
     reporter: Reporter,
-    function: Callable[[dict[str, Any]], dict[str, Any]],
     lease: Lease,
 ) -> dict[str, Any]:
     began = time.monotonic()
@@ -82,8 +114,8 @@ def _run(
     model = CostModel.load(costs if costs.exists() else None)
     with reporter.stage("check the manifest", 0.0, 0.03):
         plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter, settings.run_programs)
-    shape = _shape(settings, plan)
-    forecast = predict(plan, model, shape, settings, reporter)
+    capacity = capacity_of(settings)
+    forecast = predict(plan, model, capacity, workspace, reporter)
     if settings.predict:
         return {
             "n_plots": len(plan),
@@ -93,35 +125,22 @@ def _run(
             "needed_disk_gb": round(forecast.disk_gb, 2),
             "largest_memory_gb": round(float(plan.memory_gb.max()), 2),
         }
-    campaign.begin(entry["row"]["plot_id"] for entry in plan.entries())
-    with (
-        reporter.stage("plots", 0.03, 0.96),
-        open_crew(
-            settings.scheduler,
-            shape,
-            settings.threads,
-            settings.dashboard,
-            settings.queue_options or "",
-            workspace,
-            reporter,
-        ) as crew,
-    ):
-        if crew.dashboard:
-            reporter.info(f"Live view: {crew.dashboard}; table: {workspace / STATUS}")
-        tally = Coordinator(
-            plan,
-            campaign,
-            crew,
-            settings.threads,
-            settings.time_limit_min,
-            settings.patience_s,
-            reporter,
-            function,
-            lease.renew,
-        ).run()
+    campaign.begin((entry["row"]["plot_id"] for entry in plan.entries), lease.key)
+    with reporter.stage("plots", 0.03, 0.96):
+        tally = Coordinator(plan, campaign, capacity, reporter, lease.renew).run()
     lease.check()
     with reporter.stage("write", 0.96, 1.0):
-        result = _write(campaign, plan, model, tally, output, forecast, time.monotonic() - began, reporter)
+        result = _write(
+            campaign,
+            plan,
+            layer_crs(plan, settings.crs),
+            model,
+            tally,
+            output,
+            forecast,
+            time.monotonic() - began,
+            reporter,
+        )
     campaign.end()
     if tally.failed == len(plan):
         raise InputError(f"{settings.manifest}: no plot could be measured, see {workspace / REPORT} for the reasons.")
@@ -134,36 +153,6 @@ def _run(
     return result
 
 
-def check_scheduler(scheduler: str) -> None:
-    """Refuse what is neither ``local``, a queue, nor an address.
-
-    Raises:
-        InputError: with what is expected.
-    """
-    if scheduler == "local" or scheduler in QUEUES or scheduler.startswith(("tcp://", "tls://", "ws://", "wss://")):
-        return
-    raise InputError(
-        f"--scheduler: found {scheduler!r}, expected local, tls://host:8786 (a running Dask scheduler), "
-        f"{' or '.join(QUEUES)}."
-    )
-
-
-def _shape(settings: CampaignSettings, plan: Plan) -> Shape:
-    memory = settings.memory_gb or memory_for_plots()
-    fitting = plan.memory_gb[plan.memory_gb <= memory]
-    if settings.scheduler in QUEUES:
-        # Each job is one worker with room for its plots at once.
-        at_once = settings.workers or min(len(plan), 10)
-        return Shape(at_once, 1, settings.memory_gb or float(plan.memory_gb.max()))
-    return shape_of(
-        min(settings.workers or 10**6, len(plan)) if settings.workers else 0,
-        settings.threads,
-        memory,
-        float(fitting.max()) if len(fitting) else memory,
-        cores(),
-    )
-
-
 @dataclass(frozen=True)
 class Forecast:
     """seconds: wall clock with this shape; cpu_s: of all plots; disk_gb: of all workspaces; sentence: in words."""
@@ -174,9 +163,9 @@ class Forecast:
     sentence: str
 
 
-def predict(plan: Plan, model: CostModel, shape: Shape, settings: CampaignSettings, reporter: Reporter) -> Forecast:
+def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, reporter: Reporter) -> Forecast:
     """Time, memory and disk of the whole manifest, in a few lines."""
-    slots = shape.processes * shape.slots
+    slots = min(capacity.plots, len(plan))
     cpu = float(plan.seconds.sum())
     seconds = makespan(plan.seconds, slots)
     spread = max(model.routes[route]["spread"]["seconds"] for route in plan.routes)
@@ -190,7 +179,7 @@ def predict(plan: Plan, model: CostModel, shape: Shape, settings: CampaignSettin
     reporter.info(sentence + f" (from {rested}; single plots within a factor of {spread:g}).")
     other = {
         name
-        for entry in plan.entries()
+        for entry in plan.entries
         for name in ("preset", "fit")
         if entry["row"]["values"].get(name) not in (None, "balanced", "auto", "photos", "circle")
     }
@@ -199,20 +188,19 @@ def predict(plan: Plan, model: CostModel, shape: Shape, settings: CampaignSettin
             f"The forecast rests on runs with the default settings; rows set {' and '.join(sorted(other))} "
             "otherwise, which takes other times."
         )
-    if plan.n_outside:
-        reporter.warn(f"{plan.n_outside} plots are larger than any the forecast rests on: their time is a guess.")
-    if settings.scheduler == "local" and (plan.memory_gb > shape.memory_gb).any():
-        count = int((plan.memory_gb > shape.memory_gb).sum())
+    if n_outside := sum(entry["outside"] for entry in plan.entries):
+        reporter.warn(f"{n_outside} plots are larger than any the forecast rests on: their time is a guess.")
+    if count := int((plan.memory_gb > capacity.memory_gb).sum()):
         reporter.warn(
-            f"{count} plots need more memory than this machine has for plots ({shape.memory_gb:.1f} GB); "
+            f"{count} plots need more memory than this machine has for plots ({capacity.memory_gb:.1f} GB); "
             "they will not be tried."
         )
     import psutil
 
-    free = psutil.disk_usage(str(settings.workspace)).free / 1e9
+    free = psutil.disk_usage(str(workspace)).free / 1e9
     if plan.disk_gb.sum() > free:
         reporter.warn(
-            f"{settings.workspace}: {free:.1f} GB of disk are free, about {plan.disk_gb.sum():.1f} GB are "
+            f"{workspace}: {free:.1f} GB of disk are free, about {plan.disk_gb.sum():.1f} GB are "
             "needed; plots that find no room will fail and can be run again."
         )
     return Forecast(seconds, cpu, float(plan.disk_gb.sum()), sentence)
@@ -221,6 +209,7 @@ def predict(plan: Plan, model: CostModel, shape: Shape, settings: CampaignSettin
 def _write(
     campaign: Campaign,
     plan: Plan,
+    crs: str,
     model: CostModel,
     tally: Tally,
     output: Path,
@@ -230,7 +219,7 @@ def _write(
 ) -> dict[str, Any]:
     """Layer, report, costs."""
     workspace = campaign.workspace
-    n_trees = write_layer(output, _finished(plan, campaign), plan.crs, reporter)
+    n_trees = write_layer(output, _finished(plan, campaign), crs, reporter)
     warnings: list[str] = []
     boxes: list[tuple[str, Path, Any]] = []
     runs: list[dict[str, Any]] = []
@@ -242,7 +231,7 @@ def _write(
                 warnings.append(f"{row['plot_id']}: {row['remark'] or 'was not run'}")
             continue
         counts["done"] += 1
-        if row["bounds"] and row["crs"] == plan.crs:
+        if row["bounds"] and row["crs"] == crs:
             boxes.append((row["plot_id"], Path(row["folder"]), tuple(row["bounds"])))
         if row["runs"] == 1 and len(runs) < 5000:
             # A plot that resumed an earlier attempt was cheaper than it is.
@@ -273,15 +262,14 @@ def _write(
         "refused because": reasons or "none",
         "this start": f"{tally.done} plots run, {tally.kept} kept, {tally.retried} retries, {tally.interrupted} "
         f"interruptions, {time_text(seconds)}{ratio}",
-        "CRS": plan.crs,
+        "CRS": crs,
         "forecast": forecast.sentence,
         "plots' folders": str(workspace / PLOTS),
         "table": str(workspace / TABLE),
     }
     write_report(campaign, rows_of(plan, campaign), facts, warnings)
     write_text(workspace / STATUS, status + ".\n")
-    if plan.routes:
-        reporter.info(status + ".")
+    reporter.info(status + ".")
     return {
         "output": str(output),
         "report": str(workspace / REPORT),

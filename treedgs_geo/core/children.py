@@ -48,22 +48,3 @@ def was_killed(code: int | None) -> bool:
     """Whether an exit code says that the system ended a process, most likely for memory. Windows has no such code, and
     no such signal."""
     return code in (-9, 137)
-
-
-def isolate_workers() -> None:
-    """Have :mod:`multiprocessing` (and so Dask) start its processes isolated too; they get the path from their parent.
-
-    It passes on the flags this process was started with, and a console script is not started with ``-I``.
-    """
-    from multiprocessing import util
-
-    flags: Any = util._args_from_interpreter_flags  # type: ignore[attr-defined]
-    if sys.flags.isolated or getattr(flags, "isolates", False):
-        return
-
-    def isolated() -> list[str]:
-        return ["-I", *flags()]
-
-    isolated.isolates = True  # type: ignore[attr-defined]
-    util._args_from_interpreter_flags = isolated  # type: ignore[attr-defined]
-    sys.path[:] = [entry for entry in sys.path if entry]

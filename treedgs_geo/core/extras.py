@@ -14,7 +14,6 @@ LAB = "treedgs_lab"
 #: Extra of ``pyproject.toml`` -> the modules it brings. ``treedgs_qgis/extras.py`` has the same.
 EXTRAS: dict[str, tuple[str, ...]] = {
     "simulate": ("open3d",),
-    "cluster": ("dask", "distributed", "bokeh", "cryptography", "dask_jobqueue"),
     "reports": ("openpyxl", "reportlab"),
     "gpu": ("warp",),
     "torch": ("torch",),
@@ -24,7 +23,7 @@ EXTRAS: dict[str, tuple[str, ...]] = {
 
 
 def extra_of(module: str | None) -> str:
-    """The extra that brings a module (``dask.config`` as well as ``dask``); '' where every engine has it."""
+    """The extra that brings a module (``torch.nn`` as well as ``torch``); '' where every engine has it."""
     top = (module or "").split(".")[0]
     return next((name for name, modules in EXTRAS.items() if top in modules), "")
 
@@ -32,7 +31,7 @@ def extra_of(module: str | None) -> str:
 def lacks(module: str | None, verb: str) -> str:
     """The sentence for a verb that needs a library which is not installed."""
     extra = extra_of(module)
-    if extra in ("simulate", "cluster", "reports"):
+    if extra in ("simulate", "reports"):
         return (
             f"{verb}: needs the library {module}, which the extra '{extra}' brings and this engine lacks; run 'Set up "
             f"the engine' (treedgs:setupengine) with {extra.upper()}=true, or pip install 'treedgs-geo[{extra}]'."

@@ -43,11 +43,6 @@ PACKAGES = {
 #: Brought by extras (:mod:`treedgs_geo.core.extras`).
 OPTIONAL = {
     "open3d": "open3d",
-    "dask": "dask",
-    "distributed": "distributed",
-    "bokeh": "bokeh",
-    "cryptography": "cryptography",
-    "dask_jobqueue": "dask-jobqueue",
     "openpyxl": "openpyxl",
     "reportlab": "reportlab",
     "warp": "warp-lang",
@@ -72,14 +67,13 @@ _BASE = (
 )
 _CLOUDS = ("laspy", "lazrs")
 _PHOTOS = ("PIL", "cv2", "pycolmap")
-_MANY = ("dask", "distributed", "cryptography")
 
 #: Verb -> the modules it imports; the QGIS plugin checks them before it starts a job.
 NEEDS: dict[str, tuple[str, ...]] = {
     "photos-to-dbh": (*_BASE, *_CLOUDS, *_PHOTOS),
     "pointcloud-to-dbh": (*_BASE, *_CLOUDS),
     "plan-flight": (*_BASE, *_CLOUDS, "reportlab"),
-    "campaign": (*_BASE, *_CLOUDS, *_PHOTOS, *_MANY),
+    "campaign": (*_BASE, *_CLOUDS, *_PHOTOS),
     "geotag": (*_BASE, "PIL"),
     "reconstruct": (*_BASE, *_CLOUDS, *_PHOTOS),
     "terrain": (*_BASE, *_CLOUDS),

@@ -633,10 +633,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Bestandestabellen als Excel und PDF ({size})</translation>
     </message>
     <message>
-      <source>Many plots at once, also on a cluster ({size})</source>
-      <translation>Viele Plots auf einmal, auch auf einem Rechencluster ({size})</translation>
-    </message>
-    <message>
       <source>Simulated plots, dense points as PLY ({size})</source>
       <translation>Simulierte Plots, dichte Punkte als PLY ({size})</translation>
     </message>
@@ -2185,8 +2181,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Viele Probeflächen messen</translation>
     </message>
     <message>
-      <source>Many plots from one table, on this machine or a cluster: one trees layer, one report.</source>
-      <translation>Viele Probeflächen aus einer Tabelle, auf diesem Rechner oder einem Cluster: ein Baumlayer, ein Bericht.</translation>
+      <source>Many plots from one table, on this machine or several: one trees layer, one report.</source>
+      <translation>Viele Probeflächen aus einer Tabelle, auf diesem Rechner oder mehreren: ein Baumlayer, ein Bericht.</translation>
     </message>
     <message>
       <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). Where plots failed it ends with an error (exit code 5) although layer and report are written. With --predict it only says how long it will take.</source>
@@ -2203,14 +2199,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>CRS of rows that give none, and of the layer when rows have different ones</source>
       <translation>KBS der Zeilen, die keines angeben, und des Layers, wenn Zeilen verschiedene haben</translation>
-    </message>
-    <message>
-      <source>Scheduler</source>
-      <translation>Planer</translation>
-    </message>
-    <message>
-      <source>where plots run: local, tls://host:8786 (a running Dask scheduler), slurm or pbs</source>
-      <translation>wo die Flächen laufen: local, tls://host:8786 (ein laufender Dask-Scheduler), slurm oder pbs</translation>
     </message>
     <message>
       <source>Workers</source>
@@ -2249,28 +2237,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Arbeitsspeicher [GB]</translation>
     </message>
     <message>
-      <source>memory for all plots together (in a queue: of each job); 0 = what is free, less a reserve</source>
-      <translation>Speicher für alle Flächen zusammen (in einer Warteschlange: je Auftrag); 0 = was frei ist, abzüglich einer Reserve</translation>
+      <source>memory for all plots together; 0 = what is free, less a reserve</source>
+      <translation>Speicher für alle Flächen zusammen; 0 = was frei ist, abzüglich einer Reserve</translation>
     </message>
     <message>
       <source>end a plot that takes longer; 0 = never</source>
       <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
-    </message>
-    <message>
-      <source>Dashboard</source>
-      <translation>Live-Ansicht</translation>
-    </message>
-    <message>
-      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
-      <translation>Live-Ansicht von Dask, nur für diesen Rechner: auto (ein freier Port), off oder ein Port wie :8787; was als host:port angegeben wird, kann jeder ansehen, der diesen Host erreicht</translation>
-    </message>
-    <message>
-      <source>Queue options</source>
-      <translation>Optionen der Warteschlange</translation>
-    </message>
-    <message>
-      <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
-      <translation>für slurm und pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
     </message>
     <message>
       <source>folder for the campaign; a second start does what is missing</source>

@@ -631,10 +631,6 @@ cero.&lt;/p&gt;
       <translation>Tablas de rodal en Excel y PDF ({size})</translation>
     </message>
     <message>
-      <source>Many plots at once, also on a cluster ({size})</source>
-      <translation>Muchas parcelas a la vez, también en un clúster ({size})</translation>
-    </message>
-    <message>
       <source>Simulated plots, dense points as PLY ({size})</source>
       <translation>Parcelas simuladas, puntos densos en PLY ({size})</translation>
     </message>
@@ -2183,8 +2179,8 @@ cero.&lt;/p&gt;
       <translation>Medir muchas parcelas</translation>
     </message>
     <message>
-      <source>Many plots from one table, on this machine or a cluster: one trees layer, one report.</source>
-      <translation>Muchas parcelas de una tabla, en este equipo o en un clúster: una capa de árboles, un informe.</translation>
+      <source>Many plots from one table, on this machine or several: one trees layer, one report.</source>
+      <translation>Muchas parcelas de una tabla, en este equipo o en varios: una capa de árboles, un informe.</translation>
     </message>
     <message>
       <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). Where plots failed it ends with an error (exit code 5) although layer and report are written. With --predict it only says how long it will take.</source>
@@ -2201,14 +2197,6 @@ cero.&lt;/p&gt;
     <message>
       <source>CRS of rows that give none, and of the layer when rows have different ones</source>
       <translation>SRC de las filas que no dan ninguno, y de la capa cuando las filas tienen distintos</translation>
-    </message>
-    <message>
-      <source>Scheduler</source>
-      <translation>Planificador</translation>
-    </message>
-    <message>
-      <source>where plots run: local, tls://host:8786 (a running Dask scheduler), slurm or pbs</source>
-      <translation>dónde se ejecutan las parcelas: local, tls://host:8786 (un planificador Dask en marcha), slurm o pbs</translation>
     </message>
     <message>
       <source>Workers</source>
@@ -2247,28 +2235,12 @@ cero.&lt;/p&gt;
       <translation>Memoria [GB]</translation>
     </message>
     <message>
-      <source>memory for all plots together (in a queue: of each job); 0 = what is free, less a reserve</source>
-      <translation>memoria para todas las parcelas juntas (en una cola: por trabajo); 0 = la libre, menos una reserva</translation>
+      <source>memory for all plots together; 0 = what is free, less a reserve</source>
+      <translation>memoria para todas las parcelas juntas; 0 = la que está libre, menos una reserva</translation>
     </message>
     <message>
       <source>end a plot that takes longer; 0 = never</source>
       <translation>terminar una parcela que tarde más; 0 = nunca</translation>
-    </message>
-    <message>
-      <source>Dashboard</source>
-      <translation>Panel en vivo</translation>
-    </message>
-    <message>
-      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
-      <translation>vista en vivo de Dask, solo para este equipo: auto (un puerto libre), off o un puerto como :8787; lo que se indique como host:port lo puede ver quien alcance ese host</translation>
-    </message>
-    <message>
-      <source>Queue options</source>
-      <translation>Opciones de la cola</translation>
-    </message>
-    <message>
-      <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
-      <translation>para slurm y pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
     </message>
     <message>
       <source>folder for the campaign; a second start does what is missing</source>
