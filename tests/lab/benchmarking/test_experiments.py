@@ -27,7 +27,7 @@ LAB = ROOT / "treedgs_lab" / "benchmarks"
 SOURCES = sorted(LAB.rglob("*.py"))
 SCRIPTS = [path for path in SOURCES if '__name__ == "__main__"' in path.read_text()]
 #: Run by themselves, in an environment of their own.
-APART = {"run_3dfin.py", "run_dendromatics.py", "run_treedgs.py", "run_treex.py"}
+APART = {"run_3dfin.py", "run_dendromatics.py", "run_pytlidar.py", "run_treedgs.py", "run_treex.py"}
 RESULTS = sorted((ROOT / "docs" / "results").iterdir())
 
 

@@ -24,12 +24,14 @@ import numpy as np
 
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, mobile_cloud
-from treedgs_lab.benchmarks.clouds.runners import REAL, circles_of, nearest, run_dendromatics, start_treedgs
+from treedgs_lab.benchmarks.clouds.runners import REAL, circles_of, nearest, run_program, start_treedgs
 from treedgs_lab.benchmarks.records import ROOT, write_record
 
 SHARES = (1.0, 0.25, 1 / 16, 1 / 64)
 #: Places in ``SHARES`` of generated and real clouds that dendromatics, slow on dense ones, is run on.
 THEIR_SHARES = {"g": (1, 2), "r": (0,)}
+#: It is stopped when it needs more of the processor, s.
+MAX_CPU_S = 120
 #: Noise and drift of the generated scans, m; walks past them and degrees that each sees: the last is a single scan.
 SCANS: dict[str, dict] = {
     "SLAM, usual": {},
@@ -51,7 +53,7 @@ def theirs(folder: Path, out: Path, python: Path) -> None:
         if int(file.stem.rsplit("-", 1)[-1]) not in THEIR_SHARES[file.stem[0]]:
             continue
         record = out / f"{file.stem}.json"
-        if run_dendromatics(python, file, record, most_s=120) is None:
+        if run_program("run_dendromatics.py", python, file, record, (), MAX_CPU_S) is None:
             record.write_text(json.dumps({"cpu_seconds": None, "trees": [], "note": "gave up"}))
 
 

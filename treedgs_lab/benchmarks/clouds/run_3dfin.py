@@ -2,21 +2,14 @@
 
     ENV/bin/python treedgs_lab/benchmarks/clouds/run_3dfin.py CLOUD.npy OUT.json
 
-CLOUD.npy: (N, 3) metres, local origin. Its processing class is given the points and keeps nothing but places and DBH.
+Its processing class is given the points and keeps nothing but places and DBH.
 """
 
-import argparse
-import contextlib
-import importlib.metadata
-import io
-import json
-import resource
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
+from rival import run
 from three_d_fin.processing.abstract_processing import FinProcessing
 from three_d_fin.processing.configuration import FinConfiguration, MiscParameters
 
@@ -51,32 +44,13 @@ class InMemory(FinProcessing):
     _export_tabular_data = _nothing
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cloud")
-    parser.add_argument("out")
-    args = parser.parse_args()
-    InMemory.xyz = np.load(args.cloud).astype(float)
-    note, began, cpu = "", time.perf_counter(), time.process_time()
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+def measure(xyz, _args):
+    InMemory.xyz = xyz
+    with tempfile.TemporaryDirectory() as folder:
         work = InMemory(FinConfiguration(misc=MiscParameters(output_dir=folder)))
-        try:
-            work.process()
-        except Exception as problem:  # a cloud on which it gives up counts as no tree
-            note = f"{type(problem).__name__}: {problem}"[:200]
-    if sys.platform == "win32":
-        raise SystemExit("Windows reports no peak of memory")
-    record = {
-        "version": importlib.metadata.version("3DFin"),
-        "seconds": time.perf_counter() - began,
-        "cpu_seconds": time.process_time() - cpu,
-        "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
-        "trees": work.trees,
-        "note": note,
-    }
-    with open(args.out, "w", encoding="utf-8") as stream:
-        json.dump(record, stream)
+        work.process()
+    return work.trees
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, "3DFin", measure)

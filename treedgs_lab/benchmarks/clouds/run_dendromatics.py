@@ -1,58 +1,14 @@
 """DBH with dendromatics (GPL-3, of 3DFin), beside which ours is put: runs in an environment of its own.
 
-    ENV/bin/python benchmarks/clouds/run_dendromatics.py CLOUD.npy OUT.json [--stem-points 1000] [--voxel 0.02] ...
+    ENV/bin/python treedgs_lab/benchmarks/clouds/run_dendromatics.py CLOUD.npy OUT.json [--stem-points 1000] ...
 
-CLOUD.npy: (N, 3) metres, local origin. Its steps in its order: cloth ground, heights, stripe, verticality clustering,
+Its steps in its order: cloth ground, heights, stripe, verticality clustering,
 individualisation, sections of 5 cm every 20 cm, circle checks, tilt, locator at 1.3 m. A DBH of 0 is its "none".
 """
 
-import argparse
-import contextlib
-import importlib.metadata
-import io
-import json
-import resource
-import sys
-import time
-
 import dendromatics as dm
 import numpy as np
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cloud")
-    parser.add_argument("out")
-    parser.add_argument("--stem-points", type=int, default=1000)
-    parser.add_argument("--section-points", type=int, default=80)
-    parser.add_argument("--scale", type=float, default=0.1)
-    parser.add_argument("--verticality", type=float, default=0.7)
-    parser.add_argument("--rounds", type=int, default=2)
-    parser.add_argument("--height-range", type=float, default=1.0)
-    parser.add_argument("--voxel", type=float, default=0.02, help="resolution_xy and resolution_z of the stripe")
-    parser.add_argument("--section-width", type=float, default=0.05)
-    parser.add_argument("--least-sectors", type=int, default=9)
-    args = parser.parse_args()
-    xyz = np.load(args.cloud).astype(float)
-    began, cpu = time.perf_counter(), time.process_time()
-    trees, note = [], ""
-    with contextlib.redirect_stdout(io.StringIO()):
-        try:
-            trees = measure(xyz, args)
-        except Exception as problem:  # a cloud on which it gives up counts as no tree
-            note = f"{type(problem).__name__}: {problem}"[:200]
-    if sys.platform == "win32":
-        raise SystemExit("Windows reports no peak of memory")
-    record = {
-        "version": importlib.metadata.version("dendromatics"),
-        "seconds": time.perf_counter() - began,
-        "cpu_seconds": time.process_time() - cpu,
-        "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
-        "trees": trees,
-        "note": note,
-    }
-    with open(args.out, "w", encoding="utf-8") as stream:
-        json.dump(record, stream)
+from rival import run
 
 
 def measure(xyz, args):
@@ -93,4 +49,17 @@ def measure(xyz, args):
 
 
 if __name__ == "__main__":
-    main()
+    run(
+        __doc__,
+        "dendromatics",
+        measure,
+        stem_points={"type": int, "default": 1000},
+        section_points={"type": int, "default": 80},
+        scale={"type": float, "default": 0.1},
+        verticality={"type": float, "default": 0.7},
+        rounds={"type": int, "default": 2},
+        height_range={"type": float, "default": 1.0},
+        voxel={"type": float, "default": 0.02, "help": "resolution_xy and resolution_z of the stripe"},
+        section_width={"type": float, "default": 0.05},
+        least_sectors={"type": int, "default": 9},
+    )

@@ -1,6 +1,6 @@
 """Diameters from clouds by the TreeDGS that ``PYTHONPATH`` names: runs by itself, so that it can be a former version.
 
-    PYTHONPATH=CHECKOUT python benchmarks/clouds/run_treedgs.py FOLDER OUT [--bh 1.3]
+    PYTHONPATH=CHECKOUT python treedgs_lab/benchmarks/clouds/run_treedgs.py FOLDER OUT [--bh 1.3]
 
 Measures every ``*.npy`` of FOLDER ((N, 3) metres) as ``pointcloud-to-dbh`` does and writes OUT/NAME.json: seconds on
 the clock and of the processor (reading left out), and the trees. The first cloud is measured twice: the first time
@@ -11,12 +11,11 @@ import argparse
 import contextlib
 import importlib
 import json
-import resource
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
+from rival import peak_gb
 
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
@@ -41,12 +40,10 @@ def measure(xyz: np.ndarray, code, options) -> dict:
     except Exception:  # a cut-out tree: its lowest points stand in for the ground
         dtm = flat_ground(xyz)
     trees, _ = code.measure_cloud(PointCloud(xyz), dtm, options)
-    if sys.platform == "win32":
-        raise SystemExit("Windows reports no peak of memory")
     return {
         "seconds": time.perf_counter() - began,
         "cpu_seconds": time.process_time() - spent,
-        "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
+        "peak_gb": peak_gb(),
         "trees": [
             {
                 "x": tree.x,

@@ -1,4 +1,4 @@
-"""TreeDGS (as it stands or a former version) and dendromatics on the same clouds, each in a process of its own."""
+"""TreeDGS (as it stands or a former version) and other programs on the same clouds, each in a process of its own."""
 
 from __future__ import annotations
 
@@ -48,11 +48,13 @@ def start_treedgs(folder: Path, out: Path, code: Path = ROOT, bh_m: float | None
     return subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(code)}, stdout=subprocess.DEVNULL)
 
 
-def run_dendromatics(python: Path, cloud: Path, out: Path, options: Iterable = (), most_s: float = 240) -> dict | None:
-    """What dendromatics finds in one ``.npy``; None when it fails or takes longer."""
-    words: list[Any] = [python, HERE / "run_dendromatics.py", cloud, out, *map(str, options)]
+def run_program(script: str, python: Path, cloud: Path, out: Path, options: Iterable, max_cpu_s: int) -> dict | None:
+    """What a program makes of one ``.npy``; None where it failed or took more of the processor than ``max_cpu_s``."""
+    words: list[Any] = [python, HERE / script, cloud, out, *map(str, options)]
     try:
-        subprocess.run(words, check=True, capture_output=True, timeout=most_s)
+        subprocess.run(
+            ["/bin/sh", "-c", f'ulimit -t {max_cpu_s}; exec "$@"', "sh", *words], check=True, capture_output=True
+        )
     except subprocess.SubprocessError:
         return None
     return json.loads(out.read_text())

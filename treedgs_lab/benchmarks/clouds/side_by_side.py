@@ -1,15 +1,18 @@
-"""TreeDGS, 3DFin, dendromatics (its engine) and TreeX (pointtree) on the same clouds, each in a process of its own.
+"""TreeDGS, 3DFin, dendromatics (its engine), TreeX (pointtree) and PyTLidar on the same clouds, each in a process of
+its own.
 
     python -m venv RIVALS && RIVALS/bin/pip install dendromatics 3DFin pointtree torch torch-scatter
+    python -m venv PYTLIDAR && PYTLIDAR/bin/pip install pytlidar
     python -m treedgs_lab.benchmarks.clouds.side_by_side --data ../shared/data --their-python RIVALS/bin/python \
-        --output docs/results/side_by_side.json
+        --pytlidar-python PYTLIDAR/bin/python --output docs/results/side_by_side.json
 
 Every program with its defaults (TreeX: its preset for the kind of cloud), dendromatics with settings for scans sparser
-than it is made for. Real scans; rendered drone LiDAR, also thinned; and simulated terrestrial and mobile scans. Truth:
-the trees of the simulated plots; for real scans circles in a thin slab at breast height (``derived_circles*.csv``; a
-cross-check, not truth). A stem is found with a diameter within 0.3 m of one of these (simulated: of the plot, without
-the strip about it); one near none is false. CPU seconds are of the measuring, reading and compiling left out, with
-OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1; peak memory is of the process.
+than it is made for, PyTLidar, which finds no trees itself, with each known stem of a dense scan cut out for it. Real
+scans; rendered drone LiDAR, also thinned; and simulated terrestrial and mobile scans. Truth: the trees of the simulated
+plots; for real scans circles in a thin slab at breast height (``derived_circles*.csv``; a cross-check, not truth). A
+stem is found with a diameter within 0.3 m of one of these (simulated: of the plot, without the strip about it); one
+near none is false. CPU seconds are of the measuring, reading left out (ours: compiling too), with OMP_NUM_THREADS=1
+NUMBA_NUM_THREADS=1; peak memory is of the process.
 """
 
 from __future__ import annotations
@@ -17,7 +20,6 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,7 +30,7 @@ import numpy as np
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_lab.benchmarks.clouds.mobile_clouds import BH_M as SIMULATED_BH_M
 from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, mobile_cloud
-from treedgs_lab.benchmarks.clouds.runners import HERE, circles_of, nearest, start_treedgs
+from treedgs_lab.benchmarks.clouds.runners import circles_of, nearest, run_program, start_treedgs
 from treedgs_lab.benchmarks.records import write_record
 
 #: Cloud -> TreeX's preset for it, and the points a square metre that it is thinned to (0 = as it is).
@@ -56,8 +58,8 @@ SPARSE = (
     "--stem-points 60 --section-points 10 --verticality 0.5 --height-range 0.5 --rounds 1 --voxel 0.03 --scale 0.4 "
     "--section-width 0.4 --least-sectors 5"
 )
-#: A program that needs longer than this is stopped, s.
-MAX_S = 150
+#: A program that needs more of the processor than this is stopped, s.
+MAX_CPU_S = 200
 
 
 def truth_of(data: Path, cloud: str) -> tuple[np.ndarray, bool]:
@@ -89,16 +91,6 @@ def compare(trees: list[dict], truth: np.ndarray, whole: bool) -> dict:
     }
 
 
-def run(script: str, python: Path, options: str, work: Path) -> dict | None:
-    """What a program makes of ``work/cloud.npy``; ``None`` where it failed or took too long."""
-    words: list[str | Path] = [python, HERE / script, work / "cloud.npy", work / "theirs.json", *options.split()]
-    try:
-        subprocess.run(words, check=True, capture_output=True, timeout=MAX_S)
-    except subprocess.SubprocessError:
-        return None
-    return json.loads((work / "theirs.json").read_text())
-
-
 def ours(work: Path) -> dict | None:
     """The same of TreeDGS."""
     if start_treedgs(work, work, bh_m=BH_M).wait():
@@ -109,7 +101,7 @@ def ours(work: Path) -> dict | None:
 def figures(found: dict | None, truth: np.ndarray, whole: bool) -> dict:
     """Of one run; ``stopped`` where there is none."""
     if found is None:
-        return {"stopped": f"no result after {MAX_S} s"}
+        return {"stopped": f"no result after {MAX_CPU_S} s of the processor"}
     return {
         **compare(found["trees"], truth, whole),
         "cpu_seconds": round(found["cpu_seconds"], 2),
@@ -123,24 +115,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--their-python", type=Path, required=True)
+    parser.add_argument("--pytlidar-python", type=Path, required=True)
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
     record: dict = {"clouds": {}}
-    python = args.their_python
     with tempfile.TemporaryDirectory() as folder:
-        work = Path(folder)
+        work, given = Path(folder), Path(folder) / "given"
+        given.mkdir()
         for name, preset, xyz, truth, whole in clouds(args.data):
             np.save(work / "cloud.npy", xyz)
-            programs = {
-                "TreeDGS": lambda: ours(work),
-                "3DFin": lambda: run("run_3dfin.py", python, "", work),
-                "dendromatics, sparse": lambda: run("run_dendromatics.py", python, SPARSE, work),
-                "TreeX": lambda: run("run_treex.py", python, f"--preset {preset}", work),  # noqa: B023
+            np.save(given / "places.npy", truth[truth[:, 3] > 0, :2])
+            programs: dict[str, tuple[str, Path, list]] = {
+                "3DFin": ("run_3dfin.py", args.their_python, []),
+                "dendromatics, sparse": ("run_dendromatics.py", args.their_python, SPARSE.split()),
+                "TreeX": ("run_treex.py", args.their_python, ["--preset", preset]),
             }
-            runs: dict = {"points": len(xyz)}
-            for program, start in programs.items():
-                runs[program] = figures(start(), truth, whole)
-                print(name, program, json.dumps(runs[program]), flush=True)
+            if preset == "tls":
+                places = ["--places", given / "places.npy"]
+                programs["PyTLidar, stems cut out"] = ("run_pytlidar.py", args.pytlidar_python, places)
+            runs: dict = {"points": len(xyz), "TreeDGS": figures(ours(work), truth, whole)}
+            for program, (script, python, options) in programs.items():
+                found = run_program(script, python, work / "cloud.npy", work / "theirs.json", options, MAX_CPU_S)
+                runs[program] = figures(found, truth, whole)
+            print(name, json.dumps(runs, indent=1), flush=True)
             record["clouds"][name] = runs
             if args.output:
                 write_record(args.output, record)
