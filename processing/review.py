@@ -10,7 +10,7 @@ class Algorithm(EngineAlgorithm):
     """The verb ``review``."""
 
     COMMAND = "review"
-    TAGS = ("decision", "accept", "reject", "tape", "merge", "check")
+    TAGS = ("review", "accept", "reject", "tape", "merge", "check")
 
     def needs(self, parameters, context):
         """The file itself: decisions in a copy of the layer would be lost."""

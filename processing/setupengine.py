@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from pathlib import Path
 
 from qgis.core import (
@@ -22,12 +24,12 @@ from ..treedgs_qgis import (
     gpu,
     leftovers,
     locked,
+    missing,
     own_python,
     pythons,
 )
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import duration, is_cancelled
-from ..treedgs_qgis.missing import takes
 from ..treedgs_qgis.parameters import file_filter
 from ..treedgs_qgis.pip_meter import Meter
 
@@ -72,7 +74,7 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):
         """The help panel."""
-        return self.tr(HELP).format(takes=takes())
+        return self.tr(HELP).format(takes=missing.takes())
 
     def initAlgorithm(self, configuration=None):
         """Declare parameters."""
@@ -151,7 +153,7 @@ class Algorithm(BaseAlgorithm):
     def runner(self, meter, target, feedback, share):
         """Starts commands for :mod:`environment`: their lines go to the log, ``meter`` to the first ``share`` of the
         progress bar."""
-        said = [""]
+        said, told = [""], [-math.inf]
 
         def tell():
             feedback.setProgress(100 * share * meter.fraction)
@@ -162,6 +164,9 @@ class Algorithm(BaseAlgorithm):
                 feedback.setProgressText(meter.message)
 
         def asked():
+            if time.monotonic() - told[0] > 1:
+                told[0] = time.monotonic()
+                environment.going_on(target)
             meter.look()
             tell()
             return is_cancelled(feedback)
@@ -197,6 +202,9 @@ class Algorithm(BaseAlgorithm):
         """Build, then use it from now on."""
         wheels = self.parameterAsString(parameters, "WHEELS", context)
         target = engine.managed_environment()
+        if environment.set_up_runs(target):
+            raise QgsProcessingException(missing.set_up_runs())
+        environment.going_on(target)
         # Before it is built: no set-up in another profile takes it for a former one.
         engine_users.uses(engine.data_dir(), engine.PLUGIN_ROOT, target.name)
         try:
@@ -227,12 +235,15 @@ class Algorithm(BaseAlgorithm):
                 ),
                 cache=engine.data_dir() / leftovers.PIP_CACHE,
             )
+            environment.over(target)
             if self.parameterAsBoolean(parameters, "COMPILE", context):
                 self.compile(target, feedback, share)
         except (environment.SetupError, engine.EngineError, OSError) as problem:
             if feedback.isCanceled():
                 raise QgsProcessingException(self.tr("Stopped; run it again to go on where it ended.")) from None
             raise QgsProcessingException(str(problem)) from None
+        finally:
+            environment.over(target)
         self.tidy(feedback)
         configured = str(QgsSettings().value("treedgs/python", "") or "")
         if configured:

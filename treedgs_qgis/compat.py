@@ -25,6 +25,15 @@ def first_attr(*dotted: str, home: Any = qgis.core) -> Any:
 
 
 FLAG_ADVANCED = first_attr("Qgis.ProcessingParameterFlag.Advanced", "QgsProcessingParameterDefinition.FlagAdvanced")
+#: Not in models, not in ``qgis_process``, in the thread of the windows.
+NEEDS_WINDOWS = (
+    first_attr("Qgis.ProcessingAlgorithmFlag.HideFromModeler", "QgsProcessingAlgorithm.FlagHideFromModeler")
+    | first_attr(
+        "Qgis.ProcessingAlgorithmFlag.NotAvailableInStandaloneTool",
+        "QgsProcessingAlgorithm.FlagNotAvailableInStandaloneTool",
+    )
+    | first_attr("Qgis.ProcessingAlgorithmFlag.NoThreading", "QgsProcessingAlgorithm.FlagNoThreading")
+)
 FILE = first_attr("Qgis.ProcessingFileParameterBehavior.File", "QgsProcessingParameterFile.File")
 FOLDER = first_attr("Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessingParameterFile.Folder")
 INTEGER = first_attr("Qgis.ProcessingNumberParameterType.Integer", "QgsProcessingParameterNumber.Integer")

@@ -22,10 +22,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from . import engine_users, extras
+from . import engine_users, environment, extras
 from .exits import explain_exit
 from .groups import own_group, stop_group
-from .missing import EngineCancelled, EngineError, EngineMissing, how_to_install, takes
+from .missing import EngineCancelled, EngineError, EngineMissing, how_to_install, set_up_runs, takes
 from .pythons import find_program, no_window
 from .windows_job import Job
 from .words import tr
@@ -128,7 +128,7 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
     in the plugin folder, a ``python3`` on the PATH. modules: what the job imports; all have to be installed.
 
     Raises:
-        EngineMissing: with what was looked at and what to do.
+        EngineMissing: with what was looked at and what to do; also while the managed environment is being set up.
     """
     modules = list(modules)
     for value, source in (
@@ -142,6 +142,8 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
                 problem.helps = False
                 raise
             return Engine(Path(value).expanduser(), source)
+    if environment.set_up_runs(managed_environment()):
+        raise EngineMissing(set_up_runs(), helps=False)
     problems: list[EngineMissing] = []
     for folder, source in ((managed_environment(), "the managed environment"), (PLUGIN_ROOT / ".venv", "make setup")):
         python = python_in(folder)

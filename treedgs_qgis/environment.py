@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,6 +30,8 @@ NEEDED_DISK_GB = 4
 LONGEST_TARGET = 100
 #: Lines of pip's log that are shown when it fails.
 TAIL = 15
+#: A set-up that has not said so (:func:`going_on`) for this long, seconds, is over or was killed.
+SILENT_S = 30.0
 #: Compiles what pip installed, on all processors; pip itself does it on one, for most of its time. The libraries' own
 #: tests, half of their code, are never imported. It cannot fail: what does not compile here is compiled, or refused,
 #: when it is imported.
@@ -66,6 +69,30 @@ def read_record(target: Path) -> dict:
 def is_ready(target: Path, key: str) -> bool:
     """True when ``target`` was finished with the same key."""
     return read_record(target).get("key") == key
+
+
+def _sign(target: Path) -> Path:
+    """Touched while a set-up goes on; called like a list, so that it goes with its environment."""
+    return target.with_name(f"{target.name}-setup.txt")
+
+
+def going_on(target: Path) -> None:
+    """Say that ``target`` is being set up: at least every few seconds, to every QGIS of this user."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    _sign(target).touch()
+
+
+def over(target: Path) -> None:
+    """The libraries are there, or the set-up ended without."""
+    _sign(target).unlink(missing_ok=True)
+
+
+def set_up_runs(target: Path) -> bool:
+    """Whether ``target`` is being set up right now, by this QGIS or another one."""
+    try:
+        return abs(time.time() - _sign(target).stat().st_mtime) < SILENT_S
+    except OSError:
+        return False
 
 
 def remove(target: Path) -> None:

@@ -28,6 +28,11 @@ class EngineCancelled(EngineError):
     """The user stopped the job."""
 
 
+def set_up_runs() -> str:
+    """Said to a job, and to a second set-up, meanwhile."""
+    return tr("The engine is being set up; wait until the message bar says that it is set up, then press Run again.")
+
+
 def how_to_install() -> str:
     """What to do about a missing engine: ends each of those sentences."""
     return tr(

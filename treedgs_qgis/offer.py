@@ -195,10 +195,10 @@ class Offer(QObject):
         if bar is None and front is not None and hasattr(front, "messageBar"):
             bar = front.messageBar()
         bar = bar or self.iface.messageBar()
-        if not problem.helps:
+        if not problem.helps and self.job.task is None:
             bar.pushMessage("TreeDGS", str(problem), LOG_WARNING, 0)
             return
-        item = bar.createMessage("TreeDGS", self.sentence(problem))
+        item = bar.createMessage("TreeDGS", str(problem) if self.job.task is not None else self.sentence(problem))
         values: dict[str, Any] = {name.upper(): name in self.parts(problem) for name in extras.CHOICES}
         if problem.broken:
             values["REBUILD"] = True

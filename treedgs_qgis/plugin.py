@@ -83,6 +83,7 @@ class TreeDGSPlugin:
         self.add_entry(f"{i18n.tr('Try it with a sample flight')} …", "tryit", lambda *_: self.tryit.begin())
         if self.provider is not None:
             self.provider.offer = self.offer
+            self.provider.open_panel = partial(self.action.setChecked, True)
         for text, name in (
             (i18n.tr("Set up the engine"), "setupengine"),
             (i18n.tr("Check the engine"), "checkengine"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from typing import Any
 
 from qgis.core import QgsProcessingProvider, QgsSettings
@@ -25,6 +26,7 @@ ALGORITHMS = (
     "samplesurface",
     "segmentstems",
     "measuredbh",
+    "reviewtrees",
     "review",
     "matchplots",
     "evaluate",
@@ -46,6 +48,8 @@ class TreeDGSProvider(QgsProcessingProvider):
 
     #: What offers to set up the engine (:class:`.offer.Offer`): the plugin gives it where there are windows.
     offer: Any = None
+    #: Opens the panel *Review trees*; the plugin gives it too.
+    open_panel: Callable[[], Any] = staticmethod(lambda: None)
 
     def id(self) -> str:
         """Never translated, never changed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import re
 import shutil
@@ -18,6 +19,7 @@ from shared_data import needs_shared
 
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.settings import build
+from treedgs_geo.inventory.searched import searched_table
 from treedgs_geo.inventory.stand.layers import tree_layer, write_shapefiles
 from treedgs_geo.inventory.stand.sheets import CSV_TABLES, csv_name
 from treedgs_geo.inventory.stand.tables import cross_table, species_class_table
@@ -150,6 +152,10 @@ def test_fvs(written):
     assert stand[["Stand_ID", "Variant", "Inv_Year", "Num_Plots"]].values.tolist() == [["Stand 7 é", "SN", 2026, 4]]
     assert (stand.Basal_Area_Factor == -1).all() and (stand.Inv_Plot_Size == 1).all()
     assert len(plots) == 4 and set(trees.StandPlot_ID) == set(plots.StandPlot_ID) and trees.Tree_ID.is_unique
+    layer = pd.read_csv(out / "stand_trees.csv").set_index("tree_id")
+    inches = 1.0 if "dbh_in" in layer else 2.54
+    dbh = layer["dbh_in" if "dbh_in" in layer else "dbh_cm"].reindex(trees.Tree_ID) / inches
+    assert trees.DBH.to_numpy() == pytest.approx(dbh.to_numpy()), "ids are the layer's"
     live = trees[trees.History < 6]
     us = UNITS["us"]
     tpa = summary["estimates"]["trees_ha"]["mean"] * us["trees"].factor
@@ -164,6 +170,17 @@ def test_fvs(written):
     assert set(trees.Species) == {"131"} and trees.Ht.between(15, 120).all() and trees.DBH.between(2, 20).all()
     assert 33 < stand.Latitude.item() < 34 and -92 < stand.Longitude.item() < -91
     assert groups.Groups.tolist() == ["All_Stands", "All_Plots"]
+
+
+def test_the_year_for_fvs_is_that_of_the_flight(tmp_path):
+    folder = make_survey(tmp_path)
+    stand = gpd.read_file(folder / "stand.gpkg")
+    area = searched_table(stand.geometry.iloc[0], [], CRS, datetime.date(2025, 5, 14))
+    area.to_file(folder / "trees.gpkg", layer="searched", driver="GPKG")
+    _, _, out = report(folder)
+    with sqlite3.connect(out / "FVS_Data.db") as connection:
+        assert connection.execute("SELECT DISTINCT Inv_Year FROM FVS_StandInit").fetchall() == [(2025,)]
+    connection.close()
 
 
 def test_both_treatments_of_stems_without_a_dbh_are_reported(tmp_path):

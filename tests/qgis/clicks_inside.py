@@ -20,6 +20,7 @@ from qgis.utils import iface
 
 seen = {}
 plugin = qgis.utils.plugins["treedgs"]
+environment = sys.modules["treedgs.treedgs_qgis.environment"]
 
 
 class Slow(QgsProcessingAlgorithm):
@@ -36,11 +37,14 @@ class Slow(QgsProcessingAlgorithm):
         pass
 
     def processAlgorithm(self, parameters, context, feedback):
+        target = sys.modules["treedgs.treedgs_qgis.engine"].managed_environment()
         for step in range(40):
+            environment.going_on(target)
             if feedback.isCanceled():
                 break
             time.sleep(0.1)
             feedback.setProgress(2.5 * step)
+        environment.over(target)
         return {}
 
 
@@ -114,6 +118,17 @@ def main():
         early = shown(bar)
         rest(1.0)
         seen[f"{turn}_bar"] = [early, shown(bar)]
+        if turn == "first":
+            other = QgsApplication.processingRegistry().createAlgorithmById("treedgs:terrain")
+            meanwhile = other.createCustomParametersWidget(None)
+            meanwhile.show()
+            rest()
+            seen["meanwhile"] = [
+                other.canExecute()[1],
+                words(meanwhile.messageBar()),
+                sorted(buttons(meanwhile.messageBar())),
+            ]
+            meanwhile.close()
         if turn != "second":
             QTest.mouseClick(buttons(bar)["Stop"], Qt.MouseButton.LeftButton)
         seen[f"{turn}_ended"] = wait(lambda: plugin.offer.job.task is None)

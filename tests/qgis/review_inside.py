@@ -13,12 +13,13 @@ import qgis.utils
 from qgis.core import QgsCoordinateReferenceSystem, QgsPointXY, QgsProject, QgsVectorLayer
 from qgis.PyQt.QtCore import QPoint, Qt, QTimer
 from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication
+from qgis.PyQt.QtWidgets import QApplication, QDockWidget
 from qgis.utils import iface
 
 JOB = json.loads(os.environ["TREEDGS_REVIEW"])
 seen = {}
 plugin = qgis.utils.plugins["treedgs"]
+FIND = Qt.MatchFlag.MatchRecursive | Qt.MatchFlag.MatchExactly
 window, canvas = iface.mainWindow(), iface.mapCanvas()
 
 
@@ -71,9 +72,19 @@ def walking():
     QApplication.setActiveWindow(window)
     layer = QgsVectorLayer(JOB["trees"] + "|layername=trees", "<b>Trees</b>", "ogr")
     layer.loadDefaultStyle()
-    plugin.action.setChecked(True)
+    # As a double click in the toolbox does it.
+    toolbox = window.findChild(QDockWidget, "ProcessingToolbox")
+    toolbox.show()
+    toolbox.searchBox.setText("review trees")
+    settle()
+    view = toolbox.algorithmTree
+    found = view.model().match(view.model().index(0, 0), Qt.ItemDataRole.DisplayRole, "Review trees", 1, FIND)
+    view.setCurrentIndex(found[0])
+    toolbox.executeAlgorithm()
+    toolbox.hide()
     form = plugin.panel.form
     settle()
+    seen["button"] = plugin.action.isChecked()
     seen["empty"] = state()
     QgsProject.instance().addMapLayer(layer)
     # The map in another CRS than the layer.
@@ -123,6 +134,16 @@ def deciding():
     form.tape.click()
     settle()
     seen["too thick"] = [values(4), state()]
+    measured = panel.row.values["dbh_cm"]
+    form.taped.setText(f"{1.6 * measured:.1f}")
+    form.tape.click()
+    settle()
+    seen["asked"] = [values(4), state(), form.taped.text() != ""]
+    form.tape.click()
+    settle()
+    seen["sure"] = [values(4), state()]
+    key("U")
+    settle()
 
 
 def clicking():

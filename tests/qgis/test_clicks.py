@@ -16,7 +16,8 @@ def test_the_set_up_bar_lives_as_long_as_it_is_shown(qgis, tmp_path):
         pytest.skip("needs the graphical QGIS and xvfb-run")
     report = tmp_path / "seen.json"
     variables = qgis.environment(TREEDGS_CLICKS=report, TREEDGS_HOME=tmp_path / "home")
-    variables.pop("QT_QPA_PLATFORM", None)
+    for name in ("QT_QPA_PLATFORM", "TREEDGS_PYTHON"):
+        variables.pop(name, None)
     script = Path(__file__).with_name("clicks_inside.py")
     command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
     done = subprocess.run(command, env=variables, timeout=300, capture_output=True, text=True)
@@ -27,6 +28,8 @@ def test_the_set_up_bar_lives_as_long_as_it_is_shown(qgis, tmp_path):
         (early,), (late,) = seen[f"{turn}_bar"]
         assert 0 < early < late, seen
         assert seen[f"{turn}_ended"]
+    sentence, offered, stop = seen["meanwhile"]
+    assert "is being set up" in sentence and offered and stop == ["Stop"], seen
     assert "Stopped" in seen["first_words"][0] and seen["first_buttons"] == ["Set up now"]
     assert "The engine is set up" in seen["second_words"][0] and seen["second_buttons"] == []
     assert "Stopped" in seen["sample_words"][0]

@@ -17,7 +17,7 @@ from qgis_helpers import stems_cloud
 
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
 maker = load("treedgs_tools_make_sample", ROOT / "tools" / "make_sample.py")
-from treedgs_shell import engine_users, locked, missing, pip_meter, pythons  # noqa: E402
+from treedgs_shell import engine_users, environment, locked, missing, pip_meter, pythons  # noqa: E402
 
 #: A Python that makes environments; the wheels are those of this one.
 BASE = Path(sys.base_prefix) / "bin" / "python3"
@@ -84,6 +84,25 @@ def test_a_shell_without_an_engine_is_given_the_command_with_size_and_time(newco
     said = done.stdout + done.stderr
     assert done.returncode == 1 and "qgis_process run treedgs:setupengine" in said and "Traceback" not in said
     assert f"{SIZE}, about" in said and "minute" in said
+
+
+def test_while_the_engine_is_set_up_a_job_and_a_second_set_up_are_told_so(newcomer, tmp_path):
+    made, variables, base = newcomer
+    cloud = tmp_path / "cloud.laz"
+    stems_cloud(cloud)
+    home = tmp_path / "home"
+    target = home / f"engine-{locked.lock_hash()}"
+    environment.going_on(target)
+    more = {**variables, "TREEDGS_HOME": home}
+    for algorithm, values in (
+        ("pointcloudtodbh", {"INPUT": cloud, "CRS": "EPSG:32617", "OUTPUT": tmp_path / "trees.gpkg"}),
+        ("setupengine", {}),
+    ):
+        run = made.run(algorithm, more, **values)
+        assert run.returncode != 0 and "The engine is being set up; wait until" in run.stdout, run.stdout
+        assert not target.exists() and not (tmp_path / "trees.gpkg").exists()
+    environment.over(target)
+    assert not environment.set_up_runs(target)
 
 
 def test_the_sample_is_fetched_checked_and_kept(newcomer, sample, tmp_path):

@@ -10,7 +10,9 @@ import pytest
 
 from treedgs_geo.inventory.evidence.canvas import Canvas
 from treedgs_geo.inventory.evidence.files import sheets_folder, write_sheet
-from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.inventory.evidence.parts import dbh_words
+from treedgs_geo.inventory.report import _row
+from treedgs_geo.inventory.tree_layer import tree_table, write_trees
 from treedgs_geo.stems.quality.tree import Tree
 
 RUN = "0123456789abcdef"
@@ -44,6 +46,26 @@ def test_the_tip_shows_the_sheet_and_text_as_text(qgis, tmp_path, place):
     assert Path("/" + unquote(address)).resolve() == sheets / RUN / "1.jpg" and not set(address) & set("#? '<>\"")
     for tip in tips:
         assert "&lt;img src=x onerror=alert(1)&gt;" in tip and "&amp;amp;" in tip
+
+
+def test_one_rounding_everywhere(qgis, tmp_path):
+    """Ties, and errors that two roundings in a row would round up in one place only."""
+    sizes = [(31.25, 0.25), (30.05, 0.346), (28.149, 0.35), (26.7, 0.449)]
+    about = {"method": "photos", "run_id": RUN}
+    trees = [
+        Tree(n, 5e5 + n, 3.45e6, dbh_cm=dbh, dbh_se_cm=se, **about).finish() for n, (dbh, se) in enumerate(sizes)
+    ]
+    write_trees(tmp_path / "trees.gpkg", trees, "EPSG:32617")
+    panel = "from treedgs.treedgs_qgis.review import trees, words\n"
+    panel += 'for row in trees.TreeLayer(layer).rows(): print("PANEL", words.numbers(row).replace("\\n", "~"), "END")\n'
+    done = qgis.python(TIP + panel, tmp_path / "trees.gpkg")
+    tips = [re.sub("<.*?>", "", tip) for tip in re.findall(r"TIP (.*?) END", done.stdout)]
+    rows = re.findall(r"PANEL (.*?) END", done.stdout)
+    page = [[cell[0] for cell in _row(row, "")["cells"]] for _, row in tree_table(trees, "EPSG:32617").iterrows()]
+    assert len(tips) == len(rows) == 4, done.stdout + done.stderr
+    for tree, tip, row, cells in zip(trees, tips, rows, page, strict=True):
+        sheet = dbh_words(tree)
+        assert sheet in tip and row.startswith(sheet) and f"DBH {cells[2]} ± {cells[3]} cm" == sheet, (tip, row, cells)
 
 
 def test_a_layer_of_another_run_shows_no_sheet(qgis, tmp_path):

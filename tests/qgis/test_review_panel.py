@@ -37,6 +37,7 @@ def sitting(qgis, tmp_path_factory):
 
 def test_it_walks_through_the_trees_that_want_a_look(sitting):
     seen, _ = sitting
+    assert seen["button"], "the toolbox opens the panel"
     assert "add trees.gpkg" in seen["empty"]["headline"]
     first = seen["first"]
     assert first["list"] == [2, 3, 4, 6] and first["tree"] == 2 and first["place"] == "1 of 4"
@@ -57,6 +58,9 @@ def test_keys_and_buttons_decide_and_go_on(sitting):
     assert seen["typed"] == ["<i>Nana & X</i>", {"rev_flag": None, "rev_dbh_cm": None, "rev_note": None}, 3]
     assert seen["focus"], "D without a number goes to where it is typed"
     assert seen["taped"][0] == {"rev_flag": "dbh", "rev_dbh_cm": 31.5, "rev_note": "<i>Nana & X</i>"}
+    rows, before, kept = seen["asked"]
+    assert rows["rev_flag"] is None and before["tree"] == 4 and kept and "Is it this tree" in before["message"]
+    assert seen["sure"][0]["rev_flag"] == "dbh"
     assert seen["too thick"][0]["rev_flag"] is None and "expected 0.5 to 500 cm" in seen["too thick"][1]["message"]
     assert table["rev_flag"][2] == "accept" and table["rev_dbh_cm"][3] == 31.5
 

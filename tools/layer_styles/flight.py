@@ -97,7 +97,11 @@ def canopy(folder: Path) -> None:
     )
     shader = QgsRasterShader()
     shader.setRasterShaderFunction(function)
-    layer.setRenderer(QgsSingleBandPseudoColorRenderer(layer.dataProvider(), 1, shader))
+    renderer = QgsSingleBandPseudoColorRenderer(layer.dataProvider(), 1, shader)
+    # Or the legend says "nan to nan".
+    renderer.setClassificationMin(0)
+    renderer.setClassificationMax(40)
+    layer.setRenderer(renderer)
     _save(layer, folder)
 
 

@@ -90,6 +90,13 @@ DECISIONS = {
 #: The DBH that counts, as an expression: a person's before the measured one.
 COUNTED = """CASE WHEN "rev_flag" IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce("rev_dbh_cm", "dbh_cm") END"""
 COUNTED_SIZE = TREE_SIZE.replace('"dbh_cm"', 'coalesce("rev_dbh_cm", "dbh_cm")')
+
+
+def one(expression: str) -> str:
+    """A number with one decimal, rounded as panel, sheets and pages do it (``treedgs_geo.core.shown``)."""
+    return f"format_number(round({expression}, 1), 1)"
+
+
 #: Columns that the attribute table begins with.
 FIRST_COLUMNS = ("tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag", "qc_reason", "species", "status")
 #: Opacity, per cent: trees outside the plots are pale, where there are plots.
@@ -191,21 +198,21 @@ def trees() -> QgsVectorLayer:
     for category in layer.renderer().categories():
         category.symbol().setDataDefinedProperty(QgsSymbol.PropertyOpacity, QgsProperty.fromExpression(PALE_OUTSIDE))
     begin_with(layer, FIRST_COLUMNS)
-    layer.setLabeling(labels(f"format_number({COUNTED}, 1)", "#1b1b1b", 3000))
+    layer.setLabeling(labels(f"{one(COUNTED)}", "#1b1b1b", 3000))
     layer.setLabelsEnabled(True)
     layer.setDisplayExpression(
-        f"""{said("Tree")} || ' ' || "tree_id" || coalesce(': ' || format_number({COUNTED}, 1) || ' cm', """
+        f"""{said("Tree")} || ' ' || "tree_id" || coalesce(': ' || {one(COUNTED)} || ' cm', """
         f"""', ' || {said("no DBH")})"""
     )
     layer.setMapTipTemplate(
         f"""<b>[% {said("Tree")} %] [% "tree_id" %]"""
         f"""[% coalesce(', ' || {said("plot")} || ' ' || "plot_id", '') %]</b><br>"""
         f"""[% CASE WHEN "dbh_cm" IS NULL THEN {said("No DBH")} ELSE """
-        f"""{said("DBH")} || ' <b>' || format_number("dbh_cm", 1) || '</b>' """
-        """|| coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' """
+        f"""{said("DBH")} || ' <b>' || {one('"dbh_cm"')} || '</b>' """
+        f"""|| coalesce(' ± ' || {one('"dbh_se_cm"')}, '') || ' cm' """
         f"""|| coalesce(' ' || {said("at")} || ' ' || format_number("bh_m", 2) || ' m', '') """
-        """|| coalesce('<br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' """
-        """|| format_number("dbh_hi_cm", 1) || ' cm', '') END %]"""
+        f"""|| coalesce('<br>90 %: ' || {one('"dbh_lo_cm"')} || ' – ' """
+        f"""|| {one('"dbh_hi_cm"')} || ' cm', '') END %]"""
         f"""[% coalesce('<br>' || {said("height")} || ' ' || format_number("height_m", 1) || """
         """coalesce(' ± ' || format_number("height_se_m", 1), '') || ' m', '') %]"""
         """[% CASE WHEN coalesce("qc_reason", '') <> '' THEN '<br><i>' || """
@@ -251,10 +258,10 @@ def circles() -> QgsVectorLayer:
             ],
         )
     )
-    layer.setDisplayExpression(f"""{said("Tree")} || ' ' || "tree_id" || ': ' || format_number("dbh_cm", 1) || ' cm'""")
+    layer.setDisplayExpression(f"""{said("Tree")} || ' ' || "tree_id" || ': ' || {one('"dbh_cm"')} || ' cm'""")
     layer.setMapTipTemplate(
-        f"""<b>[% {said("Tree")} %] [% "tree_id" %]</b><br>[% {said("DBH")} %] [% format_number("dbh_cm", 1) %]"""
-        f"""[% coalesce(' ± ' || format_number("dbh_se_cm", 1), '') %] cm, [% {said("drawn at true scale")} %]"""
+        f"""<b>[% {said("Tree")} %] [% "tree_id" %]</b><br>[% {said("DBH")} %] [% {one('"dbh_cm"')} %]"""
+        f"""[% coalesce(' ± ' || {one('"dbh_se_cm"')}, '') %] cm, [% {said("drawn at true scale")} %]"""
     )
     return layer
 
@@ -297,7 +304,7 @@ def sections() -> QgsVectorLayer:
     )
     layer.setMapTipTemplate(
         f"""<b>[% {said("Tree")} %] [% "tree_id" %] [% {said("at")} %] [% format_number("height_m", 1) %] m</b><br>"""
-        """[% format_number("d_cm", 1) %][% coalesce(' ± ' || format_number("d_se_cm", 1), '') %] cm, """
+        f"""[% {one('"d_cm"')} %][% coalesce(' ± ' || {one('"d_se_cm"')}, '') %] cm, """
         f"""[% "n_pts" %] [% {said("points round")} %] [% round("arc_deg") %]° """
         """(rms [% format_number("rms_cm", 1) %] cm)"""
     )

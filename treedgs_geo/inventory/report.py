@@ -15,6 +15,7 @@ import pandas as pd
 
 from ..core.calibration import CALIBRATION, NETWORK, TAPE
 from ..core.plots import Plot
+from ..core.shown import half_up, shown_cm
 from ..report.blocks import (
     Block,
     Column,
@@ -141,7 +142,7 @@ def _map_values(trees: gpd.GeoDataFrame, plots: list[Plot]) -> dict[str, Any]:
     for tree in trees.sort_values("dbh_cm", ascending=False, kind="stable").itertuples():
         flag = _flag(tree.qc_flag)
         dbh = known(tree.dbh_cm)
-        said = f"tree {tree.tree_id}: " + ("" if dbh is None else f"{dbh:.1f} cm, ") + FLAGS[flag][1]
+        said = f"tree {tree.tree_id}: " + ("" if dbh is None else f"{shown_cm(dbh)} cm, ") + FLAGS[flag][1]
         radius = round(max(_UNITS_CM * (dbh or _UNKNOWN_CM), _MIN_UNITS), 1)
         stems.append({**place(tree.x, tree.y), "number": tree.tree_id, "flag": flag, "r": radius, "said": said})
     circles = []
@@ -186,7 +187,7 @@ def _row(tree: pd.Series, sheet: str) -> dict[str, Any]:
     plot = str(tree["plot_id"]) if pd.notna(tree["plot_id"]) else ""
     interval: tuple[str, Any] = ("", "")
     if dbh is not None and low is not None and high is not None:
-        interval = f"{low:.1f} – {high:.1f}", high - low
+        interval = f"{shown_cm(low)} – {shown_cm(high)}", high - low
     return {
         "number": tree["tree_id"],
         "flag": flag,
@@ -215,7 +216,7 @@ def _flag(flag: str) -> str:
 
 
 def _number(value: Any, decimals: int) -> tuple[str, Any]:
-    return ("", "") if pd.isna(value) else (f"{float(value):.{decimals}f}", float(value))
+    return ("", "") if pd.isna(value) else (f"{half_up(float(value), decimals):.{decimals}f}", float(value))
 
 
 def _address(file: Path, page: Path) -> str:

@@ -90,6 +90,16 @@ def read_searched(path: Path) -> gpd.GeoDataFrame | None:
     return table if set(COLUMNS) <= set(table.columns) else None
 
 
+def flown_on(path: Path) -> datetime.date | None:
+    """The day (the middle one of several) on which a tree layer's photos or points were taken; ``None`` where it does
+    not say."""
+    table = read_searched(path)
+    if table is None or "flown" not in table:
+        return None
+    days = pd.to_datetime(table["flown"], errors="coerce").dropna()
+    return days.sort_values().iloc[len(days) // 2].date() if len(days) else None
+
+
 def searched_area(path: Path, crs: pyproj.CRS | None) -> BaseGeometry | None:
     """All that was searched, in ``crs`` (None: as stored); ``None`` where the file does not say."""
     table = read_searched(path)

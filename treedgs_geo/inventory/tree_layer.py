@@ -19,6 +19,7 @@ from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, st
 from ..core.outputs import is_foreign
 from ..core.progress import Reporter
 from ..core.resource_errors import reporting_full_disk
+from ..core.shown import LAYER_DECIMALS
 from ..core.tables import safe_frame
 from ..stems.quality.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SECTIONS, add_layers
@@ -69,7 +70,7 @@ def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
         elif name in _TEXTS:
             table[name] = table[name].astype(object).where(table[name].notna(), None)
         else:
-            table[name] = pd.to_numeric(table[name]).astype(float).round(_DECIMALS.get(name, 2))
+            table[name] = pd.to_numeric(table[name]).astype(float).round(_DECIMALS.get(name, LAYER_DECIMALS))
     ground = table["z_ground"].to_numpy(float)
     points = gpd.points_from_xy(table["x"], table["y"], np.where(np.isfinite(ground), ground, 0.0))
     return gpd.GeoDataFrame(table, geometry=points, crs=crs)

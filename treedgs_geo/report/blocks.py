@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..core.shown import half_up
+
 #: Shown where nothing is known.
 NOTHING = "–"
 
@@ -122,7 +124,7 @@ class Table:
         if column.decimals is None or isinstance(value, str):
             return str(value)
         # Adding 0.0 turns a rounded -0.0 into 0.0.
-        number = round(value * column.factor, column.decimals) + 0.0
+        number = half_up(value * column.factor, column.decimals) + 0.0
         return f"{number:{'+' if column.signed else ''},.{column.decimals}f}".replace(",", "\u202f")
 
     @property

@@ -15,6 +15,7 @@ import numpy as np
 from ..core.errors import InputError, TreeDGSError
 from ..core.machine import cores
 from ..core.progress import Reporter
+from ..core.shown import count_of
 from ..core.workspace import in_use, read_record
 from .dry_run_report import Findings, Needs, check_target
 
@@ -148,7 +149,7 @@ def _report_search(search: PlannedSearch | None, plots: list, findings: Findings
     if search is None:
         return
     if plots:
-        findings.reporter.info(f"The plots are searched in {search.tiles} tiles.")
+        findings.reporter.info(f"The plots are searched in {count_of(search.tiles, 'tile')}.")
     elif search.tiles > MANY_TILES:
         findings.warning(f"{search.sentence()}: give plots (--plots) to measure only those.")
     else:

@@ -11,6 +11,7 @@ from ..core.errors import InputError, ReconstructionError
 from ..core.machine import cores
 from ..core.plots import Plot
 from ..core.progress import Reporter
+from ..core.shown import count_of
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from ..reconstruction.area import Area, area_seen
@@ -59,7 +60,8 @@ class PlannedSearch:
         one = f"{each / 60:.0f} minutes" if each >= 90 else f"{each:.0f} seconds"
         return (
             f"Without plots all ground that the photos see well is searched: {'roughly ' if self.is_rough else ''}"
-            f"{self.hectares:.1f} ha in {self.tiles} tiles of about {one} each, about {time} in all on {cores()} cores"
+            f"{self.hectares:.1f} ha in {count_of(self.tiles, 'tile')} of about {one} each, about {time} in all on "
+            f"{cores()} cores"
         )
 
 

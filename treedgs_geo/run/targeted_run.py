@@ -16,6 +16,7 @@ from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.progress import Reporter
+from ..core.shown import shown_cm
 from ..core.workspace import Workspace, peak_memory_mb
 from ..geotags.photos import list_photos
 from ..inventory.tree_layer import check_output
@@ -303,7 +304,7 @@ def _verdict(tree: Tree) -> str:
     reasons = f": {tree.qc_reason.replace(',', ', ')}" if tree.qc_reason else ""
     if tree.dbh_cm is None:
         return f"no DBH ({tree.qc_flag}{reasons})"
-    return f"{tree.dbh_cm:.1f} ± {tree.dbh_se_cm or 0.0:.1f} cm ({tree.qc_flag}{reasons})"
+    return f"{shown_cm(tree.dbh_cm)} ± {shown_cm(tree.dbh_se_cm or 0.0)} cm ({tree.qc_flag}{reasons})"
 
 
 def _result(run: Run, places: _Places, trees: list[Tree], reporter: Reporter) -> dict[str, Any]:

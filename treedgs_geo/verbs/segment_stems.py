@@ -10,6 +10,7 @@ from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
+from ..core.shown import count_of
 from ..run.cloud_input import load_cloud, load_ground
 from ..run.settings import CloudSettings
 from ..stems.cloud.propose.options import (
@@ -241,7 +242,8 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
         folder = Path(name)
         with reporter.stage("read cloud", 0.0, 0.1):
             store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter, dtm=settings.dtm)
-        reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
+        n_tiles = count_of(len(store.tiles), "tile")
+        reporter.info(f"{store.n_points:,} usable points in {n_tiles} of {store.side_m:g} m.")
         with reporter.stage("ground", 0.1, 0.4):
             dtm = (ground := ground_of_tiles(store, folder, settings.dtm, settings.z_is, reporter)).dtm
         with reporter.stage("find stems", 0.4, 0.85):

@@ -184,7 +184,12 @@ class StandTableSettings(FieldProtocol):
     stand_id: str = param("stand", kind="text", help="name of the stand, in every file")
     fvs_variant: str | None = param(None, kind="text", advanced=True, help="FVS variant, two letters (SN)")
     year: int | None = param(
-        None, kind="integer", minimum=1800, maximum=2200, advanced=True, help="year of the inventory, for FVS"
+        None,
+        kind="integer",
+        minimum=1800,
+        maximum=2200,
+        advanced=True,
+        help="year of the inventory, for FVS; empty: the flight's",
     )
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(

@@ -10,6 +10,7 @@ from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
+from ..core.shown import count_of
 from ..run.cloud_input import read_checked
 from ..terrain.options import ClothSimulation
 
@@ -64,7 +65,8 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
             )
             if settings.use_classes and "classification" not in store.extras:
                 raise InputError(f"{settings.input}: has no ground class (2), expected by --use-classes; leave it out.")
-        reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
+        n_tiles = count_of(len(store.tiles), "tile")
+        reporter.info(f"{store.n_points:,} usable points in {n_tiles} of {store.side_m:g} m.")
         with reporter.stage("terrain", 0.3, 0.75):
             dtm = dtm_from_tiles(
                 store,

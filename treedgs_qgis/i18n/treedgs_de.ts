@@ -82,6 +82,18 @@ ankreuzen), ebenso ein Rechenkern, den die Erweiterung in einem anderen QGIS-Pro
       <translation>TREES: Der Layer '{layer}' ist gefiltert oder keine Datei; den Filter entfernen oder seine Datei angeben.</translation>
     </message>
     <message>
+      <source>Review trees</source>
+      <translation>Bäume prüfen</translation>
+    </message>
+    <message>
+      <source>3 Check</source>
+      <translation>3 Prüfen</translation>
+    </message>
+    <message>
+      <source>Open the panel in which a person decides about trees on the map.</source>
+      <translation>Das Fenster öffnen, in dem ein Mensch auf der Karte über Bäume entscheidet.</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
 ({size}).&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Then run &lt;b&gt;Measure DBH from drone photos&lt;/b&gt; on it; &lt;i&gt;Plugins ▸ TreeDGS ▸ Try it with a sample flight&lt;/i&gt; opens
@@ -981,6 +993,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>temporär</translation>
     </message>
     <message>
+      <source>The engine is being set up; wait until the message bar says that it is set up, then press Run again.</source>
+      <translation>Der Rechenkern wird gerade eingerichtet; warten Sie, bis die Meldungsleiste sagt, dass er eingerichtet ist, und drücken Sie dann noch einmal auf Starten.</translation>
+    </message>
+    <message>
       <source>run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
       <translation>starten Sie den Algorithmus 'Rechenkern einrichten' (in einer Shell: qgis_process run treedgs:setupengine), oder setzen Sie die Umgebungsvariable TREEDGS_PYTHON auf ein Python, das die Bibliotheken des Rechenkerns hat</translation>
     </message>
@@ -1121,10 +1137,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>pip konnte den Paketindex nicht erreichen, um {packages} zu installieren; ohne Netz geben Sie einen Ordner mit Wheels an, hinter einem Proxy setzen Sie HTTPS_PROXY, dann noch einmal ausführen.</translation>
     </message>
     <message>
-      <source>Review trees</source>
-      <translation>Bäume prüfen</translation>
-    </message>
-    <message>
       <source>Check the engine</source>
       <translation>Rechenkern prüfen</translation>
     </message>
@@ -1161,8 +1173,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>es wurde nichts gemessen; das Protokoll sagt warum</translation>
     </message>
     <message>
-      <source>{done} of {all} trees to check or without a DBH are decided.</source>
-      <translation>{done} von {all} zu prüfenden oder BHD-losen Bäumen sind entschieden.</translation>
+      <source>{done} of {all} trees to check or without a DBH are decided; of the others {others}.</source>
+      <translation>{done} von {all} Bäumen, die zu prüfen oder ohne BHD sind, sind entschieden; von den anderen {others}.</translation>
+    </message>
+    <message>
+      <source>Tree {tree}: taped {taped} cm, but measured {measured} cm. Is it this tree and this number? Press Taped DBH (D) again to keep it, or type another number.</source>
+      <translation>Baum {tree}: mit dem Band {taped} cm, gemessen aber {measured} cm. Ist es dieser Baum und diese Zahl? BHD vom Maßband (D) noch einmal drücken, um sie zu behalten, oder eine andere Zahl eingeben.</translation>
     </message>
     <message>
       <source>The last step was taken back.</source>
@@ -2685,8 +2701,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Dimension der Wolke, die die Baumkennungen enthält</translation>
     </message>
     <message>
-      <source>3 Check</source>
-      <translation>3 Prüfen</translation>
+      <source>Apply decisions from a table</source>
+      <translation>Entscheidungen aus einer Tabelle übernehmen</translation>
     </message>
     <message>
       <source>Write a person's decisions on trees into the tree layer, beside the measured values.</source>
@@ -3385,8 +3401,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Jahr</translation>
     </message>
     <message>
-      <source>year of the inventory, for FVS</source>
-      <translation>Jahr der Inventur, für FVS</translation>
+      <source>year of the inventory, for FVS; empty: the flight's</source>
+      <translation>Jahr der Inventur, für FVS; leer: das des Flugs</translation>
     </message>
     <message>
       <source>plots and trees as map layers</source>

@@ -82,6 +82,18 @@ y también un motor que usa el complemento en otro perfil de QGIS. &lt;b&gt;Inst
       <translation>TREES: la capa '{layer}' está filtrada o no es un archivo; quite el filtro o indique su archivo.</translation>
     </message>
     <message>
+      <source>Review trees</source>
+      <translation>Revisar árboles</translation>
+    </message>
+    <message>
+      <source>3 Check</source>
+      <translation>3 Comprobar</translation>
+    </message>
+    <message>
+      <source>Open the panel in which a person decides about trees on the map.</source>
+      <translation>Abrir el panel en el que una persona decide sobre los árboles en el mapa.</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
 ({size}).&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Then run &lt;b&gt;Measure DBH from drone photos&lt;/b&gt; on it; &lt;i&gt;Plugins ▸ TreeDGS ▸ Try it with a sample flight&lt;/i&gt; opens
@@ -979,6 +991,10 @@ cero.&lt;/p&gt;
       <translation>temporal</translation>
     </message>
     <message>
+      <source>The engine is being set up; wait until the message bar says that it is set up, then press Run again.</source>
+      <translation>El motor se está instalando; espere a que la barra de mensajes diga que está listo y pulse Ejecutar de nuevo.</translation>
+    </message>
+    <message>
       <source>run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
       <translation>ejecute el algoritmo 'Instalar el motor' (en una consola: qgis_process run treedgs:setupengine), o ponga en la variable de entorno TREEDGS_PYTHON un Python que tenga las bibliotecas del motor</translation>
     </message>
@@ -1119,10 +1135,6 @@ cero.&lt;/p&gt;
       <translation>pip no pudo llegar al índice de paquetes para instalar {packages}; sin red indique una carpeta de wheels, detrás de un proxy defina HTTPS_PROXY, y ejecútelo de nuevo.</translation>
     </message>
     <message>
-      <source>Review trees</source>
-      <translation>Revisar árboles</translation>
-    </message>
-    <message>
       <source>Check the engine</source>
       <translation>Comprobar el motor</translation>
     </message>
@@ -1159,8 +1171,12 @@ cero.&lt;/p&gt;
       <translation>no se midió nada; el registro dice por qué</translation>
     </message>
     <message>
-      <source>{done} of {all} trees to check or without a DBH are decided.</source>
-      <translation>{done} de {all} árboles por revisar o sin DAP están decididos.</translation>
+      <source>{done} of {all} trees to check or without a DBH are decided; of the others {others}.</source>
+      <translation>Decididos {done} de {all} árboles por revisar o sin DAP; de los demás, {others}.</translation>
+    </message>
+    <message>
+      <source>Tree {tree}: taped {taped} cm, but measured {measured} cm. Is it this tree and this number? Press Taped DBH (D) again to keep it, or type another number.</source>
+      <translation>Árbol {tree}: con cinta {taped} cm, pero medido {measured} cm. ¿Es este árbol y este número? Pulse DAP con cinta (D) otra vez para conservarlo, o escriba otro número.</translation>
     </message>
     <message>
       <source>The last step was taken back.</source>
@@ -2683,8 +2699,8 @@ cero.&lt;/p&gt;
       <translation>dimensión de la nube que contiene los identificadores de árbol</translation>
     </message>
     <message>
-      <source>3 Check</source>
-      <translation>3 Comprobar</translation>
+      <source>Apply decisions from a table</source>
+      <translation>Aplicar decisiones de una tabla</translation>
     </message>
     <message>
       <source>Write a person's decisions on trees into the tree layer, beside the measured values.</source>
@@ -3383,8 +3399,8 @@ cero.&lt;/p&gt;
       <translation>Año</translation>
     </message>
     <message>
-      <source>year of the inventory, for FVS</source>
-      <translation>año del inventario, para FVS</translation>
+      <source>year of the inventory, for FVS; empty: the flight's</source>
+      <translation>año del inventario, para FVS; vacío: el del vuelo</translation>
     </message>
     <message>
       <source>plots and trees as map layers</source>

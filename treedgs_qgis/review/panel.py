@@ -42,6 +42,7 @@ class ReviewPanel(QDockWidget):
         self._tool: PlaceTool | None = None
         self._before = None
         self._measuring: Measuring | None = None
+        self._asked: tuple[int, float] | None = None
         self._ring = QgsRubberBand(self.canvas, compat.LINE_STRING)
         self._ring.setColor(QColor("#0050d0"))
         self._ring.setWidth(3)
@@ -129,8 +130,9 @@ class ReviewPanel(QDockWidget):
             self._tree = after[0] if after else numbers[0] if numbers else None
         wanting = [row for row in rows if row.flag in words.FLAGS["open"]]
         done = sum(bool(row.decision) for row in wanting)
-        text = tr("{done} of {all} trees to check or without a DBH are decided.")
-        self.form.progress.setText(text.format(done=done, all=len(wanting)) if trees is not None else "")
+        others = sum(bool(row.decision) for row in rows) - done
+        text = tr("{done} of {all} trees to check or without a DBH are decided; of the others {others}.")
+        self.form.progress.setText(text.format(done=done, all=len(wanting), others=others) if trees is not None else "")
         self._show()
 
     def _is_wanted(self, row: Row, which: str) -> bool:
@@ -246,7 +248,18 @@ class ReviewPanel(QDockWidget):
         if not text.strip():
             self.form.taped.setFocus()
             return
-        self.decide(lambda trees, row: trees.tape(row, rules.taped_cm(text), self._note()))
+        self.decide(lambda trees, row: trees.tape(row, self._sure(row, rules.taped_cm(text)), self._note()))
+
+    def _sure(self, row: Row, cm: float) -> float:
+        """The DBH, once a person has given one that is far from the measured one twice."""
+        measured, self._asked, before = row.values.get("dbh_cm"), (row.tree_id, cm), self._asked
+        if measured is None or abs(float(measured) - cm) <= rules.ASK * float(measured) or before == self._asked:
+            return cm
+        text = tr(
+            "Tree {tree}: taped {taped} cm, but measured {measured} cm. Is it this tree and this number? Press "
+            "Taped DBH (D) again to keep it, or type another number."
+        )
+        raise Refused(text.format(tree=row.tree_id, taped=f"{cm:.1f}", measured=f"{float(measured):.1f}"))
 
     def merge(self) -> None:
         """The number typed; without one, to where it is typed."""

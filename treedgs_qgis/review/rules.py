@@ -17,6 +17,8 @@ from ..words import DECLARATIONS
 COLUMNS = ("rev_flag", "rev_dbh_cm", "rev_note", "rev_by", "rev_at")
 #: Decisions by which a row is no tree of its own.
 NO_TREE = ("reject", "merge")
+#: A taped DBH that differs more than this share from the measured one is asked about before it is kept.
+ASK = 0.5
 #: A taped DBH that differs more than this share from the measured one is worth a second look.
 APART = 0.25
 _MERGED = re.compile(r"^same tree as (\d+)(?:; )?")

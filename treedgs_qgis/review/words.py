@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_HALF_UP, Decimal
+from typing import Any
+
 from ..i18n import tr
 from .rules import merged_into, own_note
 from .trees import Row
@@ -33,6 +36,11 @@ SHOWN = {
 FLAGS = {"open": ("check", "reject"), "check": ("check",), "reject": ("reject",), "ok": ("ok",)}
 
 
+def shown(value: Any) -> str:
+    """A number of the layer with one decimal, as map tips, sheets and pages show it (``core.shown``)."""
+    return str(Decimal(repr(float(value))).quantize(Decimal("0.1"), ROUND_HALF_UP))
+
+
 def headline(row: Row) -> str:
     """``Tree 17, plot A: measured, to be checked``."""
     plot = row.values.get("plot_id")
@@ -47,10 +55,10 @@ def numbers(row: Row) -> str:
     if v.get("dbh_cm") is None:
         lines.append(tr("No DBH was measured."))
     else:
-        dbh = f"{tr('DBH')} {float(v['dbh_cm']):.1f}"
-        dbh += f" ± {float(v['dbh_se_cm']):.1f} cm" if v.get("dbh_se_cm") is not None else " cm"
+        dbh = f"{tr('DBH')} {shown(v['dbh_cm'])}"
+        dbh += f" ± {shown(v['dbh_se_cm'])} cm" if v.get("dbh_se_cm") is not None else " cm"
         if v.get("dbh_lo_cm") is not None and v.get("dbh_hi_cm") is not None:
-            dbh += f" (90 %: {float(v['dbh_lo_cm']):.1f} – {float(v['dbh_hi_cm']):.1f} cm)"
+            dbh += f" (90 %: {shown(v['dbh_lo_cm'])} – {shown(v['dbh_hi_cm'])} cm)"
         lines.append(dbh)
     facts = []
     if v.get("n_views") is not None:
@@ -69,7 +77,7 @@ def meaning(row: Row) -> str:
     word = row.decision
     text = tr(DECISIONS.get(word, word))
     if word == "dbh" and row.values.get("rev_dbh_cm") is not None:
-        text += f" ({float(row.values['rev_dbh_cm']):.1f} cm)"
+        text += f" ({shown(row.values['rev_dbh_cm'])} cm)"
     other = merged_into(row.note) if word == "merge" else None
     if other is not None:
         text += f" ({tr('Tree')} {other})"

@@ -178,7 +178,7 @@
   <reuseLastValue/>
   <dataDefinedFieldProperties/>
   <widgets/>
-  <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || ': ' || format_number("dbh_cm", 1) || ' cm'</previewExpression>
-  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %]&lt;/b>&lt;br>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) %] [% format_number("dbh_cm", 1) %][% coalesce(' ± ' || format_number("dbh_se_cm", 1), '') %] cm, [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'maßstäblich gezeichnet' WHEN left(@qgis_locale, 2) = 'es' THEN 'dibujado a escala real' ELSE 'drawn at true scale' END) %]</mapTip>
+  <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || ': ' || format_number(round("dbh_cm", 1), 1) || ' cm'</previewExpression>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %]&lt;/b>&lt;br>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) %] [% format_number(round("dbh_cm", 1), 1) %][% coalesce(' ± ' || format_number(round("dbh_se_cm", 1), 1), '') %] cm, [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'maßstäblich gezeichnet' WHEN left(@qgis_locale, 2) = 'es' THEN 'dibujado a escala real' ELSE 'drawn at true scale' END) %]</mapTip>
   <layerGeometryType>2</layerGeometryType>
 </qgis>

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ...core.errors import InputError
 from ...stems.quality.priors import USUAL_TAPER_CM_M
-from ..searched import read_searched
+from ..searched import flown_on
 from ..stand.treelist import TreeList
 
 #: Years given may be off those of the flights by this, or this share: seasons of growth are no calendar years.
@@ -24,16 +24,6 @@ _SLOW_CM = 0.05
 _ENOUGH, _BIAS_CM, _SHRUNK = 5, 0.3, 0.75
 #: Breast heights that differ by less are the same, m; the taper between them may be off by this share.
 _SAME_BH_M = 0.005
-
-
-def flown_on(path: Path) -> datetime.date | None:
-    """The day (the middle one of several) on which a tree layer's photos or points were taken; ``None`` where it does
-    not say."""
-    table = read_searched(path)
-    if table is None or "flown" not in table:
-        return None
-    days = pd.to_datetime(table["flown"], errors="coerce").dropna()
-    return days.sort_values().iloc[len(days) // 2].date() if len(days) else None
 
 
 def years_between(before: Path, after: Path, given: float | None) -> tuple[float, str]:

@@ -19,6 +19,7 @@ from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
 from ...core.geopackage import ensure_unlocked
 from ...core.map_scale import check_place
 from ...core.progress import Reporter
+from ...core.shown import count_of
 from ...core.tables import safe_frame
 from ...report.blocks import known
 from ...report.html import write_html
@@ -29,7 +30,6 @@ from ..stand.estimate import Design
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
 from ..stand.treelist import TreeList, from_layer, settle_status
-from ..stand.values import count_of
 from .dates import judge_growth, to_one_breast_height, years_between
 from .growth import Change, SharedErrors, stand_change, tree_growth
 from .joining import Joined, Limits, join_dates

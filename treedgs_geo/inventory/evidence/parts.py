@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.shown import shown_cm
 from ...stems.quality.methods import METHODS
 from ...stems.quality.reasons import REASONS
 from ...stems.quality.tree import Tree
@@ -31,8 +32,8 @@ def headline(canvas: Canvas, tree: Tree) -> None:
     canvas.text(WIDTH - MARGIN - width / 2, 29, words, 15, PAPER, True, "mm")
     canvas.text(WIDTH - 2 * MARGIN - width, 16, dbh_words(tree), 22, INK, True, "ra")
     interval = ""
-    if tree.dbh_lo_cm is not None:
-        interval = f"90 % interval {tree.dbh_lo_cm:.1f} – {tree.dbh_hi_cm:.1f} cm; "
+    if tree.dbh_lo_cm is not None and tree.dbh_hi_cm is not None:
+        interval = f"90 % interval {shown_cm(tree.dbh_lo_cm)} – {shown_cm(tree.dbh_hi_cm)} cm; "
     below = f"{interval}{METHODS.get(tree.method, tree.method)}; E {tree.x:.2f}, N {tree.y:.2f} m"
     canvas.text(MARGIN, 47, below, 13, FAINT)
 
@@ -41,8 +42,8 @@ def dbh_words(tree: Tree) -> str:
     """``DBH 37.5 ± 0.3 cm``, or that there is none."""
     if tree.dbh_cm is None:
         return "no DBH"
-    error = "" if tree.dbh_se_cm is None else f" ± {tree.dbh_se_cm:.1f}"
-    return f"DBH {tree.dbh_cm:.1f}{error} cm"
+    error = "" if tree.dbh_se_cm is None else f" ± {shown_cm(tree.dbh_se_cm)}"
+    return f"DBH {shown_cm(tree.dbh_cm)}{error} cm"
 
 
 def numbers(canvas: Canvas, x: float, y: float, width: float, rows: list[tuple[str, str]]) -> float:

@@ -10,11 +10,11 @@ import pandas as pd
 import pyproj
 
 from ...core.errors import InputError
+from ...core.shown import count_of
 from ..pairs_layer import FIELD, LOCKED, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, read_layer
 from ..reviewed import TAPE_SE_CM
 from .species import species_of
 from .treelist import TreeList, from_layer, is_dead, settle_status
-from .values import count_of
 
 
 def measured_trees(path: Path, crs: pyproj.CRS | None, pairs: Path | None, tally: pd.DataFrame | None) -> TreeList:

@@ -12,10 +12,10 @@ from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
 from ...core.plots import as_in_plots
+from ...core.shown import count_of
 from .sample import SamplePlot, at_the_edge, overlaps, weights
 from .treelist import TreeList
 from .unmeasured import Gaps, judge_gaps, sentences, stand_ins
-from .values import count_of
 
 MISSING = ("impute", "exclude")
 #: A plot this far (and 3 radii) from any measured tree was not surveyed: it is no empty plot.

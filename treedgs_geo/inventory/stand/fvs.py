@@ -12,6 +12,7 @@ import sqlite3
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pyproj
 
 from ...core.files import atomic_path
@@ -128,6 +129,8 @@ def _fill(connection: sqlite3.Connection, stand: Stand, variant: str | None, yea
     records += [
         (row.plot, row.tree, row.count_, _DEAD) for row in dead.rename(columns={"count": "count_"}).itertuples()
     ]
+    ids = pd.to_numeric(stand.trees["tree_id"], errors="coerce")
+    own = not ids.isna().any() and ids.is_unique and len({tree for _, tree, *_ in records}) == len(records)
     for number, (position, tree, count, history) in enumerate(records, start=1):
         k, j = int(tree), int(position)
         if not np.isfinite(stand.values.dbh[k]):
@@ -143,7 +146,8 @@ def _fill(connection: sqlite3.Connection, stand: Stand, variant: str | None, yea
                 "StandPlot_CN": f"{name}_{stand.plots[j].plot_id}",
                 "StandPlot_ID": f"{name}_{stand.plots[j].plot_id}",
                 "Plot_ID": j + 1,
-                "Tree_ID": number,
+                # The layer's own, unless several trees would have the same.
+                "Tree_ID": int(ids.iloc[k]) if own else number,
                 "Tree_Count": float(count),
                 "History": history,
                 # FVS reads its own codes, FIA numbers and PLANTS symbols; three digits are FIA's.

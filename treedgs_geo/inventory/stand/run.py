@@ -20,6 +20,7 @@ from ...core.folder_lock import one_writer
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
+from ...core.shown import count_of
 from ...core.tables import is_table
 from ...report.blocks import Document
 from ...report.html import write_html
@@ -28,6 +29,7 @@ from ..double_sampling.joining import join
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import read_taped
 from ..field_trees import place
+from ..searched import flown_on
 from .corrections import missing_sentences
 from .crew import measured_trees
 from .document import make_document
@@ -44,7 +46,7 @@ from .survey import Stand, make_stand
 from .taped import TapeInput, taped_sentences, taped_summary
 from .treelist import TreeList, from_tally, label_species, read_tally
 from .units import METRIC
-from .values import ValueOptions, count_of
+from .values import ValueOptions
 
 #: The bias that the DBHs of a survey share, as seen on rendered and simulated plots with known truth (README).
 _COMMON_SE_CM = 0.2
@@ -303,7 +305,9 @@ def _write(folder: Path, stand: Stand, document: Document, settings: Any, report
         write_csv(folder / csv_name(name), document.tables[name])
     write_geopackage(folder / "stand.gpkg", stand)
     write_shapefiles(folder, stand)
-    write_fvs(folder / "FVS_Data.db", stand, settings.fvs_variant, settings.year)
+    flown = flown_on(settings.trees) if settings.trees is not None else None
+    year = settings.year or (flown.year if flown is not None else None)
+    write_fvs(folder / "FVS_Data.db", stand, settings.fvs_variant, year)
     write_json(folder / "summary.json", summary(stand))
 
 

@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
 from ...core.plausible import slenderness, thick_ones
+from ...core.shown import count_of
 from ..reviewed import Reviewed
 from .equations import Equation
 from .estimate import (
@@ -27,7 +28,7 @@ from .sample import SamplePlot
 from .taped import TapedTotals, TapeInput, correct_estimates, find_homes, scale_rows, with_taped_rows
 from .treelist import TreeList
 from .unmeasured import Gaps
-from .values import TreeValues, ValueOptions, count_of, tree_values
+from .values import TreeValues, ValueOptions, tree_values
 
 #: Basal area that hardly a forest outside the redwoods' reaches, and slenderness (%) of whole stands (chosen, not set
 #: on data: pole stands reach 110, open parks 35).

@@ -15,12 +15,13 @@ import pandas as pd
 from scipy import stats
 
 from ...core.errors import InputError
+from ...core.shown import count_of
 from ..double_sampling.estimators import Corrected, Tapes, correct_total, more_tapes_to_halve, share_out
 from ..double_sampling.tapes import Taped
 from .estimate import Design, Estimate
 from .expansion import Expanded
 from .units import UNITS
-from .values import BA, TreeValues, count_of
+from .values import BA, TreeValues
 
 #: What is corrected, in this order: numbers first, since mean diameters need both.
 CORRECTED = ("trees", "ba", "volume", "biomass")

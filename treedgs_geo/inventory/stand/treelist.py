@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ...core.columns import columns, measured, numbers
 from ...core.errors import InputError
+from ...core.shown import count_of
 from ...core.tables import is_table, read_table
 from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ...stems.quality.repeated import find_repeated
@@ -22,7 +23,6 @@ from ..readings import with_readings
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
 from .species import species_of
-from .values import count_of
 
 #: Stems whose axes are nearer than this share of their radii together are one.
 _INSIDE = 0.6

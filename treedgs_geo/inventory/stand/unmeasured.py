@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ...core.shown import count_of
 from ...stems.quality.reasons import split_reasons
-from .values import count_of
 
 #: With fewer measured trees than this a plot borrows from all plots, and evidence is not judged.
 OWN_DONORS = 5

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from ...core.shown import count_of
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from .equations import Equation, choose
 from .heights import HeightCurve, fit_curve
@@ -111,11 +112,6 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
             f"Extrapolated, for trees outside the range that a curve or equation holds for: {named}{more}."
         )
     return found
-
-
-def count_of(n: int, what: str) -> str:
-    """``1 tree``, ``2 trees``."""
-    return f"{n} {what}{'' if n == 1 else 's'}"
 
 
 def _column(trees: pd.DataFrame, name: str) -> np.ndarray:

@@ -14,11 +14,12 @@ from ...core.columns import columns
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
+from ...core.shown import count_of
 from ...core.tables import is_table, read_table
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
 from ..stand.treelist import from_layer, settle_status
-from ..stand.values import BA, count_of
+from ..stand.values import BA
 from ..tree_reading import read_trees
 
 

@@ -12,6 +12,7 @@ from ...core.errors import InputError
 from ...core.files import ensure_writable
 from ...core.geopackage import ensure_unlocked
 from ...core.progress import Reporter
+from ...core.shown import count_of
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
 from ...stems.quality.priors import BREAST_HEIGHT_M
@@ -19,7 +20,6 @@ from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import read_cells
 from ..field_trees import FieldProtocol
-from ..stand.values import count_of
 from .form import make_form
 from .frame import Frame, read_frame
 from .outputs import COLUMNS, CREW, OWN_LAYERS, tape_table, write_csv, write_gpx, write_layer

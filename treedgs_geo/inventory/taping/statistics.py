@@ -11,6 +11,7 @@ from scipy import stats
 
 from ...core.errors import InputError
 from ...core.intervals import LEVEL
+from ...core.shown import count_of
 from ..double_sampling.estimators import (
     ESTIMATORS,
     Corrected,
@@ -22,7 +23,7 @@ from ..double_sampling.estimators import (
 )
 from ..double_sampling.other_trees import outlier_sentences, outliers
 from ..double_sampling.tapes import Taped
-from ..stand.values import BA, count_of
+from ..stand.values import BA
 from .frame import Frame
 
 #: Below this probability a difference of ``ok`` and ``check`` trees is more than chance.

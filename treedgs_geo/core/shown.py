@@ -1,0 +1,33 @@
+"""Numbers in words: one rounding, so that page, sheet, map and table read the same, and one plural."""
+
+from __future__ import annotations
+
+from decimal import ROUND_HALF_UP, Decimal
+
+#: Decimals of diameters and their errors in a tree layer.
+LAYER_DECIMALS = 2
+
+
+def half_up(value: float, decimals: int) -> float:
+    """A finite number as QGIS and people round it: 0.25 and 0.35 become 0.3 and 0.4 (Python: 0.2 and 0.3).
+
+    Examples:
+        >>> half_up(0.25, 1), half_up(0.35, 1), half_up(-1.005, 2)
+        (0.3, 0.4, -1.01)
+    """
+    return float(Decimal(repr(float(value))).quantize(Decimal(1).scaleb(-decimals), ROUND_HALF_UP))
+
+
+def shown_cm(value: float) -> str:
+    """A diameter or its error, cm, with one decimal: from what the tree layer keeps of it, as the map shows it.
+
+    Examples:
+        >>> shown_cm(0.346), shown_cm(0.344)
+        ('0.4', '0.3')
+    """
+    return f"{half_up(round(float(value), LAYER_DECIMALS), 1):.1f}"
+
+
+def count_of(n: int, what: str) -> str:
+    """``1 tree``, ``2 trees``."""
+    return f"{n} {what}{'' if n == 1 else 's'}"
