@@ -51,7 +51,7 @@ qgis344:  ## the same with QGIS 3.44 (Debian sid)
 translations: setup  ## collect and compile the texts (PyQGIS, lrelease)
 	@/usr/bin/python3 tools/write_translations.py
 
-sample: setup  ## dist/treedgs-sample.zip, the flight that the plugin's menu opens, from the demo's plot
+sample: setup  ## sample/, the flight that the plugin's menu opens, from the demo's plot
 	@$(PYTHON) tools/make_sample.py
 
 package: sample  ## dist/: the plugin's zip, checked and scanned as the plugin repository does, and the wheel; release=1 for upload
@@ -64,6 +64,6 @@ screenshot: setup  ## docs/images/toolbox.png, under Xvfb
 	@$(PYTHON) tools/screenshot.py
 
 clean:  ## remove caches and the demo; 'make clean all=1' also .venv and .setup
-	@rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist demo
+	@rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist demo sample
 	@find . -name __pycache__ -type d -not -path './.venv/*' -prune -exec rm -rf {} +
 	@if [ -n "$(all)" ]; then rm -rf .venv .setup; fi

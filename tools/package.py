@@ -41,6 +41,9 @@ ANSWER_S = 10
 #: What may lie in the zip; everything else is a binary or a script to the repository.
 TEXT = {".py", ".txt", ".md", ".json", ".html", ".qml", ".svg", ".ts", ".csv", ".model3", ".css", ""}
 PICTURES = {".png", ".qm", ".jpg"}
+#: The sample flight, which is made, not tracked (``make sample``), and what lies in it.
+SAMPLE = "sample/"
+OF_SAMPLES = {".mrk", ".pos", ".csv", ".txt", ".jpg", ".tif"}
 MAX_BYTES = 25 * 1024 * 1024
 #: Findings of Bandit that the plugin repository does not let anybody waive.
 BLOCKING = {
@@ -64,6 +67,7 @@ def chosen_files() -> list[str]:
         found = [path for top in WANTED for path in (ROOT / top).rglob("*") if "__pycache__" not in path.parts]
         listed = [path.relative_to(ROOT).as_posix() for path in found] + list(SINGLE)
     files = [name for name in listed if name.startswith(WANTED) or name in SINGLE]
+    files += [path.relative_to(ROOT).as_posix() for path in (ROOT / SAMPLE).rglob("*")]
     return [name for name in files if not name.startswith(LEFT_OUT) and (ROOT / name).is_file()]
 
 
@@ -75,9 +79,9 @@ def check_files(files: list[str]) -> None:
     """
     for name in files:
         suffix = Path(name).suffix.lower()
-        if suffix not in TEXT | PICTURES:
+        if suffix not in (OF_SAMPLES if name.startswith(SAMPLE) else TEXT | PICTURES):
             raise PackageError(f"{name}: {suffix} files are binaries or scripts to the plugin repository")
-        if suffix in TEXT:
+        if suffix in TEXT and not name.startswith(SAMPLE):
             try:
                 (ROOT / name).read_text(encoding="utf-8")
             except UnicodeDecodeError:
@@ -138,7 +142,6 @@ def check_addresses(general: dict[str, str], release: bool) -> None:
     elif release:
         for key in ADDRESSES:
             check_address(key, general[key])
-        check_address("homepage (the sample flight)", f"{general['homepage'].rstrip('/')}/treedgs-sample.zip")
 
 
 def check_address(key: str, address: str) -> None:
@@ -272,6 +275,8 @@ def main() -> int:
         version = general["version"]
         files = chosen_files()
         check_files(files)
+        if chosen.release and f"{SAMPLE}README.txt" not in files:
+            raise PackageError(f"{SAMPLE}: is missing; run make sample")
         # Whatever is not for upload says so in its name.
         archive = chosen.output / f"{NAME}-{version}{'' if chosen.release else '-trial'}.zip"
         write_zip(files, archive)

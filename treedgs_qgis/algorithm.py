@@ -18,7 +18,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
-from . import checks, engine, i18n, layers, loading
+from . import checks, engine, i18n, layers, loading, pages
 from .listener import Listener, duration, is_cancelled
 from .parameters import DESTINATIONS, engine_values, help_text, label, make_outputs, make_parameter, result_values
 from .words import declarations, in_qgis_words, qgis_name
@@ -27,7 +27,6 @@ ICONS = Path(__file__).with_name("icons")
 ICON = ICONS / "treedgs.svg"
 #: Results that are a page to read, the first one there is.
 PAGES = ("REPORT", "PAGE")
-HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "technician" / "qgis.md").as_uri()
 
 
 def unknown_name(algorithm: QgsProcessingAlgorithm, parameters: dict) -> str:
@@ -67,8 +66,8 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
         return str(own if own.exists() else ICON)
 
     def helpUrl(self) -> str:
-        """The documentation folder."""
-        return HELP_URL
+        """Its page of the docs."""
+        return pages.address(self.name())
 
     def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:
         """Refuse with one sentence before anything starts."""

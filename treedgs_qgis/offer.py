@@ -52,14 +52,14 @@ class TaskFeedback(QgsProcessingFeedback):
 
 
 class Job(QObject):
-    """One algorithm at a time as a task of QGIS, for everything that wants to show how far it is."""
+    """The set-up as a task of QGIS, once at a time, for everything that wants to show how far it is."""
 
     reported = pyqtSignal(float, str)
-    ended = pyqtSignal(bool, str, object)
+    ended = pyqtSignal(bool, str)
 
-    def __init__(self, algorithm: str, done: str) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.algorithm, self.done = algorithm, done
+        self.algorithm = ALGORITHM
         self.percent, self.words = 0.0, ""
         self.task: Any = None
         self._kept: tuple[Any, ...] = ()
@@ -93,15 +93,15 @@ class Job(QObject):
         self.words = words
         self.reported.emit(self.percent, self.words)
 
-    def _executed(self, successful: bool, results: dict) -> None:
+    def _executed(self, successful: bool, _results: dict) -> None:
         feedback = self._kept[0]
         self.task = None
         if feedback.isCanceled():
-            self.ended.emit(False, tr("Stopped; run it again to go on where it ended."), {})
+            self.ended.emit(False, tr("Stopped; run it again to go on where it ended."))
         elif successful:
-            self.ended.emit(True, self.done, dict(results))
+            self.ended.emit(True, tr("The engine is set up; the algorithms can run."))
         else:
-            self.ended.emit(False, feedback.errors[-1] if feedback.errors else tr("It failed; see the log."), {})
+            self.ended.emit(False, feedback.errors[-1] if feedback.errors else tr("It failed; see the log."))
 
 
 class Controls(QWidget):
@@ -149,7 +149,7 @@ class Controls(QWidget):
         self.bar.setValue(round(percent / 100 * STEPS))
         self.item.setText(words)
 
-    def ended(self, successful: bool, words: str, _results: object) -> None:
+    def ended(self, successful: bool, words: str) -> None:
         """Done, or the sentence and the button again."""
         self.show_running(False)
         self.button.setVisible(not successful)
@@ -166,7 +166,7 @@ class Offer(QObject):
     def __init__(self, iface: Any) -> None:
         super().__init__()
         self.iface = iface
-        self.job = Job(ALGORITHM, tr("The engine is set up; the algorithms can run."))
+        self.job = Job()
         self.missed.connect(self.show)
 
     def sentence(self, problem: EngineMissing) -> str:

@@ -38,7 +38,6 @@ class TreeDGSPlugin:
         self.action: Any = None
         self.entries: list[Any] = []
         self.offer: Any = None
-        self.tryit: Any = None
         self.opened: Any = None
 
     def initProcessing(self) -> None:
@@ -76,11 +75,11 @@ class TreeDGSPlugin:
         self.iface.addToolBarIcon(self.action)
         self.iface.addPluginToMenu(MENU, self.action)
         from .offer import Offer
-        from .tryit import TryIt
+        from .tryit import begin
 
         self.offer = Offer(self.iface)
-        self.tryit = TryIt(self.iface, self.open_dialog)
-        self.add_entry(f"{i18n.tr('Try it with a sample flight')} …", "tryit", lambda *_: self.tryit.begin())
+        text = f"{i18n.tr('Try it with a sample flight')} …"
+        self.add_entry(text, "tryit", lambda *_: begin(self.iface, self.open_dialog))
         if self.provider is not None:
             self.provider.offer = self.offer
             self.provider.open_panel = partial(self.action.setChecked, True)
@@ -139,8 +138,7 @@ class TreeDGSPlugin:
         self.entries.clear()
         if self.offer is not None:
             self.offer.job.stop()
-            self.tryit.job.stop()
-            self.offer = self.tryit = None
+            self.offer = None
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None

@@ -135,18 +135,6 @@ def main():
         rest()
         seen[f"{turn}_words"] = words(bar)
         seen[f"{turn}_buttons"] = sorted(buttons(bar))
-    bar.clearWidgets()
-    rest()
-    plugin.tryit.job.algorithm = "clicktest:slow"
-    plugin.tryit.begin()
-    rest(1.0)
-    early = shown(bar)
-    rest(1.0)
-    seen["sample_bar"] = [early, shown(bar)]
-    QTest.mouseClick(buttons(bar)["Stop"], Qt.MouseButton.LeftButton)
-    seen["sample_ended"] = wait(lambda: plugin.tryit.job.task is None)
-    rest()
-    seen["sample_words"], seen["sample_buttons"] = words(bar), sorted(buttons(bar))
 
 
 def run():

@@ -1,4 +1,4 @@
-"""Real clicks on "Set up now", Stop and the sample's bar, in real QGIS, with garbage collected between all of them."""
+"""Real clicks on "Set up now" and Stop, in real QGIS, with garbage collected between all of them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_the_set_up_bar_lives_as_long_as_it_is_shown(qgis, tmp_path):
     assert report.exists(), done.stdout + done.stderr
     seen = json.loads(report.read_text(encoding="utf-8"))
     assert "error" not in seen, seen
-    for turn in ("dialog", "first", "second", "sample"):
+    for turn in ("dialog", "first", "second"):
         (early,), (late,) = seen[f"{turn}_bar"]
         assert 0 < early < late, seen
         assert seen[f"{turn}_ended"]
@@ -32,4 +32,3 @@ def test_the_set_up_bar_lives_as_long_as_it_is_shown(qgis, tmp_path):
     assert "is being set up" in sentence and offered and stop == ["Stop"], seen
     assert "Stopped" in seen["first_words"][0] and seen["first_buttons"] == ["Set up now"]
     assert "The engine is set up" in seen["second_words"][0] and seen["second_buttons"] == []
-    assert "Stopped" in seen["sample_words"][0]

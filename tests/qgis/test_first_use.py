@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -58,15 +57,10 @@ def newcomer(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sample(newcomer, simulated_plot) -> Path:
-    """A sample at the plugin's homepage, which is a folder here, and its hash in the plugin."""
-    _, _, base = newcomer
-    plugin, place = base / "plugins" / "treedgs", base / "page d'accueil"
-    found = maker.write(simulated_plot, place / "treedgs-sample.zip")
-    (plugin / "treedgs_qgis" / "sample.json").write_text(json.dumps(found))
-    text = (plugin / "metadata.txt").read_text(encoding="utf-8")
-    text = re.sub("^homepage=.*$", f"homepage={place.as_uri()}/", text, flags=re.M)
-    (plugin / "metadata.txt").write_text(text, encoding="utf-8")
-    return place / "treedgs-sample.zip"
+    """The sample in the plugin, as a release has it."""
+    folder = newcomer[2] / "plugins" / "treedgs" / "sample"
+    maker.write(simulated_plot, folder)
+    return folder
 
 
 def ran(newcomer, algorithm: str, *words: str, network: bool = True, **more: str) -> subprocess.CompletedProcess:
@@ -105,30 +99,21 @@ def test_while_the_engine_is_set_up_a_job_and_a_second_set_up_are_told_so(newcom
     assert not environment.set_up_runs(target)
 
 
-def test_the_sample_is_fetched_checked_and_kept(newcomer, sample, tmp_path):
-    done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'vol é'}")
-    assert done.returncode == 0, done.stdout + done.stderr
-    names = {path.name for path in (tmp_path / "vol é").iterdir()}
-    assert {"images", "plots.csv", "dtm.tif", "README.txt"} <= names and "truth" not in names
-    assert list((tmp_path / "vol é" / "images").glob("*.JPG"))
-    (tmp_path / "vol é" / "trees.gpkg").write_text("a former try")
-    # It is there: nothing is fetched again.
-    moved = sample.rename(sample.with_name("away.zip"))
-    try:
-        done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'vol é'}")
-        assert done.returncode == 0 and (tmp_path / "vol é" / "trees.gpkg").exists()
-        done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'other'}")
-        said = done.stdout + done.stderr
-        assert done.returncode == 1 and "cannot be fetched from file:" in said and "SAMPLE" in said
-        assert "Traceback" not in said
-        done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'other'}", f"SAMPLE={moved}", network=False)
-        assert done.returncode == 0 and (tmp_path / "other" / "plots.csv").exists()
-    finally:
-        moved.rename(sample)
-    (tmp_path / "wrong.zip").write_bytes(sample.read_bytes()[:-1] + b"x")
-    done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'third'}", f"SAMPLE={tmp_path / 'wrong.zip'}")
-    assert done.returncode == 1 and "is not the sample flight of this version" in done.stdout + done.stderr
-    assert not (tmp_path / "third").exists()
+def test_the_sample_is_copied_to_where_one_may_write(newcomer, sample, tmp_path):
+    folder = tmp_path / "vol é"
+    for _ in range(2):
+        done = ran(newcomer, "sampleflight", f"FOLDER={folder}", network=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        names = {path.name for path in folder.iterdir()}
+        assert {"images", "plots.csv", "dtm.tif", "README.txt"} <= names and not names & {"truth", "lidar"}
+        (folder / "trees.gpkg").write_text("a former try")
+        (folder / "plots.csv").unlink(missing_ok=True)
+    away = sample.rename(sample.with_name("away"))
+    done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'other'}")
+    away.rename(sample)
+    assert (
+        done.returncode == 1 and "run: make sample" in done.stdout + done.stderr and not (tmp_path / "other").exists()
+    )
 
 
 def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, tmp_path):

@@ -52,9 +52,7 @@ def test_one_rounding_everywhere(qgis, tmp_path):
     """Ties, and errors that two roundings in a row would round up in one place only."""
     sizes = [(31.25, 0.25), (30.05, 0.346), (28.149, 0.35), (26.7, 0.449)]
     about = {"method": "photos", "run_id": RUN}
-    trees = [
-        Tree(n, 5e5 + n, 3.45e6, dbh_cm=dbh, dbh_se_cm=se, **about).finish() for n, (dbh, se) in enumerate(sizes)
-    ]
+    trees = [Tree(n, 5e5 + n, 3.45e6, dbh_cm=dbh, dbh_se_cm=se, **about).finish() for n, (dbh, se) in enumerate(sizes)]
     write_trees(tmp_path / "trees.gpkg", trees, "EPSG:32617")
     panel = "from treedgs.treedgs_qgis.review import trees, words\n"
     panel += 'for row in trees.TreeLayer(layer).rows(): print("PANEL", words.numbers(row).replace("\\n", "~"), "END")\n'

@@ -12,6 +12,7 @@ import sys
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from qgis_driver import ROOT, load
@@ -112,7 +113,7 @@ for alg in provider.algorithms():
         "outputs": [o.name() for o in made.outputDefinitions()],
         "help": alg.shortHelpString(), "short": alg.shortDescription(), "title": alg.displayName(),
         "group": [alg.group(), alg.groupId()], "icon": alg.icon().isNull(), "svg": alg.svgIconPath(),
-        "tags": alg.tags(),
+        "tags": alg.tags(), "url": alg.helpUrl(),
     }
 found["provider"] = [provider.id(), provider.name(), provider.icon().isNull(), provider.warningMessage(),
                      provider.defaultVectorFileExtension()]
@@ -149,6 +150,17 @@ def test_everything_is_described(described):
         if name in DECLARED:
             assert DECLARED[name]["example"].split()[1] in shown["help"]
     assert described["provider"][:3] == ["treedgs", "TreeDGS", False] and described["provider"][4] == "gpkg"
+
+
+def test_help_is_a_page(described):
+    for name, shown in described.items():
+        if name in ("provider", "where", "path") or name in MODELS:
+            continue
+        page = Path(unquote(urlsplit(shown["url"]).path))
+        assert page.suffix == ".html" and "<h1>" in page.read_text(encoding="utf-8"), name
+        links = re.findall(r'(?:href|src)="(file:[^"]+|[^":#]+)(?:#[^"]*)?"', page.read_text(encoding="utf-8"))
+        assert links and not [link for link in links if link.endswith(".md")]
+        assert all((page.parent / unquote(link.removeprefix("file://"))).exists() for link in links), (name, links)
 
 
 def test_qgis_processing_package_is_its_own(described):

@@ -24,8 +24,11 @@ def install(locale: str = "") -> QTranslator | None:
 
     The caller keeps the result alive.
     """
-    if not locale and QgsApplication.instance():
-        locale = QgsApplication.instance().locale()
+    application = QgsApplication.instance()
+    if not locale and application:
+        # What its windows speak, which ``--lang`` sets too; without windows what is set.
+        spoken = application.translation()
+        locale = spoken if spoken not in ("", "C") else application.locale()
     for name in (locale, locale[:2]):
         file = FOLDER / f"treedgs_{name}.qm"
         if name and file.exists():

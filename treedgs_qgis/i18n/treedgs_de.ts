@@ -94,16 +94,11 @@ ankreuzen), ebenso ein Rechenkern, den die Erweiterung in einem anderen QGIS-Pro
       <translation>Das Fenster öffnen, in dem ein Mensch auf der Karte über Bäume entscheidet.</translation>
     </message>
     <message>
-      <source>&lt;p&gt;&lt;b&gt;Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
-({size}).&lt;/b&gt;&lt;/p&gt;
+      <source>&lt;p&gt;&lt;b&gt;Copy the sample flight: photos of a small simulated plot, with geotags, terrain and field table.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Then run &lt;b&gt;Measure DBH from drone photos&lt;/b&gt; on it; &lt;i&gt;Plugins ▸ TreeDGS ▸ Try it with a sample flight&lt;/i&gt; opens
-that with everything filled in. The photos are rendered, not taken: their trees are easier than yours.&lt;/p&gt;
-&lt;p&gt;It comes from {address}; without network give the file as SAMPLE.&lt;/p&gt;</source>
-      <translation>&lt;p&gt;&lt;b&gt;Holt einen Beispielflug: {photos} Fotos einer kleinen simulierten Probefläche, mit Positionen, Gelände und Feldtabelle
-({size}).&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Danach &lt;b&gt;BHD aus Drohnenfotos messen&lt;/b&gt; damit ausführen; &lt;i&gt;Erweiterungen ▸ TreeDGS ▸ Mit einem Beispielflug ausprobieren&lt;/i&gt;
-öffnet das fertig ausgefüllt. Die Fotos sind gerechnet, nicht aufgenommen: Ihre Bäume sind schwieriger.&lt;/p&gt;
-&lt;p&gt;Er kommt von {address}; ohne Netz geben Sie die Datei als SAMPLE an.&lt;/p&gt;</translation>
+that with everything filled in. The photos are rendered, not taken: their trees are easier than yours.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Den Beispielflug kopieren: Fotos einer kleinen simulierten Fläche, mit Geotags, Gelände und Feldtabelle.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Danach &lt;b&gt;BHD aus Drohnenfotos messen&lt;/b&gt; darauf anwenden; &lt;i&gt;Erweiterungen ▸ TreeDGS ▸ Mit einem Beispielflug ausprobieren&lt;/i&gt; öffnet das mit allem ausgefüllt. Die Fotos sind gerechnet, nicht aufgenommen: ihre Bäume sind leichter als Ihre.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Get the sample flight</source>
@@ -118,24 +113,12 @@ that with everything filled in. The photos are rendered, not taken: their trees 
       <translation>Holt einen kleinen Flug zum Ausprobieren der Erweiterung.</translation>
     </message>
     <message>
-      <source>The sample as a file (no network)</source>
-      <translation>Der Beispielflug als Datei (ohne Netz)</translation>
-    </message>
-    <message>
-      <source>The zip of the sample flight, where this computer has no network.</source>
-      <translation>Das Zip des Beispielflugs, wenn dieser Computer kein Netz hat.</translation>
-    </message>
-    <message>
-      <source>Unpack into</source>
-      <translation>Entpacken nach</translation>
+      <source>Copy into</source>
+      <translation>Kopieren nach</translation>
     </message>
     <message>
       <source>Left empty: into the plugin's data folder.</source>
       <translation>Leer: in den Datenordner der Erweiterung.</translation>
-    </message>
-    <message>
-      <source>The sample flight cannot be fetched from {address} ({why}); get {name} by other means and give it as SAMPLE.</source>
-      <translation>Der Beispielflug kann nicht von {address} geholt werden ({why}); besorgen Sie {name} anders und geben Sie die Datei als SAMPLE an.</translation>
     </message>
     <message>
       <source>The flight's folder</source>
@@ -144,10 +127,6 @@ that with everything filled in. The photos are rendered, not taken: their trees 
     <message>
       <source>Its coordinate reference system</source>
       <translation>Sein Koordinatenreferenzsystem</translation>
-    </message>
-    <message>
-      <source>Fetching the sample flight ({size})</source>
-      <translation>Der Beispielflug wird geholt ({size})</translation>
     </message>
     <message>
       <source>The sample flight is there: {folder}</source>
@@ -1029,10 +1008,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Beginnt …</translation>
     </message>
     <message>
-      <source>The engine is set up; the algorithms can run.</source>
-      <translation>Der Rechenkern ist eingerichtet; die Algorithmen können laufen.</translation>
-    </message>
-    <message>
       <source>Set up again</source>
       <translation>Neu einrichten</translation>
     </message>
@@ -1055,6 +1030,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Set up now</source>
       <translation>Jetzt einrichten</translation>
+    </message>
+    <message>
+      <source>The engine is set up; the algorithms can run.</source>
+      <translation>Der Rechenkern ist eingerichtet; die Algorithmen können laufen.</translation>
     </message>
     <message>
       <source>The engine is damaged; setting it up anew takes {takes}. Jobs and results stay.</source>
@@ -1137,12 +1116,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>pip konnte den Paketindex nicht erreichen, um {packages} zu installieren; ohne Netz geben Sie einen Ordner mit Wheels an, hinter einem Proxy setzen Sie HTTPS_PROXY, dann noch einmal ausführen.</translation>
     </message>
     <message>
-      <source>Check the engine</source>
-      <translation>Rechenkern prüfen</translation>
-    </message>
-    <message>
       <source>Try it with a sample flight</source>
       <translation>Mit einem Beispielflug ausprobieren</translation>
+    </message>
+    <message>
+      <source>Check the engine</source>
+      <translation>Rechenkern prüfen</translation>
     </message>
     <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
@@ -1433,32 +1412,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{height} m hoch</translation>
     </message>
     <message>
-      <source>{source}: is not the sample flight of this version (its hash differs); get {name} anew.</source>
-      <translation>{source}: ist nicht der Beispielflug dieser Version (der Hash weicht ab); holen Sie {name} neu.</translation>
+      <source>The sample flight did not come with this copy of the plugin; run: make sample</source>
+      <translation>Der Beispielflug liegt dieser Kopie der Erweiterung nicht bei; ausführen: make sample</translation>
     </message>
     <message>
       <source>{folder}: the sample flight cannot be written ({problem}); give another FOLDER.</source>
       <translation>{folder}: Der Beispielflug kann nicht geschrieben werden ({problem}); geben Sie einen anderen FOLDER an.</translation>
-    </message>
-    <message>
-      <source>The sample flight</source>
-      <translation>Der Beispielflug</translation>
-    </message>
-    <message>
-      <source>The sample flight is there: press Run.</source>
-      <translation>Der Beispielflug ist da: drücken Sie Starten.</translation>
-    </message>
-    <message>
-      <source>Fetching the sample flight</source>
-      <translation>Der Beispielflug wird geholt</translation>
-    </message>
-    <message>
-      <source>Choose the file …</source>
-      <translation>Datei wählen …</translation>
-    </message>
-    <message>
-      <source>Try again</source>
-      <translation>Erneut versuchen</translation>
     </message>
     <message>
       <source>Plan the flight</source>

@@ -94,16 +94,11 @@ y también un motor que usa el complemento en otro perfil de QGIS. &lt;b&gt;Inst
       <translation>Abrir el panel en el que una persona decide sobre los árboles en el mapa.</translation>
     </message>
     <message>
-      <source>&lt;p&gt;&lt;b&gt;Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
-({size}).&lt;/b&gt;&lt;/p&gt;
+      <source>&lt;p&gt;&lt;b&gt;Copy the sample flight: photos of a small simulated plot, with geotags, terrain and field table.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Then run &lt;b&gt;Measure DBH from drone photos&lt;/b&gt; on it; &lt;i&gt;Plugins ▸ TreeDGS ▸ Try it with a sample flight&lt;/i&gt; opens
-that with everything filled in. The photos are rendered, not taken: their trees are easier than yours.&lt;/p&gt;
-&lt;p&gt;It comes from {address}; without network give the file as SAMPLE.&lt;/p&gt;</source>
-      <translation>&lt;p&gt;&lt;b&gt;Baja un vuelo de ejemplo: {photos} fotos de una pequeña parcela simulada, con posiciones, terreno y tabla de campo
-({size}).&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Después ejecute &lt;b&gt;Medir el DAP en fotos de dron&lt;/b&gt; con él; &lt;i&gt;Complementos ▸ TreeDGS ▸ Probar con un vuelo de ejemplo&lt;/i&gt;
-lo abre con todo rellenado. Las fotos son calculadas, no tomadas: sus árboles son más difíciles.&lt;/p&gt;
-&lt;p&gt;Viene de {address}; sin red dé el archivo como SAMPLE.&lt;/p&gt;</translation>
+that with everything filled in. The photos are rendered, not taken: their trees are easier than yours.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Copiar el vuelo de ejemplo: fotos de una pequeña parcela simulada, con geoetiquetas, terreno y tabla de campo.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Después ejecute &lt;b&gt;Medir el DAP en fotos de dron&lt;/b&gt; con él; &lt;i&gt;Complementos ▸ TreeDGS ▸ Probar con un vuelo de ejemplo&lt;/i&gt; lo abre con todo rellenado. Las fotos son sintéticas, no tomadas: sus árboles son más fáciles que los suyos.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Get the sample flight</source>
@@ -118,24 +113,12 @@ lo abre con todo rellenado. Las fotos son calculadas, no tomadas: sus árboles s
       <translation>Obtiene un vuelo pequeño para probar el complemento.</translation>
     </message>
     <message>
-      <source>The sample as a file (no network)</source>
-      <translation>El ejemplo como archivo (sin red)</translation>
-    </message>
-    <message>
-      <source>The zip of the sample flight, where this computer has no network.</source>
-      <translation>El zip del vuelo de ejemplo, si este ordenador no tiene red.</translation>
-    </message>
-    <message>
-      <source>Unpack into</source>
-      <translation>Descomprimir en</translation>
+      <source>Copy into</source>
+      <translation>Copiar en</translation>
     </message>
     <message>
       <source>Left empty: into the plugin's data folder.</source>
       <translation>Vacío: en la carpeta de datos del complemento.</translation>
-    </message>
-    <message>
-      <source>The sample flight cannot be fetched from {address} ({why}); get {name} by other means and give it as SAMPLE.</source>
-      <translation>El vuelo de ejemplo no se puede bajar de {address} ({why}); consiga {name} por otro medio y délo como SAMPLE.</translation>
     </message>
     <message>
       <source>The flight's folder</source>
@@ -144,10 +127,6 @@ lo abre con todo rellenado. Las fotos son calculadas, no tomadas: sus árboles s
     <message>
       <source>Its coordinate reference system</source>
       <translation>Su sistema de referencia de coordenadas</translation>
-    </message>
-    <message>
-      <source>Fetching the sample flight ({size})</source>
-      <translation>Bajando el vuelo de ejemplo ({size})</translation>
     </message>
     <message>
       <source>The sample flight is there: {folder}</source>
@@ -1027,10 +1006,6 @@ cero.&lt;/p&gt;
       <translation>Empezando …</translation>
     </message>
     <message>
-      <source>The engine is set up; the algorithms can run.</source>
-      <translation>El motor está instalado; los algoritmos pueden ejecutarse.</translation>
-    </message>
-    <message>
       <source>Set up again</source>
       <translation>Instalar de nuevo</translation>
     </message>
@@ -1053,6 +1028,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Set up now</source>
       <translation>Instalar ahora</translation>
+    </message>
+    <message>
+      <source>The engine is set up; the algorithms can run.</source>
+      <translation>El motor está instalado; los algoritmos pueden ejecutarse.</translation>
     </message>
     <message>
       <source>The engine is damaged; setting it up anew takes {takes}. Jobs and results stay.</source>
@@ -1135,12 +1114,12 @@ cero.&lt;/p&gt;
       <translation>pip no pudo llegar al índice de paquetes para instalar {packages}; sin red indique una carpeta de wheels, detrás de un proxy defina HTTPS_PROXY, y ejecútelo de nuevo.</translation>
     </message>
     <message>
-      <source>Check the engine</source>
-      <translation>Comprobar el motor</translation>
-    </message>
-    <message>
       <source>Try it with a sample flight</source>
       <translation>Probar con un vuelo de ejemplo</translation>
+    </message>
+    <message>
+      <source>Check the engine</source>
+      <translation>Comprobar el motor</translation>
     </message>
     <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
@@ -1431,32 +1410,12 @@ cero.&lt;/p&gt;
       <translation>{height} m de alto</translation>
     </message>
     <message>
-      <source>{source}: is not the sample flight of this version (its hash differs); get {name} anew.</source>
-      <translation>{source}: no es el vuelo de ejemplo de esta versión (su hash difiere); consiga {name} de nuevo.</translation>
+      <source>The sample flight did not come with this copy of the plugin; run: make sample</source>
+      <translation>El vuelo de ejemplo no vino con esta copia del complemento; ejecute: make sample</translation>
     </message>
     <message>
       <source>{folder}: the sample flight cannot be written ({problem}); give another FOLDER.</source>
       <translation>{folder}: el vuelo de ejemplo no se puede escribir ({problem}); dé otro FOLDER.</translation>
-    </message>
-    <message>
-      <source>The sample flight</source>
-      <translation>El vuelo de ejemplo</translation>
-    </message>
-    <message>
-      <source>The sample flight is there: press Run.</source>
-      <translation>El vuelo de ejemplo está aquí: pulse Ejecutar.</translation>
-    </message>
-    <message>
-      <source>Fetching the sample flight</source>
-      <translation>Bajando el vuelo de ejemplo</translation>
-    </message>
-    <message>
-      <source>Choose the file …</source>
-      <translation>Elegir el archivo …</translation>
-    </message>
-    <message>
-      <source>Try again</source>
-      <translation>Intentar de nuevo</translation>
     </message>
     <message>
       <source>Plan the flight</source>
