@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import MISSING
 
 import pytest
 
@@ -36,6 +37,9 @@ def test_help_gives_units_defaults_and_an_example(name, capsys):
 def test_every_parameter_is_explained_and_limits_hold_for_defaults():
     for command in all_commands():
         assert command.title and command.summary and command.help and command.outputs
+        known = {name: default for name, _, default in params_of(command.settings)}
+        needed = {name for name, default in known.items() if default is MISSING}
+        assert needed <= set(command.main) <= set(known), f"{command.name}: what has to be given is never folded away"
         for name, spec, default in params_of(command.settings):
             assert spec.help, (command.name, name)
             if isinstance(default, (int, float)) and not isinstance(default, bool):

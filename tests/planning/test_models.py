@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from treedgs_geo.core.costs import CostModel
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.planning.budget import budget_of
 from treedgs_geo.planning.choose import judged, stems_of
 from treedgs_geo.planning.curves import Curves, outcome, view_odds
@@ -210,6 +212,21 @@ def test_every_camera_of_the_table_names_its_source():
         assert 15 < math.degrees(2 * math.atan(camera.width_px / 2 / camera.focal_px)) < 90, key
         assert camera.gimbal_deg[0] <= -90 and camera.interval_s > 0 and camera.usable_min < camera.flight_min
     assert camera_of("4000, 3000, 2800").focal_px == 2800
+
+
+def test_a_photo_says_which_camera_took_it(tmp_path):
+    row = known_cameras()["m3m"]
+    exif = Image.Exif()
+    exif[0x010F], exif[0x0110] = "DJI", "M3M"
+    exif.get_ifd(0x8769).update({0x920A: 12.29, 0xA405: 24})
+    Image.new("L", (row.width_px, row.height_px)).save(tmp_path / "a.JPG", exif=exif)
+    assert camera_of(str(tmp_path / "a.JPG")) == row, "of two cameras with the same photos the one that it names"
+    Image.new("L", (1000, 750)).save(tmp_path / "b.JPG", exif=exif)
+    own = camera_of(str(tmp_path / "b.JPG"))
+    assert own.key == "own" and own.width_px == 1000 and own.focal_px == pytest.approx(24 / 36 * 1000, rel=0.06)
+    Image.new("L", (1000, 750)).save(tmp_path / "c.JPG")
+    with pytest.raises(InputError, match="--camera: "):
+        camera_of(str(tmp_path / "c.JPG"))
 
 
 def test_the_sun_of_a_known_day():

@@ -41,10 +41,9 @@ class CampaignSettings:
     run_programs: bool = param(
         False,
         kind="flag",
-        advanced=True,
         help="run the programs that the table names (segmenter_command, segmenter_model)",
     )
-    threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot", advanced=True)
+    threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot")
     memory_gb: float = param(
         0.0,
         kind="number",
@@ -52,10 +51,9 @@ class CampaignSettings:
         minimum=0,
         maximum=100000,
         help="memory for all plots together; 0 = what is free, less a reserve",
-        advanced=True,
     )
     time_limit_min: float = param(
-        0.0, kind="number", unit="min", minimum=0, help="end a plot that takes longer; 0 = never", advanced=True
+        0.0, kind="number", unit="min", minimum=0, help="end a plot that takes longer; 0 = never"
     )
     workspace: Path = param(
         kind="output_folder",
@@ -95,6 +93,7 @@ COMMAND = Command(
     ),
     settings=CampaignSettings,
     run=run,
+    main=("manifest", "crs", "workers", "predict", "workspace", "output"),
     example="treedgs campaign --manifest season.csv --workspace season",
     outputs={
         "output": "trees layer of all plots (file)",

@@ -18,9 +18,8 @@ class Command:
     name: command-line name (``photos-to-dbh``). qgis_id: algorithm id without provider (``photostodbh``). title, group,
     summary: shown in the toolbox and in ``--help``. help: inputs, outputs, units and limits, in full sentences.
     run: ``(settings, reporter) -> result``; the result is JSON-serialisable. example: one command line.
-    outputs: result keys that are files or scalars, with a description each. expert: further parameters that QGIS folds
-    away under "advanced" (beside those declared so). order: parameters that come first, by need; then the others as
-    declared.
+    outputs: result keys that are files or scalars, with a description each. main: the parameters that most people give,
+    by need; the others follow as declared, folded away in QGIS.
     """
 
     name: str
@@ -33,13 +32,12 @@ class Command:
     run: Callable[[Any, Reporter], dict[str, Any]]
     example: str
     outputs: dict[str, str]
-    expert: tuple[str, ...] = ()
-    order: tuple[str, ...] = ()
+    main: tuple[str, ...]
 
 
 def ordered_params(command: Command) -> list[tuple[str, Param, Any]]:
-    """``(name, Param, default)`` as they are shown: those of ``order`` first."""
-    place = {name: number for number, name in enumerate(command.order)}
+    """``(name, Param, default)`` as they are shown: those of ``main`` first."""
+    place = {name: number for number, name in enumerate(command.main)}
     return sorted(params_of(command.settings), key=lambda entry: place.get(entry[0], len(place)))
 
 
@@ -51,7 +49,7 @@ def describe(command: Command) -> dict[str, Any]:
             continue
         entry = {key: value for key, value in vars(spec).items() if value not in ("", (), None, False)}
         entry = {key: value for key, value in entry.items() if key not in ("dialog", "holds", "known_by", "code")}
-        if name in command.expert:
+        if name not in command.main:
             entry["advanced"] = True
         entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)
         parameters.append(entry)

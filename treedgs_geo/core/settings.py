@@ -41,10 +41,10 @@ class Param:
 
     kind: one of :data:`KINDS` (``files`` = a folder or a file). unit: shown in help, part of the name where one exists.
     suffixes: expected file endings, for file dialogs; outputs have to have one. minimum/maximum: inclusive limits,
-    checked in every face. advanced: folded away in QGIS. dialog: shown in QGIS at all; else of the command line, job
-    files and the library only. holds: of an output folder, the files that may be written into
-    it; with none the whole folder is made anew. known_by: the file by which such a folder is known as ours. code: what
-    the value names is run, so that no table may give it.
+    checked in every face. dialog: shown in QGIS at all; else of the command line, job files and the library only.
+    holds: of an output folder, the files that may be written into it; with none the whole folder is made anew.
+    known_by: the file by which such a folder is known as ours. code: what the value names is run, so that no table may
+    give it.
     """
 
     kind: str
@@ -54,7 +54,6 @@ class Param:
     minimum: float | None = None
     maximum: float | None = None
     suffixes: tuple[str, ...] = ()
-    advanced: bool = False
     dialog: bool = True
     holds: tuple[str, ...] = ()
     known_by: str = ""

@@ -89,14 +89,12 @@ class FieldProtocol:
         "auto",
         kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
-        advanced=True,
         help="unit of the DBH column (auto: from a name like dbh_cm)",
     )
     distance_unit: str = param(
         "auto",
         kind="choice",
         choices=("auto", "m", "ft"),
-        advanced=True,
         help="unit of a distance column that does not say it (auto: from a name like distance_m)",
     )
 

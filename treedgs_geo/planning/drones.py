@@ -5,12 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
-from ..core.errors import InputError
+from ..core.errors import InputError, ReconstructionError
+from ..geotags.photos import read_photo
+from ..reconstruction.calibration import calibration_of
 
 #: Batteries are not flown below this share.
 RESERVE = 0.3
+#: Photos of a camera of the table have its focal length but for this share: lenses differ so much.
+SAME_FOCAL = 0.05
 
 
 @dataclass(frozen=True)
@@ -59,12 +64,12 @@ def _from_row(key: str, row: dict[str, Any]) -> DroneCamera:
 
 
 def camera_of(text: str, interval_s: float | None = None, readout_ms: float | None = None) -> DroneCamera:
-    """The camera of a name of the table, or of numbers: ``width_px,height_px,focal_px``.
+    """The camera of a name of the table, of a photo that it took, or of numbers: ``width_px,height_px,focal_px``.
 
     interval_s, readout_ms: in place of the table's (numbers alone: 2 s and 0 ms).
 
     Raises:
-        InputError: neither.
+        InputError: none of these, or a photo that does not say its focal length.
 
     Examples:
         >>> from treedgs_geo.planning.drones import camera_of
@@ -75,6 +80,8 @@ def camera_of(text: str, interval_s: float | None = None, readout_ms: float | No
     key = text.strip().lower()
     if key in known:
         found = known[key]
+    elif Path(text.strip()).is_file():
+        found = _of_photo(Path(text.strip()), known)
     else:
         try:
             width, height, focal = (float(part) for part in key.split(","))
@@ -82,15 +89,36 @@ def camera_of(text: str, interval_s: float | None = None, readout_ms: float | No
                 raise ValueError
         except ValueError:
             raise InputError(
-                f"--camera: {text!r} is unknown, expected one of {', '.join(known)}, or width,height,focal length in "
-                "pixels like 4000,3000,2800 (focal length in mm / sensor width in mm x width in pixels)."
+                f"--camera: {text!r} is unknown, expected one of {', '.join(known)}, a photo of the drone, or "
+                "width,height,focal length in pixels like 4000,3000,2800 (focal length in mm / sensor width in mm x "
+                "width in pixels)."
             ) from None
-        megabytes = 0.5 * width * height / 1e6
-        found = DroneCamera(
-            "own", f"own camera {width:.0f} x {height:.0f} px, f = {focal:.0f} px", int(width), int(height), focal, 2.0,
-            0.0, (-90.0, 0.0), 25.0, megabytes, None, "given by the user",
-        )  # fmt: skip
+        found = _own(int(width), int(height), focal, "given by the user")
     changes = {
         name: value for name, value in (("interval_s", interval_s), ("readout_ms", readout_ms)) if value is not None
     }
     return DroneCamera(**{**vars(found), **changes})
+
+
+def _own(width: int, height: int, focal_px: float, source: str) -> DroneCamera:
+    return DroneCamera(
+        "own", f"own camera {width} x {height} px, f = {focal_px:.0f} px", width, height, focal_px, 2.0, 0.0,
+        (-90.0, 0.0), 25.0, 0.5 * width * height / 1e6, None, source,
+    )  # fmt: skip
+
+
+def _of_photo(path: Path, known: dict[str, DroneCamera]) -> DroneCamera:
+    """The camera of the table that takes such photos (of several the one that the photo names), or an own one."""
+    photo = read_photo(path)
+    try:
+        focal_px = calibration_of([photo]).camera.fx
+    except ReconstructionError as problem:
+        raise InputError(f"--camera: {problem}") from None
+    alike = [
+        camera
+        for camera in known.values()
+        if (camera.width_px, camera.height_px) == (photo.width, photo.height)
+        and abs(camera.focal_px / focal_px - 1) < SAME_FOCAL
+    ]
+    named = [camera for camera in alike if camera.key in photo.model.lower()]
+    return next(iter([*named, *alike]), _own(photo.width, photo.height, focal_px, f"read from {path.name}"))

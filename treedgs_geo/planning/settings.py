@@ -33,7 +33,6 @@ class StandNumberSettings:
         kind="number",
         minimum=0,
         maximum=12,
-        advanced=True,
         help="one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5",
     )
     crown_radius_m: float | None = param(
@@ -42,7 +41,6 @@ class StandNumberSettings:
         unit="m",
         minimum=0.3,
         maximum=15,
-        advanced=True,
         help="reach of the crown of a tree of mean DBH; default: 1 m and four times the DBH",
     )
 
@@ -54,7 +52,7 @@ class FlyingSettings:
     camera: str = param(
         "m3e",
         kind="text",
-        help="camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, or width,height,focal length in pixels",
+        help="camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels",
     )
     exposure_ms: float = param(
         1.0, kind="number", unit="ms", minimum=0.05, maximum=20, help="shutter: 1 ms is 1/1000 s"
@@ -65,7 +63,6 @@ class FlyingSettings:
         unit="s",
         minimum=0.2,
         maximum=30,
-        advanced=True,
         help="shortest time between two photos; default: the camera's",
     )
     readout_ms: float | None = param(
@@ -74,7 +71,6 @@ class FlyingSettings:
         unit="ms",
         minimum=0,
         maximum=200,
-        advanced=True,
         help="rolling shutter: first row to last; default: the camera's",
     )
     speed_m_s: float = param(8.0, kind="number", unit="m/s", minimum=0.5, maximum=20, help="most speed to fly at")

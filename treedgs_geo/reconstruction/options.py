@@ -44,7 +44,6 @@ def calibration_option() -> Any:
         help="camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is "
         "taken from the photos' metadata.",
         suffixes=(".json",),
-        advanced=True,
     )
 
 

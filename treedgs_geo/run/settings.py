@@ -65,7 +65,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         unit="m",
         minimum=0.1,
         maximum=2.0,
-        advanced=True,
     )
     at: Path | None = param(
         None,
@@ -79,7 +78,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         kind="file",
         help="Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.",
         suffixes=(".gpkg",),
-        advanced=True,
     )
     preset: str = param(
         "balanced",
@@ -103,7 +101,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         "fewer steps and smaller photos, and the report says how far it came.",
         minimum=0.1,
         maximum=10_000,
-        advanced=True,
     )
     device: str = param(
         "cpu",
@@ -111,7 +108,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         choices=("cpu", "cuda"),
         help="Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
         "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
-        advanced=True,
     )
     dense: Path | None = param(
         None,
@@ -119,7 +115,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         help="Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the "
         "workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.",
         suffixes=(".ply", ".laz", ".las"),
-        advanced=True,
     )
     segmenter: str = segmenter_option()
     segmenter_command: str | None = segmenter_command_option()
@@ -146,7 +141,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         "wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, "
         "which pixels show stems; off = nothing.",
         choices=("auto", "off"),
-        advanced=True,
     )
     #: Of every random choice; of the library only.
     seed: int = 0
@@ -185,7 +179,6 @@ class CloudSettings:
         kind="choice",
         help="what z is: elevation, or height above ground (a normalised cloud); auto = read from the points",
         choices=("auto", "elevation", "height"),
-        advanced=True,
     )
 
 

@@ -46,7 +46,6 @@ class CompareSettings:
         unit="cm",
         minimum=0,
         maximum=20,
-        advanced=True,
         help="standard error of a bias that all DBHs of one date share",
     )
     cancels_pct: float = param(
@@ -65,7 +64,6 @@ class CompareSettings:
         unit="%",
         minimum=0,
         maximum=10,
-        advanced=True,
         help="relative standard error of lengths in the first date's block (scale_sd in the workspace's run.json, "
         "times "
         "100)",
@@ -76,7 +74,6 @@ class CompareSettings:
         unit="%",
         minimum=0,
         maximum=10,
-        advanced=True,
         help="the same of the second date's block",
     )
     centre_error_m: float = param(
@@ -93,7 +90,6 @@ class CompareSettings:
         unit="degrees",
         minimum=0,
         maximum=45,
-        advanced=True,
         help="how far they may be turned against each other",
     )
     gate_m: float = param(
@@ -102,12 +98,11 @@ class CompareSettings:
         unit="m",
         minimum=0.1,
         maximum=10,
-        advanced=True,
         help="trees further apart than this after co-registration are never the same tree",
     )
     #: Of the intervals, per cent; of the library only.
     confidence_pct: float = 90.0
-    crs: str | None = param(None, kind="crs", advanced=True, help="CRS of trees in a CSV, or of a layer without one")
+    crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",
         help="folder for the page, the layer and the tables",
@@ -144,7 +139,7 @@ COMMAND = Command(
     ),
     settings=CompareSettings,
     run=run,
-    order=("before", "after", "years", "plots", "min_dbh_cm", "output"),
+    main=("before", "after", "years", "plots", "min_dbh_cm", "output"),
     example="treedgs compare --before 2024/trees.gpkg --after 2029/trees.gpkg --years 5 --plots plots.csv --output "
     "change",
     outputs={

@@ -243,6 +243,7 @@ COMMAND = Command(
     "it can run. Ends with an error and one sentence when something is missing.",
     settings=DoctorSettings,
     run=run,
+    main=("compile",),
     example="treedgs doctor",
     outputs={
         "python": "Python version",

@@ -186,6 +186,7 @@ COMMAND = Command(
     ),
     settings=EvaluateSettings,
     run=run,
+    main=("plots", "pairs", "trees", "output", "min_dbh_cm"),
     example="treedgs evaluate --pairs pairs.gpkg --output evaluation",
     outputs={
         "output": "folder",

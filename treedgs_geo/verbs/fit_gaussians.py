@@ -169,6 +169,7 @@ COMMAND = Command(
     ),
     settings=FitGaussiansSettings,
     run=fit_gaussians,
+    main=("workspace", "photos", "seeds"),
     example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg",
     outputs={
         "field": "Gaussian field (3DGS PLY, local metres)",

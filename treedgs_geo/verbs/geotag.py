@@ -47,7 +47,6 @@ class GeotagSettings:
         unit="ms",
         minimum=-1000,
         maximum=1000,
-        advanced=True,
     )
 
 
@@ -110,6 +109,7 @@ COMMAND = Command(
     ),
     settings=GeotagSettings,
     run=run,
+    main=("photos", "geotags", "crs", "output", "base", "base_position", "tagged_photos"),
     example="treedgs geotag --photos flight/images --geotags flight --crs EPSG:6344 --output stations.gpkg",
     outputs={
         "output": "camera stations layer (file)",

@@ -34,7 +34,6 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
         "auto",
         kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
-        advanced=True,
         help="unit of a DBH column in a CSV of measured trees that does not say it (auto: from a name like dbh_cm)",
     )
     crs: str | None = param(None, kind="crs", help="CRS of measured trees in a CSV, or of a layer without one")
@@ -152,9 +151,8 @@ COMMAND = Command(
     ),
     settings=MatchPlotsSettings,
     run=run,
-    order=("trees", "field", "plots", "output"),
+    main=("trees", "field", "plots", "output"),
     example="treedgs match-plots --trees trees.gpkg --field field_trees.csv --plots plots.csv --output pairs.gpkg",
-    expert=("centre_error_m", "rotation_deg", "gate_m"),
     outputs={
         "output": "pairs layer",
         "n_field": "field trees",

@@ -19,7 +19,7 @@ class MeasureDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``measure-dbh``."""
 
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
-    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids", advanced=True)
+    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids")
 
 
 def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -104,8 +104,8 @@ COMMAND = Command(
     ),
     settings=MeasureDbhSettings,
     run=run,
+    main=("input", "dtm", "crs", "weights", "fit", "bh_m", "output"),
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",
-    expert=("method", "min_dbh_cm", "max_dbh_cm", "source"),
     outputs={
         "output": "tree layer",
         "n_trees": "stems in the layer",

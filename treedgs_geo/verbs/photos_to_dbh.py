@@ -42,6 +42,7 @@ COMMAND = Command(
     ),
     settings=PhotosToDbhSettings,
     run=photos_to_dbh,
+    main=("photos", "geotags", "plots", "crs", "dtm", "dry_run", "workspace", "output"),
     example=(
         "treedgs photos-to-dbh --photos flight/images --geotags flight --crs EPSG:6344 --plots plots.csv "
         "--workspace work --output trees.gpkg"

@@ -35,8 +35,8 @@ COMMAND = Command(
         "come first."
     ),
     settings=PlanFlightSettings,
-    run=run,
-    order=(
+    run=run,  # fmt: skip
+    main=(
         "plots",
         "dtm",
         "stand",
@@ -50,10 +50,8 @@ COMMAND = Command(
         "tree_height_m",
         "crown_base_m",
         "take_off",
-        "flight_date",
         "output",
-    ),  # fmt: skip
-    expert=("crs", "speed_m_s", "exposure_ms", "pattern"),
+    ),
     example="treedgs plan-flight --plots plots.csv --dtm dtm.tif --stand chm.tif --dbh-mean-cm 27 --dbh-sd-cm 7 "
     "--crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
     outputs={

@@ -36,9 +36,8 @@ COMMAND = Command(
     ),
     settings=PointcloudToDbhSettings,
     run=run,
+    main=("input", "plots", "dtm", "crs", "dry_run", "output", "report"),
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
-    expert=("method", "min_dbh_cm", "max_dbh_cm", "source"),
-    order=("input", "plots", "dtm", "crs", "output", "report"),
     outputs={
         "output": "tree layer",
         "report": "the page to open",

@@ -177,6 +177,7 @@ COMMAND = Command(
     ),
     settings=ReconstructSettings,
     run=run,
+    main=("photos", "geotags", "crs", "dtm", "plots", "workspace"),
     example=(
         "treedgs reconstruct --photos flight/images --geotags flight --crs EPSG:6344 --plots plots.csv --workspace work"
     ),

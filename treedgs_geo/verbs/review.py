@@ -31,7 +31,6 @@ class ReviewSettings:
         "auto",
         kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
-        advanced=True,
         help="unit of the DBH column (auto: from a name like dbh_cm)",
     )
 
@@ -78,6 +77,7 @@ COMMAND = Command(
     ),
     settings=ReviewSettings,
     run=run,
+    main=("trees", "decisions", "by"),
     example="treedgs review --trees trees.gpkg --decisions decisions.csv",
     outputs={
         "output": "tree layer",

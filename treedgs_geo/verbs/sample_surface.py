@@ -93,6 +93,7 @@ COMMAND = Command(
     ),
     settings=SampleSurfaceSettings,
     run=sample_surface,
+    main=("samples", "workspace", "photos", "preset"),
     example="treedgs sample-surface --workspace work/plot1",
     outputs={"surface": "surface points (LAZ with opacity, n_views)", "points": "number of points"},
 )

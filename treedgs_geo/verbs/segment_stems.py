@@ -305,8 +305,8 @@ COMMAND = Command(
     ),
     settings=SegmentStemsSettings,
     run=run,
+    main=("input", "dtm", "crs", "output", "keep_all", "field_stems"),
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",
-    expert=("max_dbh_cm",),
     outputs={
         "output": "stem points with tree_id and height_m",
         "n_stems": "stems found",

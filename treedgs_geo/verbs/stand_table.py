@@ -67,7 +67,6 @@ class StandTableSettings(FieldProtocol):
         "difference",
         kind="choice",
         choices=("difference", "ratio"),
-        advanced=True,
         help="how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio",
     )
     units: str = param("metric", kind="choice", choices=("metric", "us"), help="units of the report")
@@ -104,42 +103,35 @@ class StandTableSettings(FieldProtocol):
         "auto",
         kind="choice",
         choices=("auto", "m", "ft"),
-        advanced=True,
         help="unit of a height column that does not say it (auto: from a name like height_m)",
     )
     equations: Path | None = param(
-        None, kind="file", advanced=True, help="your own equations, tried before the built-in ones", suffixes=TABLES
+        None, kind="file", help="your own equations, tried before the built-in ones", suffixes=TABLES
     )
     volume_equation: str | None = param(
         None,
         kind="text",
-        advanced=True,
         help="id of the volume equation for all trees (docs/technician/stand-table.md)",
     )
-    biomass_equation: str | None = param(
-        None, kind="text", advanced=True, help="id of the biomass equation for all trees"
-    )
+    biomass_equation: str | None = param(None, kind="text", help="id of the biomass equation for all trees")
     top_cm: float = param(
         7.0,
         kind="number",
         unit="cm",
         minimum=0,
         maximum=50,
-        advanced=True,
         help="top diameter of the stem volumes that measured stem curves give (sections of the tree layer)",
     )
     outside: str = param(
         "flag",
         kind="choice",
         choices=("flag", "refuse"),
-        advanced=True,
         help="trees outside an equation's range: use it and say so, or give no volume",
     )
     edge: str = param(
         "zone",
         kind="choice",
         choices=("zone", "walkthrough", "area", "none"),
-        advanced=True,
         help="trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it "
         "that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only "
         "flagged)",
@@ -148,7 +140,6 @@ class StandTableSettings(FieldProtocol):
         "horizontal",
         kind="choice",
         choices=("horizontal", "slope"),
-        advanced=True,
         help="plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)",
     )
     dbh_se_cm: float | None = param(
@@ -157,7 +148,6 @@ class StandTableSettings(FieldProtocol):
         unit="cm",
         minimum=0,
         maximum=50,
-        advanced=True,
         help="standard error of DBH for trees that have none",
     )
     common_se_cm: float | None = param(
@@ -166,11 +156,10 @@ class StandTableSettings(FieldProtocol):
         unit="cm",
         minimum=0,
         maximum=20,
-        advanced=True,
         help="standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)",
     )
     confidence_pct: float = param(
-        95.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
+        95.0, kind="number", unit="%", minimum=50, maximum=99.9, help="confidence of the intervals"
     )
     breast_height_m: float = param(
         BREAST_HEIGHT_M,
@@ -178,17 +167,15 @@ class StandTableSettings(FieldProtocol):
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
-        advanced=True,
         help="breast height of the height curve, for a field tally (a tree layer says its own)",
     )
     stand_id: str = param("stand", kind="text", help="name of the stand, in every file")
-    fvs_variant: str | None = param(None, kind="text", advanced=True, help="FVS variant, two letters (SN)")
+    fvs_variant: str | None = param(None, kind="text", help="FVS variant, two letters (SN)")
     year: int | None = param(
         None,
         kind="integer",
         minimum=1800,
         maximum=2200,
-        advanced=True,
         help="year of the inventory, for FVS; empty: the flight's",
     )
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
@@ -225,25 +212,7 @@ COMMAND = Command(
     ),
     settings=StandTableSettings,
     run=run,
-    order=(
-        "trees",
-        "plots",
-        "species",
-        "pairs",
-        "field",
-        "boundary",
-        "taped",
-        "units",
-        "min_dbh_cm",
-        "class_width",
-        "missing",
-        "output",
-        "heights",
-        "origin",
-        "stand_id",
-        "crs",
-    ),
-    expert=("heights", "origin", "stand_id", "crs", "north", "declination_deg", "field_date", "distance", "to"),
+    main=("trees", "plots", "species", "pairs", "field", "boundary", "taped", "units", "min_dbh_cm", "output"),
     example="treedgs stand-table --trees trees.gpkg --plots plots.csv --species PITA --output stand",
     outputs={
         "output": "folder",

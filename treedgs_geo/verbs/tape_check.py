@@ -31,7 +31,7 @@ class TapeCheckSettings:
     )
     #: Of the intervals, per cent; of the library only.
     confidence_pct: float = 90.0
-    crs: str | None = param(None, kind="crs", advanced=True, help="CRS of trees in a CSV, or of a layer without one")
+    crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",
         help="folder for the page and the tables",
@@ -65,7 +65,7 @@ COMMAND = Command(
     ),
     settings=TapeCheckSettings,
     run=run,
-    order=("trees", "taped", "plots", "output"),
+    main=("trees", "taped", "plots", "output"),
     example="treedgs tape-check --trees trees.gpkg --taped tapes/tapes.csv --plots plots.csv --output tape_check",
     outputs={
         "output": "folder",

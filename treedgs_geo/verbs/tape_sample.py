@@ -47,7 +47,6 @@ class TapeSampleSettings:
         unit="degrees, east positive",
         minimum=-180,
         maximum=180,
-        advanced=True,
         help="magnetic declination at the plots; default: from the World Magnetic Model by --field-date",
     )
     field_date: str | None = param(
@@ -87,8 +86,7 @@ COMMAND = Command(
     ),
     settings=TapeSampleSettings,
     run=run,
-    order=("trees", "plots", "n", "design", "output"),
-    expert=("seed", "crs"),
+    main=("trees", "plots", "n", "design", "output"),
     example="treedgs tape-sample --trees trees.gpkg --plots plots.csv --n 20 --output tapes",
     outputs={
         "output": "folder",

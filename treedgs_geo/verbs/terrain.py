@@ -196,8 +196,8 @@ COMMAND = Command(
     ),
     settings=TerrainSettings,
     run=run,
+    main=("input", "output", "crs", "resolution_m", "ground_points", "use_classes"),
     example="treedgs terrain --input plot.laz --output dtm.tif --resolution-m 0.25",
-    expert=("cloth_m", "rigidness", "threshold_m"),
     outputs={
         "output": "terrain raster",
         "n_points": "points read",

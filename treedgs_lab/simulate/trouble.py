@@ -24,7 +24,6 @@ class TroubleSettings:
         unit="cm",
         minimum=0,
         maximum=300,
-        advanced=True,
         help="sway of the crowns (18 m up) between photos, standard deviation",
     )
     sweep_cm: float = param(
@@ -33,7 +32,6 @@ class TroubleSettings:
         unit="cm",
         minimum=0,
         maximum=100,
-        advanced=True,
         help="sideways bow of every in-plot stem over its lowest 4 m",
     )
     butt_flare_m: float = param(
@@ -42,7 +40,6 @@ class TroubleSettings:
         unit="m",
         minimum=0,
         maximum=3,
-        advanced=True,
         help="height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn",
     )
     ellipticity_pct: float = param(
@@ -51,7 +48,6 @@ class TroubleSettings:
         unit="%",
         minimum=0,
         maximum=40,
-        advanced=True,
         help="widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn",
     )
     twins: int = param(
@@ -59,7 +55,6 @@ class TroubleSettings:
         kind="integer",
         minimum=0,
         maximum=10,
-        advanced=True,
         help="in-plot trees with a second full stem beside them",
     )
     twin_gap_m: float = param(
@@ -68,7 +63,6 @@ class TroubleSettings:
         unit="m",
         minimum=0,
         maximum=2,
-        advanced=True,
         help="gap between the bark of twins at breast height",
     )
     clearing_m: float = param(
@@ -77,34 +71,27 @@ class TroubleSettings:
         unit="m",
         minimum=0,
         maximum=30,
-        advanced=True,
         help="no tree stands within this distance of the plot's centre",
     )
     shaken_pct: float = param(
-        0.0, kind="number", unit="%", minimum=0, maximum=100, advanced=True, help="share of the photos with motion blur"
+        0.0, kind="number", unit="%", minimum=0, maximum=100, help="share of the photos with motion blur"
     )
-    shake_px: float = param(
-        6.0, kind="number", unit="px", minimum=0, maximum=100, advanced=True, help="length of that motion blur"
-    )
+    shake_px: float = param(6.0, kind="number", unit="px", minimum=0, maximum=100, help="length of that motion blur")
     misexposed_pct: float = param(
         0.0,
         kind="number",
         unit="%",
         minimum=0,
         maximum=100,
-        advanced=True,
         help="share of the photos exposed wrongly, half of them too dark, half too light",
     )
-    misexposed_stops: float = param(
-        2.0, kind="number", unit="stops", minimum=0, maximum=8, advanced=True, help="by how much"
-    )
+    misexposed_stops: float = param(2.0, kind="number", unit="stops", minimum=0, maximum=8, help="by how much")
     exposure_drift_stops: float = param(
         0.0,
         kind="number",
         unit="stops",
         minimum=0,
         maximum=4,
-        advanced=True,
         help="exposure of each photo, standard deviation",
     )
     white_drift_pct: float = param(
@@ -113,7 +100,6 @@ class TroubleSettings:
         unit="%",
         minimum=0,
         maximum=50,
-        advanced=True,
         help="white balance of each photo, standard deviation a channel",
     )
     ppk_bias_m: float = param(
@@ -122,7 +108,6 @@ class TroubleSettings:
         unit="m",
         minimum=0,
         maximum=100,
-        advanced=True,
         help="constant shift of the whole PPK track in E, N and h (wrong base coordinates)",
     )
 

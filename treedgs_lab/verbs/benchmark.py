@@ -107,6 +107,7 @@ COMMAND = Command(
     ),
     settings=BenchmarkSettings,
     run=run,
+    main=("plots", "output", "quick", "stability", "cost", "repeats", "budget_min"),
     example="treedgs benchmark --quick --output benchmark",
     outputs={
         "output": "folder",

@@ -34,6 +34,7 @@ COMMAND = Command(
     ),
     settings=SimulateSettings,
     run=run,
+    main=("output", "preset", "radius_m", "stems_per_ha", "dbh_mean_cm", "photos", "gsd_cm"),
     example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
     outputs={
         "output": "the plot's folder",

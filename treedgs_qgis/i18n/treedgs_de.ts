@@ -444,6 +444,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Erweiterte Parameter</translation>
     </message>
     <message>
+      <source>The rest can stay as it is.</source>
+      <translation>Alles andere kann so bleiben.</translation>
+    </message>
+    <message>
       <source>On the command line:</source>
       <translation>Auf der Befehlszeile:</translation>
     </message>
@@ -466,6 +470,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>{name} is required: {help}</source>
       <translation>{name} ist erforderlich: {help}</translation>
+    </message>
+    <message>
+      <source>You need: {names}.</source>
+      <translation>Nötig: {names}.</translation>
+    </message>
+    <message>
+      <source>Give if you have them: {names}.</source>
+      <translation>Angeben, falls vorhanden: {names}.</translation>
     </message>
     <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
@@ -1460,8 +1472,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Kamera</translation>
     </message>
     <message>
-      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, or width,height,focal length in pixels</source>
-      <translation>Kamera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, oder Breite,Höhe,Brennweite in Pixeln</translation>
+      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels</source>
+      <translation>Kamera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, ein Foto von ihr, oder Breite,Höhe,Brennweite in Pixeln</translation>
     </message>
     <message>
       <source>Target error [cm]</source>
@@ -1536,14 +1548,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Startplatz, Ost,Nord im KBS des Plans; alle Höhen in den Missionsdateien gelten über ihm; Vorgabe: der offenste Platz bei den Probekreisen</translation>
     </message>
     <message>
-      <source>Flight date</source>
-      <translation>Flugtag</translation>
-    </message>
-    <message>
-      <source>day of the flight, year-month-day, for the sun; default: today</source>
-      <translation>Tag des Fluges, Jahr-Monat-Tag, für die Sonne; Vorgabe: heute</translation>
-    </message>
-    <message>
       <source>Output</source>
       <translation>Ausgabe</translation>
     </message>
@@ -1614,6 +1618,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>most height over the ground, by law or permit</source>
       <translation>größte Höhe über dem Boden, nach Gesetz oder Genehmigung</translation>
+    </message>
+    <message>
+      <source>Flight date</source>
+      <translation>Flugtag</translation>
+    </message>
+    <message>
+      <source>day of the flight, year-month-day, for the sun; default: today</source>
+      <translation>Tag des Fluges, Jahr-Monat-Tag, für die Sonne; Vorgabe: heute</translation>
     </message>
     <message>
       <source>CRS</source>
@@ -1752,6 +1764,38 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ordner oder Datei mit MRK und RTKLIB-.pos (PPK) oder eine CSV; sonst gelten die Positionen aus EXIF/XMP.</translation>
     </message>
     <message>
+      <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
+      <translation>CSV der Probeflächen: plot_id, easting, northing, radius_m (oder lon, lat); sonst alles, was die Fotos gut sehen.</translation>
+    </message>
+    <message>
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
+      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:6344, oder mit Höhendatum EPSG:6344+5703; Vorgabe: die UTM-Zone, in der die Fotos liegen, im dort üblichen Datum</translation>
+    </message>
+    <message>
+      <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
+      <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden in den Fotos gesucht.</translation>
+    </message>
+    <message>
+      <source>Dry run</source>
+      <translation>Probelauf</translation>
+    </message>
+    <message>
+      <source>Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.</source>
+      <translation>Nur Eingaben, Überlappung, fixierte Positionen, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts.</translation>
+    </message>
+    <message>
+      <source>Workspace</source>
+      <translation>Arbeitsordner</translation>
+    </message>
+    <message>
+      <source>Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs.</source>
+      <translation>Ordner für Zwischenergebnisse; ein zweiter Lauf setzt dort fort. Nicht angegeben: neben den Fotos, NAME_treedgs.</translation>
+    </message>
+    <message>
+      <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
+      <translation>Zu schreibender Baumlayer (.gpkg, .shp, .geojson oder .csv).</translation>
+    </message>
+    <message>
       <source>Geotags CRS</source>
       <translation>KBS der Geotags</translation>
     </message>
@@ -1774,18 +1818,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is taken from the photos' metadata.</source>
       <translation>camera.json einer früheren Rekonstruktion mit derselben Kamera und Fotogröße; ohne sie gelten die Objektivdaten aus den Metadaten der Fotos.</translation>
-    </message>
-    <message>
-      <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
-      <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden in den Fotos gesucht.</translation>
-    </message>
-    <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
-      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:6344, oder mit Höhendatum EPSG:6344+5703; Vorgabe: die UTM-Zone, in der die Fotos liegen, im dort üblichen Datum</translation>
-    </message>
-    <message>
-      <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
-      <translation>CSV der Probeflächen: plot_id, easting, northing, radius_m (oder lon, lat); sonst alles, was die Fotos gut sehen.</translation>
     </message>
     <message>
       <source>Field stems</source>
@@ -1912,26 +1944,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt: auto = welche gemessenen Stämme unter Efeu stehen, wie dick Stämme mit geringer Sicherheit sind und, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen, welche Pixel Stämme zeigen; off = nichts.</translation>
     </message>
     <message>
-      <source>Dry run</source>
-      <translation>Probelauf</translation>
-    </message>
-    <message>
-      <source>Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.</source>
-      <translation>Nur Eingaben, Überlappung, fixierte Positionen, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts.</translation>
-    </message>
-    <message>
-      <source>Workspace</source>
-      <translation>Arbeitsordner</translation>
-    </message>
-    <message>
-      <source>Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs.</source>
-      <translation>Ordner für Zwischenergebnisse; ein zweiter Lauf setzt dort fort. Nicht angegeben: neben den Fotos, NAME_treedgs.</translation>
-    </message>
-    <message>
-      <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
-      <translation>Zu schreibender Baumlayer (.gpkg, .shp, .geojson oder .csv).</translation>
-    </message>
-    <message>
       <source>tree layer (file)</source>
       <translation>Baumlayer (Datei)</translation>
     </message>
@@ -2028,6 +2040,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>KBS einer Wolke, die keines enthält: EPSG:CODE oder 'local' für Meter ohne Ort auf der Karte</translation>
     </message>
     <message>
+      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
+      <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts</translation>
+    </message>
+    <message>
       <source>tree layer</source>
       <translation>Baumlayer</translation>
     </message>
@@ -2094,10 +2110,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>what made the points</source>
       <translation>woher die Punkte stammen</translation>
-    </message>
-    <message>
-      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
-      <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts</translation>
     </message>
     <message>
       <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = those to check and not measured.</source>
@@ -2192,6 +2204,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>nur die Tabelle prüfen und sagen, wie lange es dauert und was es braucht</translation>
     </message>
     <message>
+      <source>folder for the campaign; a second start does what is missing</source>
+      <translation>Ordner der Kampagne; ein zweiter Start erledigt, was fehlt</translation>
+    </message>
+    <message>
+      <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
+      <translation>der eine Baumlayer (.gpkg oder .csv); sonst trees.gpkg im Arbeitsordner</translation>
+    </message>
+    <message>
       <source>Run programs</source>
       <translation>Programme ausführen</translation>
     </message>
@@ -2220,12 +2240,20 @@ beginnen von vorn.&lt;/p&gt;
       <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
     </message>
     <message>
-      <source>folder for the campaign; a second start does what is missing</source>
-      <translation>Ordner der Kampagne; ein zweiter Start erledigt, was fehlt</translation>
+      <source>Dashboard</source>
+      <translation>Live-Ansicht</translation>
     </message>
     <message>
-      <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
-      <translation>der eine Baumlayer (.gpkg oder .csv); sonst trees.gpkg im Arbeitsordner</translation>
+      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
+      <translation>Live-Ansicht von Dask, nur für diesen Rechner: auto (ein freier Port), off oder ein Port wie :8787; was als host:port angegeben wird, kann jeder ansehen, der diesen Host erreicht</translation>
+    </message>
+    <message>
+      <source>Queue options</source>
+      <translation>Optionen der Warteschlange</translation>
+    </message>
+    <message>
+      <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
+      <translation>für slurm und pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
     </message>
     <message>
       <source>trees layer of all plots (file)</source>
@@ -2428,30 +2456,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Über die tiefsten Punkte wird ein Tuch gelegt (cloth simulation filter), niedrige Pflanzen werden durch eine robuste Fläche entfernt, und der Boden wird durch lokale Ebenen gerastert. Das GeoTIFF enthält die Bodenhöhe (Band 1, Meter, im Höhendatum der Wolke) und den Abstand zum nächsten Bodenpunkt (Band 2): lesen Sie Band 2, bevor Sie Band 1 trauen. Zellen, die mehr als 10 m vom Boden entfernt sind, sind ohne Wert.</translation>
     </message>
     <message>
-      <source>Cloth [m]</source>
-      <translation>Tuch [m]</translation>
-    </message>
-    <message>
-      <source>cell size of the cloth</source>
-      <translation>Maschenweite des Tuchs</translation>
-    </message>
-    <message>
-      <source>Rigidness</source>
-      <translation>Steifigkeit</translation>
-    </message>
-    <message>
-      <source>1 steep, 2 hilly, 3 flat terrain</source>
-      <translation>1 steiles, 2 hügeliges, 3 flaches Gelände</translation>
-    </message>
-    <message>
-      <source>Threshold [m]</source>
-      <translation>Schwelle [m]</translation>
-    </message>
-    <message>
-      <source>largest distance of ground points from the cloth</source>
-      <translation>größter Abstand der Bodenpunkte vom Tuch</translation>
-    </message>
-    <message>
       <source>terrain raster to write</source>
       <translation>zu schreibendes Geländeraster</translation>
     </message>
@@ -2482,6 +2486,30 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>trust the file's class 2 instead of finding the ground</source>
       <translation>der Klasse 2 der Datei trauen, statt den Boden zu suchen</translation>
+    </message>
+    <message>
+      <source>Cloth [m]</source>
+      <translation>Tuch [m]</translation>
+    </message>
+    <message>
+      <source>cell size of the cloth</source>
+      <translation>Maschenweite des Tuchs</translation>
+    </message>
+    <message>
+      <source>Rigidness</source>
+      <translation>Steifigkeit</translation>
+    </message>
+    <message>
+      <source>1 steep, 2 hilly, 3 flat terrain</source>
+      <translation>1 steiles, 2 hügeliges, 3 flaches Gelände</translation>
+    </message>
+    <message>
+      <source>Threshold [m]</source>
+      <translation>Schwelle [m]</translation>
+    </message>
+    <message>
+      <source>largest distance of ground points from the cloth</source>
+      <translation>größter Abstand der Bodenpunkte vom Tuch</translation>
     </message>
     <message>
       <source>terrain raster</source>
@@ -2520,14 +2548,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
     </message>
     <message>
-      <source>breast height above the ground</source>
-      <translation>Brusthöhe über dem Boden</translation>
-    </message>
-    <message>
-      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
-      <translation>wo Gauß-Elemente gezeichnet werden: cpu, oder cuda = eine NVIDIA-GPU über das optionale Paket warp-lang</translation>
-    </message>
-    <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
       <translation>Arbeitsordner mit sfm/ und dtm.tif; field.ply wird dort geschrieben.</translation>
     </message>
@@ -2542,6 +2562,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
       <translation>Stammpositionen auf einige Dezimeter: ein Punktlayer oder eine CSV mit x, y im Projekt-KBS; ohne sie trees.gpkg des Arbeitsordners.</translation>
+    </message>
+    <message>
+      <source>breast height above the ground</source>
+      <translation>Brusthöhe über dem Boden</translation>
+    </message>
+    <message>
+      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
+      <translation>wo Gauß-Elemente gezeichnet werden: cpu, oder cuda = eine NVIDIA-GPU über das optionale Paket warp-lang</translation>
     </message>
     <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
@@ -2604,10 +2632,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Sucht im Band von 0,5 bis 5 m über dem Boden nach Ringen (oder Scheiben, bei Oberflächenpunkten von Splats), die sich über die Höhe wiederholen, passt an jeden einen geneigten, sich verjüngenden Kegel an, behält, was innen leer, außen sauber und durchgehend ist, und folgt der Achse nach oben. Keine gelernten Gewichte. Die Ausgabe trägt tree_id (0 = kein Stamm), height_m, stem_class (0 anderes, 1 Boden, 2 Stamm) und ground_se_m (wie sicher der Boden unter dem Baum ist, 99 = gar nicht zu sehen). --segmenter führt stattdessen ein von Ihnen installiertes Programm aus und prüft, dass seine Kennungen zu den übergebenen Punkten gehören. --field-stems gibt bekannte Positionen: in ihrer Nähe genügen schwächere Anzeichen, und die gefundenen Stämme tragen die tree_id des Felds: Paare sind eins zu eins, so nah, wie die Positionen genau sind, höchstens 1 m. OUTPUT_field.csv antwortet für jeden: found, unsure (der Stamm daneben kann ein anderer sein), refused oder missing, mit dem Grund.</translation>
     </message>
     <message>
-      <source>thickest stem</source>
-      <translation>dickster Stamm</translation>
-    </message>
-    <message>
       <source>stem points with tree_id</source>
       <translation>Stammpunkte mit tree_id</translation>
     </message>
@@ -2622,6 +2646,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>
       <translation>Positionen bekannter Stämme (Punktlayer oder CSV mit x, y, tree_id): nach ihnen wird genauer gesucht, und sie benennen das Gefundene</translation>
+    </message>
+    <message>
+      <source>thickest stem</source>
+      <translation>dickster Stamm</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>
@@ -2896,6 +2924,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>statt der Paare: ein Baumlayer einer simulierten Probefläche</translation>
     </message>
     <message>
+      <source>folder for metrics.json, tables, charts and evaluation.html</source>
+      <translation>Ordner für metrics.json, Tabellen, Diagramme und evaluation.html</translation>
+    </message>
+    <message>
+      <source>smallest DBH that the field crew tallied; thinner measured trees are not counted as false</source>
+      <translation>kleinster BHD, den die Feldaufnahme erfasst hat; dünnere gemessene Bäume gelten nicht als falsch</translation>
+    </message>
+    <message>
       <source>Truth</source>
       <translation>Wahrheit</translation>
     </message>
@@ -2910,10 +2946,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
       <translation>Paar-Layer eines anderen Verfahrens für dieselben Feldbäume: beide werden auch auf den von beiden gemessenen Bäumen bewertet</translation>
-    </message>
-    <message>
-      <source>smallest DBH that the field crew tallied; thinner measured trees are not counted as false</source>
-      <translation>kleinster BHD, den die Feldaufnahme erfasst hat; dünnere gemessene Bäume gelten nicht als falsch</translation>
     </message>
     <message>
       <source>LiDAR</source>
@@ -2942,10 +2974,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
       <translation>Arbeitsordner von photos-to-dbh: ergänzt Sichtbarkeit der Brusthöhe und Laufzeit je Stufe</translation>
-    </message>
-    <message>
-      <source>folder for metrics.json, tables, charts and evaluation.html</source>
-      <translation>Ordner für metrics.json, Tabellen, Diagramme und evaluation.html</translation>
     </message>
     <message>
       <source>folder</source>
@@ -3208,28 +3236,24 @@ beginnen von vorn.&lt;/p&gt;
       <translation>kleinster BHD, der zählt</translation>
     </message>
     <message>
+      <source>folder for the report and the tables</source>
+      <translation>Ordner für Bericht und Tabellen</translation>
+    </message>
+    <message>
+      <source>Taped estimator</source>
+      <translation>Schätzer fürs Bandmaß</translation>
+    </message>
+    <message>
+      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
+      <translation>wie das Bandmaß berichtigt: um die mittlere Differenz (unverzerrt bei jeder Zahl von Bäumen) oder im Verhältnis</translation>
+    </message>
+    <message>
       <source>Class width [cm, or inches in US units]</source>
       <translation>Klassenbreite [cm, in US-Einheiten Zoll]</translation>
     </message>
     <message>
       <source>width of a DBH class (5 cm or 2 inches where not given)</source>
       <translation>Breite einer BHD-Klasse (5 cm oder 2 Zoll, wo nicht angegeben)</translation>
-    </message>
-    <message>
-      <source>Stems without a DBH</source>
-      <translation>Stämme ohne BHD</translation>
-    </message>
-    <message>
-      <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
-      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden nach der Wahrscheinlichkeit, dass er ein Baum ist, als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden angegeben)</translation>
-    </message>
-    <message>
-      <source>folder for the report and the tables</source>
-      <translation>Ordner für Bericht und Tabellen</translation>
-    </message>
-    <message>
-      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
-      <translation>Höhen der Bäume, die keine haben: aus einer an die gemessenen angepassten Kurve, gar keine, oder aus einer veröffentlichten regionalen Kurve</translation>
     </message>
     <message>
       <source>Origin</source>
@@ -3240,20 +3264,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>wie der Bestand entstanden ist</translation>
     </message>
     <message>
-      <source>Stand ID</source>
-      <translation>Bestandeskennung</translation>
+      <source>Stems without a DBH</source>
+      <translation>Stämme ohne BHD</translation>
     </message>
     <message>
-      <source>name of the stand, in every file</source>
-      <translation>Name des Bestands, in jeder Datei</translation>
+      <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
+      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden nach der Wahrscheinlichkeit, dass er ein Baum ist, als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden angegeben)</translation>
     </message>
     <message>
-      <source>Taped estimator</source>
-      <translation>Schätzer fürs Bandmaß</translation>
-    </message>
-    <message>
-      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
-      <translation>wie das Bandmaß berichtigt: um die mittlere Differenz (unverzerrt bei jeder Zahl von Bäumen) oder im Verhältnis</translation>
+      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
+      <translation>Höhen der Bäume, die keine haben: aus einer an die gemessenen angepassten Kurve, gar keine, oder aus einer veröffentlichten regionalen Kurve</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -3346,6 +3366,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
       <translation>Brusthöhe der Höhenkurve, für eine Feldaufnahme (ein Baumlayer nennt seine eigene)</translation>
+    </message>
+    <message>
+      <source>Stand ID</source>
+      <translation>Bestandeskennung</translation>
+    </message>
+    <message>
+      <source>name of the stand, in every file</source>
+      <translation>Name des Bestands, in jeder Datei</translation>
     </message>
     <message>
       <source>FVS variant</source>
@@ -3652,6 +3680,42 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind Optionen der Befehlszeile (treedgs simulate-plot, siehe dessen Hilfe).</translation>
     </message>
     <message>
+      <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
+      <translation>Ordner für die Probefläche; wird angelegt, oder ersetzt, wenn er eine simulierte Fläche ist</translation>
+    </message>
+    <message>
+      <source>size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)</source>
+      <translation>Umfang der Aufgabe: micro (3-5 Stämme, für die Stabilitätsreihe), test (3-6 Stämme), demo (6-9 Stämme), plot (0,03 ha, 62 Fotos)</translation>
+    </message>
+    <message>
+      <source>Radius [m]</source>
+      <translation>Radius [m]</translation>
+    </message>
+    <message>
+      <source>radius of the plot</source>
+      <translation>Radius der Probefläche</translation>
+    </message>
+    <message>
+      <source>planting density</source>
+      <translation>Pflanzdichte</translation>
+    </message>
+    <message>
+      <source>mean diameter at breast height</source>
+      <translation>mittlerer Brusthöhendurchmesser</translation>
+    </message>
+    <message>
+      <source>number of photos, both flights together</source>
+      <translation>Zahl der Fotos, beide Flüge zusammen</translation>
+    </message>
+    <message>
+      <source>Ground sample distance [cm]</source>
+      <translation>Bodenauflösung [cm]</translation>
+    </message>
+    <message>
+      <source>ground sample distance straight down from 70 m; sets the focal length</source>
+      <translation>Bodenauflösung senkrecht nach unten aus 70 m; legt die Brennweite fest</translation>
+    </message>
+    <message>
       <source>Wind sway [cm]</source>
       <translation>Schwanken im Wind [cm]</translation>
     </message>
@@ -3764,14 +3828,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>fester Versatz der ganzen PPK-Bahn in O, N und h (falsche Basiskoordinaten)</translation>
     </message>
     <message>
-      <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
-      <translation>Ordner für die Probefläche; wird angelegt, oder ersetzt, wenn er eine simulierte Fläche ist</translation>
-    </message>
-    <message>
-      <source>size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)</source>
-      <translation>Umfang der Aufgabe: micro (3-5 Stämme, für die Stabilitätsreihe), test (3-6 Stämme), demo (6-9 Stämme), plot (0,03 ha, 62 Fotos)</translation>
-    </message>
-    <message>
       <source>random seed; the same seed gives the same plot</source>
       <translation>Startwert; derselbe gibt dieselbe Probefläche</translation>
     </message>
@@ -3782,34 +3838,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>plot name, used in file names; default: the folder's name</source>
       <translation>Name der Probefläche, in Dateinamen verwendet; Vorgabe: Name des Ordners</translation>
-    </message>
-    <message>
-      <source>Radius [m]</source>
-      <translation>Radius [m]</translation>
-    </message>
-    <message>
-      <source>radius of the plot</source>
-      <translation>Radius der Probefläche</translation>
-    </message>
-    <message>
-      <source>planting density</source>
-      <translation>Pflanzdichte</translation>
-    </message>
-    <message>
-      <source>mean diameter at breast height</source>
-      <translation>mittlerer Brusthöhendurchmesser</translation>
-    </message>
-    <message>
-      <source>number of photos, both flights together</source>
-      <translation>Zahl der Fotos, beide Flüge zusammen</translation>
-    </message>
-    <message>
-      <source>Ground sample distance [cm]</source>
-      <translation>Bodenauflösung [cm]</translation>
-    </message>
-    <message>
-      <source>ground sample distance straight down from 70 m; sets the focal length</source>
-      <translation>Bodenauflösung senkrecht nach unten aus 70 m; legt die Brennweite fest</translation>
     </message>
     <message>
       <source>the plot's folder</source>

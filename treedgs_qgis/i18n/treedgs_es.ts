@@ -442,6 +442,10 @@ cero.&lt;/p&gt;
       <translation>Parámetros avanzados</translation>
     </message>
     <message>
+      <source>The rest can stay as it is.</source>
+      <translation>Lo demás puede quedar como está.</translation>
+    </message>
+    <message>
       <source>On the command line:</source>
       <translation>En la línea de órdenes:</translation>
     </message>
@@ -464,6 +468,14 @@ cero.&lt;/p&gt;
     <message>
       <source>{name} is required: {help}</source>
       <translation>{name} es obligatorio: {help}</translation>
+    </message>
+    <message>
+      <source>You need: {names}.</source>
+      <translation>Hace falta: {names}.</translation>
+    </message>
+    <message>
+      <source>Give if you have them: {names}.</source>
+      <translation>Indique, si los tiene: {names}.</translation>
     </message>
     <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
@@ -1458,8 +1470,8 @@ cero.&lt;/p&gt;
       <translation>Cámara</translation>
     </message>
     <message>
-      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, or width,height,focal length in pixels</source>
-      <translation>cámara: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, o ancho,alto,distancia focal en píxeles</translation>
+      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels</source>
+      <translation>cámara: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, una foto suya, o ancho,alto,focal en píxeles</translation>
     </message>
     <message>
       <source>Target error [cm]</source>
@@ -1534,14 +1546,6 @@ cero.&lt;/p&gt;
       <translation>lugar del despegue, este,norte en el SRC del plan; todas las alturas de los ficheros de misión son sobre él; por defecto: el lugar más abierto cerca de las parcelas</translation>
     </message>
     <message>
-      <source>Flight date</source>
-      <translation>Fecha del vuelo</translation>
-    </message>
-    <message>
-      <source>day of the flight, year-month-day, for the sun; default: today</source>
-      <translation>día del vuelo, año-mes-día, para el sol; por defecto: hoy</translation>
-    </message>
-    <message>
       <source>Output</source>
       <translation>Salida</translation>
     </message>
@@ -1612,6 +1616,14 @@ cero.&lt;/p&gt;
     <message>
       <source>most height over the ground, by law or permit</source>
       <translation>altura máxima sobre el suelo, por ley o permiso</translation>
+    </message>
+    <message>
+      <source>Flight date</source>
+      <translation>Fecha del vuelo</translation>
+    </message>
+    <message>
+      <source>day of the flight, year-month-day, for the sun; default: today</source>
+      <translation>día del vuelo, año-mes-día, para el sol; por defecto: hoy</translation>
     </message>
     <message>
       <source>CRS</source>
@@ -1750,6 +1762,38 @@ cero.&lt;/p&gt;
       <translation>Carpeta o archivo con MRK y .pos de RTKLIB (PPK), o un CSV; si falta, valen las posiciones EXIF/XMP.</translation>
     </message>
     <message>
+      <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
+      <translation>CSV de parcelas: plot_id, easting, northing, radius_m (o lon, lat); si falta, todo lo que las fotos ven bien.</translation>
+    </message>
+    <message>
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
+      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:6344, o con datum de alturas, EPSG:6344+5703; por omisión: la zona UTM en la que están las fotos, en el datum habitual allí</translation>
+    </message>
+    <message>
+      <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
+      <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se busca en las fotos.</translation>
+    </message>
+    <message>
+      <source>Dry run</source>
+      <translation>Ensayo sin escribir</translation>
+    </message>
+    <message>
+      <source>Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.</source>
+      <translation>Solo comprueba entradas, solape, posiciones fijas, memoria y disco, y estima el tiempo; no escribe nada.</translation>
+    </message>
+    <message>
+      <source>Workspace</source>
+      <translation>Carpeta de trabajo</translation>
+    </message>
+    <message>
+      <source>Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs.</source>
+      <translation>Carpeta para resultados intermedios; una segunda ejecución continúa ahí. Si no se indica: junto a las fotos, NAME_treedgs.</translation>
+    </message>
+    <message>
+      <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
+      <translation>Capa de árboles que se escribe (.gpkg, .shp, .geojson o .csv).</translation>
+    </message>
+    <message>
       <source>Geotags CRS</source>
       <translation>SRC de las geoetiquetas</translation>
     </message>
@@ -1772,18 +1816,6 @@ cero.&lt;/p&gt;
     <message>
       <source>camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is taken from the photos' metadata.</source>
       <translation>camera.json de una reconstrucción anterior con la misma cámara y tamaño de foto; si falta, valen los datos de la lente de los metadatos de las fotos.</translation>
-    </message>
-    <message>
-      <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
-      <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se busca en las fotos.</translation>
-    </message>
-    <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
-      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:6344, o con datum de alturas, EPSG:6344+5703; por omisión: la zona UTM en la que están las fotos, en el datum habitual allí</translation>
-    </message>
-    <message>
-      <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
-      <translation>CSV de parcelas: plot_id, easting, northing, radius_m (o lon, lat); si falta, todo lo que las fotos ven bien.</translation>
     </message>
     <message>
       <source>Field stems</source>
@@ -1910,26 +1942,6 @@ cero.&lt;/p&gt;
       <translation>Se pregunta a una pequeña red entrenada con fotos simuladas: auto = qué fustes medidos están bajo hiedra, qué grosor tienen los fustes de baja confianza y, donde sin ella demasiados fustes son inciertos, como en rodales densos, qué píxeles muestran fustes; off = nada.</translation>
     </message>
     <message>
-      <source>Dry run</source>
-      <translation>Ensayo sin escribir</translation>
-    </message>
-    <message>
-      <source>Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.</source>
-      <translation>Solo comprueba entradas, solape, posiciones fijas, memoria y disco, y estima el tiempo; no escribe nada.</translation>
-    </message>
-    <message>
-      <source>Workspace</source>
-      <translation>Carpeta de trabajo</translation>
-    </message>
-    <message>
-      <source>Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs.</source>
-      <translation>Carpeta para resultados intermedios; una segunda ejecución continúa ahí. Si no se indica: junto a las fotos, NAME_treedgs.</translation>
-    </message>
-    <message>
-      <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
-      <translation>Capa de árboles que se escribe (.gpkg, .shp, .geojson o .csv).</translation>
-    </message>
-    <message>
       <source>tree layer (file)</source>
       <translation>capa de árboles (archivo)</translation>
     </message>
@@ -2026,6 +2038,10 @@ cero.&lt;/p&gt;
       <translation>SRC de una nube que no lo contiene: EPSG:CÓDIGO, o 'local' para metros sin lugar en el mapa</translation>
     </message>
     <message>
+      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
+      <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y estima el tiempo; no escribe nada</translation>
+    </message>
+    <message>
       <source>tree layer</source>
       <translation>capa de árboles</translation>
     </message>
@@ -2092,10 +2108,6 @@ cero.&lt;/p&gt;
     <message>
       <source>what made the points</source>
       <translation>qué produjo los puntos</translation>
-    </message>
-    <message>
-      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
-      <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y estima el tiempo; no escribe nada</translation>
     </message>
     <message>
       <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = those to check and not measured.</source>
@@ -2190,6 +2202,14 @@ cero.&lt;/p&gt;
       <translation>solo comprobar la tabla y decir cuánto tardará y qué necesita</translation>
     </message>
     <message>
+      <source>folder for the campaign; a second start does what is missing</source>
+      <translation>carpeta de la campaña; un segundo inicio hace lo que falta</translation>
+    </message>
+    <message>
+      <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
+      <translation>la única capa de árboles (.gpkg o .csv); si falta, trees.gpkg en la carpeta de trabajo</translation>
+    </message>
+    <message>
       <source>Run programs</source>
       <translation>Ejecutar programas</translation>
     </message>
@@ -2218,12 +2238,20 @@ cero.&lt;/p&gt;
       <translation>terminar una parcela que tarde más; 0 = nunca</translation>
     </message>
     <message>
-      <source>folder for the campaign; a second start does what is missing</source>
-      <translation>carpeta de la campaña; un segundo inicio hace lo que falta</translation>
+      <source>Dashboard</source>
+      <translation>Panel en vivo</translation>
     </message>
     <message>
-      <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
-      <translation>la única capa de árboles (.gpkg o .csv); si falta, trees.gpkg en la carpeta de trabajo</translation>
+      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
+      <translation>vista en vivo de Dask, solo para este equipo: auto (un puerto libre), off o un puerto como :8787; lo que se indique como host:port lo puede ver quien alcance ese host</translation>
+    </message>
+    <message>
+      <source>Queue options</source>
+      <translation>Opciones de la cola</translation>
+    </message>
+    <message>
+      <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
+      <translation>para slurm y pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
     </message>
     <message>
       <source>trees layer of all plots (file)</source>
@@ -2426,30 +2454,6 @@ cero.&lt;/p&gt;
       <translation>Se tiende una tela sobre los puntos más bajos (cloth simulation filter), las plantas bajas se quitan con una superficie robusta y el suelo se interpola con planos locales. El GeoTIFF contiene la altura del suelo (banda 1, metros, en el datum vertical de la nube) y la distancia al punto de suelo más cercano (banda 2): lea la banda 2 antes de fiarse de la banda 1. Las celdas a más de 10 m del suelo no tienen dato.</translation>
     </message>
     <message>
-      <source>Cloth [m]</source>
-      <translation>Tela [m]</translation>
-    </message>
-    <message>
-      <source>cell size of the cloth</source>
-      <translation>tamaño de malla de la tela</translation>
-    </message>
-    <message>
-      <source>Rigidness</source>
-      <translation>Rigidez</translation>
-    </message>
-    <message>
-      <source>1 steep, 2 hilly, 3 flat terrain</source>
-      <translation>1 terreno empinado, 2 ondulado, 3 llano</translation>
-    </message>
-    <message>
-      <source>Threshold [m]</source>
-      <translation>Umbral [m]</translation>
-    </message>
-    <message>
-      <source>largest distance of ground points from the cloth</source>
-      <translation>mayor distancia de los puntos del suelo a la tela</translation>
-    </message>
-    <message>
       <source>terrain raster to write</source>
       <translation>ráster del terreno que se escribe</translation>
     </message>
@@ -2480,6 +2484,30 @@ cero.&lt;/p&gt;
     <message>
       <source>trust the file's class 2 instead of finding the ground</source>
       <translation>fiarse de la clase 2 del archivo en vez de buscar el suelo</translation>
+    </message>
+    <message>
+      <source>Cloth [m]</source>
+      <translation>Tela [m]</translation>
+    </message>
+    <message>
+      <source>cell size of the cloth</source>
+      <translation>tamaño de malla de la tela</translation>
+    </message>
+    <message>
+      <source>Rigidness</source>
+      <translation>Rigidez</translation>
+    </message>
+    <message>
+      <source>1 steep, 2 hilly, 3 flat terrain</source>
+      <translation>1 terreno empinado, 2 ondulado, 3 llano</translation>
+    </message>
+    <message>
+      <source>Threshold [m]</source>
+      <translation>Umbral [m]</translation>
+    </message>
+    <message>
+      <source>largest distance of ground points from the cloth</source>
+      <translation>mayor distancia de los puntos del suelo a la tela</translation>
     </message>
     <message>
       <source>terrain raster</source>
@@ -2518,14 +2546,6 @@ cero.&lt;/p&gt;
       <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
     </message>
     <message>
-      <source>breast height above the ground</source>
-      <translation>altura del pecho sobre el suelo</translation>
-    </message>
-    <message>
-      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
-      <translation>dónde se dibujan las gaussianas: cpu, o cuda = una GPU NVIDIA mediante el paquete opcional warp-lang</translation>
-    </message>
-    <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
       <translation>Carpeta de trabajo con sfm/ y dtm.tif; ahí se escribe field.ply.</translation>
     </message>
@@ -2540,6 +2560,14 @@ cero.&lt;/p&gt;
     <message>
       <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
       <translation>Posiciones de los troncos con pocos decímetros de error: una capa de puntos, o un CSV con x, y en el SRC del proyecto; si falta, trees.gpkg de la carpeta de trabajo.</translation>
+    </message>
+    <message>
+      <source>breast height above the ground</source>
+      <translation>altura del pecho sobre el suelo</translation>
+    </message>
+    <message>
+      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
+      <translation>dónde se dibujan las gaussianas: cpu, o cuda = una GPU NVIDIA mediante el paquete opcional warp-lang</translation>
     </message>
     <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
@@ -2602,10 +2630,6 @@ cero.&lt;/p&gt;
       <translation>Busca en la banda de 0,5 a 5 m sobre el suelo anillos (o discos, en puntos de superficie de splats) que se repitan con la altura, ajusta a cada uno un cono inclinado con ahusamiento, conserva lo que es vacío por dentro, limpio por fuera y continuo, y sigue el eje hacia arriba. Sin pesos aprendidos. La salida lleva tree_id (0 = ningún tronco), height_m, stem_class (0 otro, 1 suelo, 2 tronco) y ground_se_m (lo seguro que es el suelo bajo el árbol, 99 = no se ve). --segmenter ejecuta en su lugar un programa que usted instaló y comprueba que sus etiquetas correspondan a los puntos entregados. --field-stems da posiciones conocidas: cerca de ellas se miran indicios más débiles, y los troncos hallados llevan el tree_id de campo: las parejas son de uno a uno, tan cercanas como exactas sean las posiciones, 1 m como máximo. OUTPUT_field.csv responde por cada uno: found, unsure (el tronco cercano puede ser de otro), refused o missing, con el motivo.</translation>
     </message>
     <message>
-      <source>thickest stem</source>
-      <translation>tronco más grueso</translation>
-    </message>
-    <message>
       <source>stem points with tree_id</source>
       <translation>puntos del tronco con tree_id</translation>
     </message>
@@ -2620,6 +2644,10 @@ cero.&lt;/p&gt;
     <message>
       <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>
       <translation>posiciones de troncos conocidos (capa de puntos, o CSV con x, y, tree_id): se buscan con más empeño y dan nombre a lo hallado</translation>
+    </message>
+    <message>
+      <source>thickest stem</source>
+      <translation>tronco más grueso</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>
@@ -2894,6 +2922,14 @@ cero.&lt;/p&gt;
       <translation>en vez de los pares: una capa de árboles de una parcela simulada</translation>
     </message>
     <message>
+      <source>folder for metrics.json, tables, charts and evaluation.html</source>
+      <translation>carpeta para metrics.json, tablas, gráficos y evaluation.html</translation>
+    </message>
+    <message>
+      <source>smallest DBH that the field crew tallied; thinner measured trees are not counted as false</source>
+      <translation>menor DAP que registró el equipo de campo; los árboles medidos más finos no cuentan como falsos</translation>
+    </message>
+    <message>
       <source>Truth</source>
       <translation>Verdad</translation>
     </message>
@@ -2908,10 +2944,6 @@ cero.&lt;/p&gt;
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
       <translation>capa de pares de otro método para los mismos árboles de campo: ambos se puntúan también en los árboles medidos por los dos</translation>
-    </message>
-    <message>
-      <source>smallest DBH that the field crew tallied; thinner measured trees are not counted as false</source>
-      <translation>menor DAP que registró el equipo de campo; los árboles medidos más finos no cuentan como falsos</translation>
     </message>
     <message>
       <source>LiDAR</source>
@@ -2940,10 +2972,6 @@ cero.&lt;/p&gt;
     <message>
       <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
       <translation>carpeta de trabajo de photos-to-dbh: añade la visibilidad de la altura del pecho y los tiempos por etapa</translation>
-    </message>
-    <message>
-      <source>folder for metrics.json, tables, charts and evaluation.html</source>
-      <translation>carpeta para metrics.json, tablas, gráficos y evaluation.html</translation>
     </message>
     <message>
       <source>folder</source>
@@ -3206,28 +3234,24 @@ cero.&lt;/p&gt;
       <translation>menor DAP que cuenta</translation>
     </message>
     <message>
+      <source>folder for the report and the tables</source>
+      <translation>carpeta del informe y las tablas</translation>
+    </message>
+    <message>
+      <source>Taped estimator</source>
+      <translation>Estimador con cintas</translation>
+    </message>
+    <message>
+      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
+      <translation>cómo corrigen las cintas: por la diferencia media (insesgada con cualquier número de cintas) o por la razón</translation>
+    </message>
+    <message>
       <source>Class width [cm, or inches in US units]</source>
       <translation>Amplitud de clase [cm, o pulgadas en unidades de EE. UU.]</translation>
     </message>
     <message>
       <source>width of a DBH class (5 cm or 2 inches where not given)</source>
       <translation>amplitud de una clase diamétrica (5 cm o 2 pulgadas si no se da)</translation>
-    </message>
-    <message>
-      <source>Stems without a DBH</source>
-      <translation>Troncos sin DAP</translation>
-    </message>
-    <message>
-      <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
-      <translation>troncos vistos pero sin DAP: contar cada uno, según la probabilidad de que sea un árbol, como la media de los árboles medidos de su parcela, u omitirlos (se dan ambos resultados)</translation>
-    </message>
-    <message>
-      <source>folder for the report and the tables</source>
-      <translation>carpeta del informe y las tablas</translation>
-    </message>
-    <message>
-      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
-      <translation>alturas de los árboles que no la tienen: de una curva ajustada a las medidas, ninguna, o de una curva regional publicada</translation>
     </message>
     <message>
       <source>Origin</source>
@@ -3238,20 +3262,16 @@ cero.&lt;/p&gt;
       <translation>cómo se originó el rodal</translation>
     </message>
     <message>
-      <source>Stand ID</source>
-      <translation>Identificador del rodal</translation>
+      <source>Stems without a DBH</source>
+      <translation>Troncos sin DAP</translation>
     </message>
     <message>
-      <source>name of the stand, in every file</source>
-      <translation>nombre del rodal, en cada archivo</translation>
+      <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
+      <translation>troncos vistos pero sin DAP: contar cada uno, según la probabilidad de que sea un árbol, como la media de los árboles medidos de su parcela, u omitirlos (se dan ambos resultados)</translation>
     </message>
     <message>
-      <source>Taped estimator</source>
-      <translation>Estimador con cintas</translation>
-    </message>
-    <message>
-      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
-      <translation>cómo corrigen las cintas: por la diferencia media (insesgada con cualquier número de cintas) o por la razón</translation>
+      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
+      <translation>alturas de los árboles que no la tienen: de una curva ajustada a las medidas, ninguna, o de una curva regional publicada</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -3344,6 +3364,14 @@ cero.&lt;/p&gt;
     <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
       <translation>altura del pecho de la curva de alturas, para datos de campo (una capa de árboles dice la suya)</translation>
+    </message>
+    <message>
+      <source>Stand ID</source>
+      <translation>Identificador del rodal</translation>
+    </message>
+    <message>
+      <source>name of the stand, in every file</source>
+      <translation>nombre del rodal, en cada archivo</translation>
     </message>
     <message>
       <source>FVS variant</source>
@@ -3650,6 +3678,42 @@ cero.&lt;/p&gt;
       <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones de la línea de órdenes (treedgs simulate-plot; véase su ayuda).</translation>
     </message>
     <message>
+      <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
+      <translation>carpeta para la parcela; se crea si falta, se sustituye si es una parcela simulada</translation>
+    </message>
+    <message>
+      <source>size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)</source>
+      <translation>tamaño del trabajo: micro (3-5 troncos, para la serie de estabilidad), test (3-6 troncos), demo (6-9 troncos), plot (0,03 ha, 62 fotos)</translation>
+    </message>
+    <message>
+      <source>Radius [m]</source>
+      <translation>Radio [m]</translation>
+    </message>
+    <message>
+      <source>radius of the plot</source>
+      <translation>radio de la parcela</translation>
+    </message>
+    <message>
+      <source>planting density</source>
+      <translation>densidad de plantación</translation>
+    </message>
+    <message>
+      <source>mean diameter at breast height</source>
+      <translation>diámetro medio a la altura del pecho</translation>
+    </message>
+    <message>
+      <source>number of photos, both flights together</source>
+      <translation>número de fotos, ambos vuelos juntos</translation>
+    </message>
+    <message>
+      <source>Ground sample distance [cm]</source>
+      <translation>Tamaño de píxel en el suelo [cm]</translation>
+    </message>
+    <message>
+      <source>ground sample distance straight down from 70 m; sets the focal length</source>
+      <translation>tamaño de píxel en el suelo en vertical desde 70 m; fija la distancia focal</translation>
+    </message>
+    <message>
       <source>Wind sway [cm]</source>
       <translation>Balanceo por viento [cm]</translation>
     </message>
@@ -3762,14 +3826,6 @@ cero.&lt;/p&gt;
       <translation>desplazamiento constante de toda la trayectoria PPK en E, N y h (coordenadas de base erróneas)</translation>
     </message>
     <message>
-      <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
-      <translation>carpeta para la parcela; se crea si falta, se sustituye si es una parcela simulada</translation>
-    </message>
-    <message>
-      <source>size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)</source>
-      <translation>tamaño del trabajo: micro (3-5 troncos, para la serie de estabilidad), test (3-6 troncos), demo (6-9 troncos), plot (0,03 ha, 62 fotos)</translation>
-    </message>
-    <message>
       <source>random seed; the same seed gives the same plot</source>
       <translation>semilla; la misma semilla da la misma parcela</translation>
     </message>
@@ -3780,34 +3836,6 @@ cero.&lt;/p&gt;
     <message>
       <source>plot name, used in file names; default: the folder's name</source>
       <translation>nombre de la parcela, usado en los archivos; por defecto, el de la carpeta</translation>
-    </message>
-    <message>
-      <source>Radius [m]</source>
-      <translation>Radio [m]</translation>
-    </message>
-    <message>
-      <source>radius of the plot</source>
-      <translation>radio de la parcela</translation>
-    </message>
-    <message>
-      <source>planting density</source>
-      <translation>densidad de plantación</translation>
-    </message>
-    <message>
-      <source>mean diameter at breast height</source>
-      <translation>diámetro medio a la altura del pecho</translation>
-    </message>
-    <message>
-      <source>number of photos, both flights together</source>
-      <translation>número de fotos, ambos vuelos juntos</translation>
-    </message>
-    <message>
-      <source>Ground sample distance [cm]</source>
-      <translation>Tamaño de píxel en el suelo [cm]</translation>
-    </message>
-    <message>
-      <source>ground sample distance straight down from 70 m; sets the focal length</source>
-      <translation>tamaño de píxel en el suelo en vertical desde 70 m; fija la distancia focal</translation>
     </message>
     <message>
       <source>the plot's folder</source>

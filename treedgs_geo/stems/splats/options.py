@@ -28,13 +28,11 @@ class GaussianOptions:
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
-        advanced=True,
     )
     device: str = param(
         "cpu",
         kind="choice",
         choices=("cpu", "cuda"),
-        advanced=True,
         help="where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang",
     )
     gaussians: int = 3000

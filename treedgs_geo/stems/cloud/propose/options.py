@@ -16,14 +16,13 @@ def segmenter_option() -> Any:
         help="who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you "
         "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
         choices=("own", "forestformer3d", "segmentanytree", "treex", "model"),
-        advanced=True,
     )
 
 
 def segmenter_command_option() -> Any:
     """How a program that is not ours is started."""
     text = "command line of that program, with {input} and {output} for its folders"
-    return param(None, kind="text", help=text, advanced=True, code=True)
+    return param(None, kind="text", help=text, code=True)
 
 
 def segmenter_model_option() -> Any:
@@ -33,7 +32,6 @@ def segmenter_model_option() -> Any:
         kind="file",
         help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
         suffixes=(".pt", ".pth", ".ts", ".onnx"),
-        advanced=True,
         code=True,
     )
 
