@@ -275,8 +275,6 @@ def main() -> int:
         version = general["version"]
         files = chosen_files()
         check_files(files)
-        if chosen.release and f"{SAMPLE}README.txt" not in files:
-            raise PackageError(f"{SAMPLE}: is missing; run make sample")
         # Whatever is not for upload says so in its name.
         archive = chosen.output / f"{NAME}-{version}{'' if chosen.release else '-trial'}.zip"
         write_zip(files, archive)

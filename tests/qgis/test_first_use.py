@@ -81,19 +81,18 @@ def test_a_shell_without_an_engine_is_given_the_command_with_size_and_time(newco
 
 
 def test_while_the_engine_is_set_up_a_job_and_a_second_set_up_are_told_so(newcomer, tmp_path):
-    made, variables, base = newcomer
     cloud = tmp_path / "cloud.laz"
     stems_cloud(cloud)
     home = tmp_path / "home"
     target = home / f"engine-{locked.lock_hash()}"
     environment.going_on(target)
-    more = {**variables, "TREEDGS_HOME": home}
-    for algorithm, values in (
-        ("pointcloudtodbh", {"INPUT": cloud, "CRS": "EPSG:32617", "OUTPUT": tmp_path / "trees.gpkg"}),
-        ("setupengine", {}),
+    for algorithm, words in (
+        ("pointcloudtodbh", [f"INPUT={cloud}", "CRS=EPSG:32617", f"OUTPUT={tmp_path / 'trees.gpkg'}"]),
+        ("setupengine", []),
     ):
-        run = made.run(algorithm, more, **values)
-        assert run.returncode != 0 and "The engine is being set up; wait until" in run.stdout, run.stdout
+        done = ran(newcomer, algorithm, *words, TREEDGS_HOME=str(home))
+        said = done.stdout + done.stderr
+        assert done.returncode != 0 and "The engine is being set up; wait until" in said, said
         assert not target.exists() and not (tmp_path / "trees.gpkg").exists()
     environment.over(target)
     assert not environment.set_up_runs(target)

@@ -151,7 +151,7 @@ COMMAND = Command(
     ),
     settings=MatchPlotsSettings,
     run=run,
-    main=("trees", "field", "plots", "output"),
+    main=("trees", "field", "plots", "north", "output"),
     example="treedgs match-plots --trees trees.gpkg --field field_trees.csv --plots plots.csv --output pairs.gpkg",
     outputs={
         "output": "pairs layer",
