@@ -2240,22 +2240,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
     </message>
     <message>
-      <source>Dashboard</source>
-      <translation>Live-Ansicht</translation>
-    </message>
-    <message>
-      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
-      <translation>Live-Ansicht von Dask, nur für diesen Rechner: auto (ein freier Port), off oder ein Port wie :8787; was als host:port angegeben wird, kann jeder ansehen, der diesen Host erreicht</translation>
-    </message>
-    <message>
-      <source>Queue options</source>
-      <translation>Optionen der Warteschlange</translation>
-    </message>
-    <message>
-      <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
-      <translation>für slurm und pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
-    </message>
-    <message>
       <source>trees layer of all plots (file)</source>
       <translation>Baumlayer aller Probeflächen (Datei)</translation>
     </message>
@@ -2772,16 +2756,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Flächenmittelpunkte: plot_id, easting, northing, epsg (oder lon, lat), radius_m</translation>
     </message>
     <message>
-      <source>pairs layer; pairs locked in an existing file are kept</source>
-      <translation>Paar-Layer; festgelegte Paare einer vorhandenen Datei bleiben erhalten</translation>
-    </message>
-    <message>
       <source>North of the bearings</source>
       <translation>Nordbezug der Azimute</translation>
     </message>
     <message>
       <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
       <translation>Nordrichtung der Peilungen (magnetisch braucht das Datum der Feldarbeit oder die Deklination)</translation>
+    </message>
+    <message>
+      <source>pairs layer; pairs locked in an existing file are kept</source>
+      <translation>Paar-Layer; festgelegte Paare einer vorhandenen Datei bleiben erhalten</translation>
     </message>
     <message>
       <source>Declination [degrees, east positive]</source>

@@ -2238,22 +2238,6 @@ cero.&lt;/p&gt;
       <translation>terminar una parcela que tarde más; 0 = nunca</translation>
     </message>
     <message>
-      <source>Dashboard</source>
-      <translation>Panel en vivo</translation>
-    </message>
-    <message>
-      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
-      <translation>vista en vivo de Dask, solo para este equipo: auto (un puerto libre), off o un puerto como :8787; lo que se indique como host:port lo puede ver quien alcance ese host</translation>
-    </message>
-    <message>
-      <source>Queue options</source>
-      <translation>Opciones de la cola</translation>
-    </message>
-    <message>
-      <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
-      <translation>para slurm y pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
-    </message>
-    <message>
       <source>trees layer of all plots (file)</source>
       <translation>capa de árboles de todas las parcelas (archivo)</translation>
     </message>
@@ -2770,16 +2754,16 @@ cero.&lt;/p&gt;
       <translation>centros de parcela: plot_id, easting, northing, epsg (o lon, lat), radius_m</translation>
     </message>
     <message>
-      <source>pairs layer; pairs locked in an existing file are kept</source>
-      <translation>capa de pares; los pares fijados en un archivo existente se conservan</translation>
-    </message>
-    <message>
       <source>North of the bearings</source>
       <translation>Norte de los rumbos</translation>
     </message>
     <message>
       <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
       <translation>norte al que se refieren los rumbos (el magnético necesita la fecha del trabajo de campo o la declinación)</translation>
+    </message>
+    <message>
+      <source>pairs layer; pairs locked in an existing file are kept</source>
+      <translation>capa de pares; los pares fijados en un archivo existente se conservan</translation>
     </message>
     <message>
       <source>Declination [degrees, east positive]</source>
