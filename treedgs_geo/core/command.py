@@ -32,7 +32,7 @@ class Command:
     run: Callable[[Any, Reporter], dict[str, Any]]
     example: str
     outputs: dict[str, str]
-    main: tuple[str, ...]
+    main: tuple[str, ...] = ()
 
 
 def ordered_params(command: Command) -> list[tuple[str, Param, Any]]:
