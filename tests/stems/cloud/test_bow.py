@@ -26,8 +26,8 @@ def test_a_bowed_stem_is_measured_along_its_axis(bow):
         start = Cone(0.5 * bow, 0.0, 0.0, 0.0, 0.16, -0.005, 1.37, 0.02)
         near = np.abs(start.residuals(points)) < 0.6 * 0.16 + 0.02
         measured = measure_points(points[near], None, SENSORS["uls"], 1.37, None, start, points[~near])
-        assert measured.dbh_cm is not None
-        errors.append(measured.dbh_cm - 30.0)
+        assert measured.assessment.measured
+        errors.append(measured.assessment.dbh_cm - 30.0)
         # The place at breast height is on the curved axis, the lean is that of the axis there.
         assert abs(measured.cone.centre(1.37)[0] - bow * np.sin(np.pi * 1.37 / 4.0) ** 2) < 0.02
         true = np.degrees(np.arctan(bow * np.pi / 4.0 * np.sin(2 * np.pi * 1.37 / 4.0)))

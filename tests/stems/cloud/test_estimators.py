@@ -151,7 +151,7 @@ def test_a_swollen_foot_does_not_reach_the_dbh():
         angle = np.arctan2(points[:, 1], points[:, 0])
         points[:, :2] += swell[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
         found = measure_points(points, None, SENSORS["uls"])
-        errors.append(found.dbh_cm - 25.0)
+        errors.append(found.assessment.dbh_cm - 25.0)
     assert np.abs(errors).max() < 0.9
 
 
@@ -164,8 +164,8 @@ def test_leaning_and_sweeping_stems(lean_deg, sweep):
         points = stem_points(np.random.default_rng(seed), 25.0, 1200, 0.008, lean=(np.tan(np.radians(lean_deg)), 0.0))
         points[:, 1] += 0.5 * sweep * (points[:, 2] - 1.37) ** 2
         found = measure_points(points, None, SENSORS["uls"])
-        assert found.dbh_cm is not None, found.reasons
-        errors.append(found.dbh_cm - 25.0)
+        assert found.assessment.measured, found.assessment.reasons
+        errors.append(found.assessment.dbh_cm - 25.0)
         assert found.cone.lean_deg == pytest.approx(lean_deg, abs=2.0)
     assert abs(np.mean(errors)) < 0.4 and np.abs(errors).max() < 0.9
 

@@ -77,8 +77,8 @@ def test_default_measure_of_sparse_stems(dbh, arc):
     errors, z = [], []
     for seed in range(10):
         points = stem_points(np.random.default_rng(seed), dbh, 200, 0.012, arc_deg=arc, low=0.3, high=4.5)
-        found = measure_points(points, None, SENSORS["uls"])
-        assert found.dbh_cm is not None, found.reasons
+        found = measure_points(points, None, SENSORS["uls"]).assessment
+        assert found.measured, found.reasons
         errors.append(found.dbh_cm - dbh)
         z.append(errors[-1] / found.se_cm)
     assert abs(np.mean(errors)) < (0.3 if arc == 360 else 0.6) and np.max(np.abs(errors)) < 2.0
@@ -87,11 +87,12 @@ def test_default_measure_of_sparse_stems(dbh, arc):
 
 def test_default_measure_of_dense_stems_and_breast_height():
     points = stem_points(np.random.default_rng(1), 30.0, 20_000, 0.004, taper_cm_m=2.0)
-    at_137 = measure_points(points, None, SENSORS["tls"], 1.37)
-    at_130 = measure_points(points, None, SENSORS["tls"], 1.30)
+    dense = measure_points(points, None, SENSORS["tls"], 1.37)
+    at_137 = dense.assessment
+    at_130 = measure_points(points, None, SENSORS["tls"], 1.30).assessment
     assert at_137.dbh_cm == pytest.approx(30.0, abs=0.15) and at_137.flag == "ok"
     assert at_130.dbh_cm - at_137.dbh_cm == pytest.approx(0.14, abs=0.08)
-    assert at_137.taper_cm_m == pytest.approx(-2.0, abs=0.4)
+    assert dense.taper_cm_m == pytest.approx(-2.0, abs=0.4)
 
 
 @pytest.mark.parametrize("rise", [1.0, -1.0, 0.0])
@@ -118,14 +119,14 @@ def test_breast_height_is_above_the_uphill_foot(rise):
 
 def test_refusals_have_reasons():
     rng = np.random.default_rng(2)
-    few = measure_points(stem_points(rng, 25.0, 12), None, SENSORS["uls"])
-    assert few.dbh_cm is None and few.reasons == ("few_points",)
-    short = measure_points(stem_points(rng, 30.0, 300, 0.01, arc_deg=70), None, SENSORS["uls"])
+    few = measure_points(stem_points(rng, 25.0, 12), None, SENSORS["uls"]).assessment
+    assert not few.measured and few.reasons == ("few_points",)
+    short = measure_points(stem_points(rng, 30.0, 300, 0.01, arc_deg=70), None, SENSORS["uls"]).assessment
     assert short.flag != "ok" or short.se_cm > 1
     cloud = rng.uniform(-0.5, 0.5, (3000, 3)) + (0, 0, 2)
-    assert measure_points(cloud * (1, 1, 3), None, SENSORS["tls"]).dbh_cm is None
-    lobed = measure_points(stem_points(rng, 40.0, 8000, 0.004, lobes=0.35), None, SENSORS["tls"])
-    assert lobed.dbh_cm is None and "not_round" in lobed.reasons
+    assert not measure_points(cloud * (1, 1, 3), None, SENSORS["tls"]).assessment.measured
+    lobed = measure_points(stem_points(rng, 40.0, 8000, 0.004, lobes=0.35), None, SENSORS["tls"]).assessment
+    assert not lobed.measured and "not_round" in lobed.reasons
 
 
 def test_published_chain_on_filled_stems():

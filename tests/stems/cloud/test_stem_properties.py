@@ -48,8 +48,8 @@ def test_bias_of_the_stem_fit(noise, arc, share, mean, worst):
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
         points = stem_points(rng, DBH, 400, noise, arc_deg=arc, low=0.3, high=4.5)
-        found = measure_points(with_strays(rng, points, share), None, SENSORS["uls"])
-        if found.dbh_cm is not None:
+        found = measure_points(with_strays(rng, points, share), None, SENSORS["uls"]).assessment
+        if found.measured:
             errors.append(found.dbh_cm - DBH)
             assert abs(errors[-1]) < 2 * found.se_cm
     assert arc == 180 and share > 0 or len(errors) == seeds
@@ -61,20 +61,20 @@ def test_half_a_stem_among_strays_is_never_wrong_unnoticed(noise):
     for seed in range(6):
         rng = np.random.default_rng(seed)
         points = stem_points(rng, DBH, 400, noise, arc_deg=180, low=0.3, high=4.5)
-        found = measure_points(with_strays(rng, points, 0.5), None, SENSORS["uls"])
-        assert found.flag != "ok" and (found.dbh_cm is None or abs(found.dbh_cm - DBH) < 3 * found.se_cm)
+        found = measure_points(with_strays(rng, points, 0.5), None, SENSORS["uls"]).assessment
+        assert found.flag != "ok" and (not found.measured or abs(found.dbh_cm - DBH) < 3 * found.se_cm)
 
 
 @pytest.mark.parametrize("arc", [360, 200])
 def test_place_direction_and_order_do_not_matter(arc):
     rng = np.random.default_rng(0)
     points = stem_points(rng, DBH, 400, 0.01, arc_deg=arc, lean=(0.08, 0.0), low=0.3, high=4.5)
-    base = measure_points(points, None, SENSORS["uls"])
+    base = measure_points(points, None, SENSORS["uls"]).assessment
     for _ in range(5):
         turn = rng.uniform(0, 2 * np.pi)
         rotation = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
         moved = points[rng.permutation(len(points))] @ rotation.T + [*rng.uniform(-500, 500, 2), 0]
-        found = measure_points(moved, None, SENSORS["uls"])
+        found = measure_points(moved, None, SENSORS["uls"]).assessment
         # Sectors and the ellipse's choice start at another angle: a tenth of the error, not more.
         assert found.dbh_cm == pytest.approx(base.dbh_cm, abs=0.15 * base.se_cm) and found.flag == base.flag
 
@@ -83,7 +83,7 @@ def test_a_larger_stem_is_read_larger_by_the_same_factor():
     for factor in (0.5, 1.5, 2.5):
         rng = np.random.default_rng(1)
         points = stem_points(rng, factor * DBH, 600, 0.005, low=0.3, high=4.5)
-        assert measure_points(points, None, SENSORS["uls"]).dbh_cm == pytest.approx(factor * DBH, rel=0.01)
+        assert measure_points(points, None, SENSORS["uls"]).assessment.dbh_cm == pytest.approx(factor * DBH, rel=0.01)
 
 
 def nonsense():
@@ -102,8 +102,8 @@ def nonsense():
 @pytest.mark.parametrize("kind", nonsense())
 def test_what_is_no_stem_is_refused(kind):
     points = nonsense()[kind]
-    found = measure_points(points, None, SENSORS["uls"])
-    assert found.dbh_cm is None and found.flag == "reject" and found.reasons
+    found = measure_points(points, None, SENSORS["uls"]).assessment
+    assert not found.measured and found.flag == "reject" and found.reasons
     assert fit_cylinder(points) is None or kind == "a plane"
     assert fit_ellipse(points[:, :2]) is None
     assert np.isnan(fit_solid_circles([points[:, :2]], [np.ones(len(points))], SolidCircle())).all()
@@ -118,8 +118,11 @@ def test_points_without_a_place_are_left_out():
     kept = np.isfinite(holes).all(axis=1)
     weight = np.random.default_rng(3).uniform(0.2, 1, len(points))
     for w in (None, weight):
-        found = measure_points(holes, w, SENSORS["uls"])
-        assert found.dbh_cm == measure_points(holes[kept], None if w is None else w[kept], SENSORS["uls"]).dbh_cm
+        found = measure_points(holes, w, SENSORS["uls"]).assessment
+        assert (
+            found.dbh_cm
+            == measure_points(holes[kept], None if w is None else w[kept], SENSORS["uls"]).assessment.dbh_cm
+        )
 
 
 @pytest.mark.parametrize("turn, factor", [(0.7, 1.0), (2.0, 1.0), (0.0, 2.0), (1.0, 0.5)])

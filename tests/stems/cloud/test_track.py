@@ -95,7 +95,7 @@ def test_half_hit_rims_do_not_make_stems_thick():
 @pytest.mark.parametrize(("taper_cm_m", "flag"), [(1.0, "ok"), (0.0, "check"), (2.8, "check")])
 def test_poles_and_cones_that_narrow_too_fast_are_flagged(taper_cm_m, flag):
     points = stem_points(np.random.default_rng(2), 24.0, 300, 0.004, taper_cm_m=taper_cm_m)
-    measured = measure_points(points, None, SENSORS["uls"])
+    measured = measure_points(points, None, SENSORS["uls"]).assessment
     assert measured.flag == flag and ("no_taper" in measured.reasons) == (flag == "check")
     assert measured.dbh_cm == pytest.approx(24.0, abs=1.6 * measured.se_cm)
 
@@ -106,9 +106,9 @@ def test_leaves_on_one_side_are_flagged_and_the_interval_holds():
     side = (points[:, 0] > 0) & (rng.uniform(size=500) < 0.7)
     away = points[side, :2] / np.hypot(*points[side, :2].T)[:, None]
     points[side, :2] += away * rng.uniform(0.03, 0.08, (side.sum(), 1))
-    measured = measure_points(points, None, SENSORS["uls"])
+    measured = measure_points(points, None, SENSORS["uls"]).assessment
     assert measured.flag != "ok" and "covered" in measured.reasons
-    if measured.dbh_cm is not None:
+    if measured.measured:
         assert abs(measured.dbh_cm - 28.0) < 1.645 * measured.se_cm
 
 

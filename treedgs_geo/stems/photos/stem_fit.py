@@ -98,7 +98,7 @@ class Fitter(Shared):
             r0=seed.r,
             r1=START_TAPER,
             evidence=Evidence.nothing(200 * seed.r),
-            assessment=Assessment.refused(reason, 200 * seed.r),
+            assessment=Assessment.refused(reason, dbh_cm=200 * seed.r),
             seed_score=seed.score,
             arc_deg=0.0,
             seen=np.zeros(len(self.stack)),

@@ -21,7 +21,7 @@ class Assessment:
 
     #: Diameter at breast height, cm.
     dbh_cm: float
-    #: Its standard error, cm.
+    #: Its standard error, cm; NaN where the method has none.
     se_cm: float
     #: 90 % interval, cm, where it is not ``dbh_cm`` ± :data:`.HALF_WIDTH_SE` times ``se_cm``; NaN where it is.
     lo_cm: float = np.nan
@@ -31,9 +31,9 @@ class Assessment:
     reasons: tuple[str, ...] = ()
 
     @classmethod
-    def refused(cls, reason: str, dbh_cm: float = np.nan) -> Assessment:
+    def refused(cls, *reasons: str, dbh_cm: float = np.nan) -> Assessment:
         """Of a place that is refused before anything is measured there. dbh_cm: as thick as it was looked for."""
-        return cls(dbh_cm, np.nan, flag="reject", reasons=(reason,))
+        return cls(dbh_cm, np.nan, flag="reject", reasons=reasons)
 
     @property
     def measured(self) -> bool:
@@ -53,6 +53,10 @@ class Assessment:
             return replace(self, flag="reject", reasons=reasons)
         flagged = replace(self, flag="check", reasons=reasons)
         return flagged if off_cm == 0.0 else flagged._reaching(float(np.hypot(self.se_cm, off_cm)), other_cm)
+
+    def widened(self, more_cm: float) -> Assessment:
+        """With another error (standard error, cm) on top of its own."""
+        return self.remeasured(self.dbh_cm, float(np.hypot(self.se_cm, more_cm)))
 
     def explained(self, se_cm: float, lo_cm: float, hi_cm: float) -> Assessment:
         """With the error and interval of a mixture over several explanations, cm."""
@@ -76,7 +80,7 @@ class Assessment:
             "qc_flag": self.flag,
             "qc_reason": ",".join(self.reasons),
             "dbh_cm": self.dbh_cm,
-            "dbh_se_cm": self.se_cm,
+            "dbh_se_cm": None if np.isnan(self.se_cm) else self.se_cm,
             "dbh_lo_cm": low_cm,
             "dbh_hi_cm": high_cm,
             "ba_m2": None,

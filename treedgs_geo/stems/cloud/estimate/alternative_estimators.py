@@ -8,6 +8,7 @@ from ....pointcloud.cloud import PointCloud
 from ...geometry.circles import SolidCircle
 from ...geometry.cone import Cone
 from ...geometry.cylinder import fit_cylinder
+from ...quality.assessment import Assessment
 from ...quality.limits import judge
 from ...quality.priors import USUAL_TAPER_CM_M
 from .frames import TreeFrame
@@ -39,9 +40,9 @@ def by_cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
         0.0,
         float(found.centre[2]),
     )
-    se = float(np.hypot(0.6, 0.02 * dbh)) if options.method == "default" else None
-    measured = StemMeasure(cone, dbh, se, "ok", (), 0.0, found.points)
-    return measured.with_flagged(judge("points", {"on_cylinder": found.inlier_share}))
+    se = float(np.hypot(0.6, 0.02 * dbh)) if options.method == "default" else np.nan
+    stated = Assessment(dbh, se).adding(judge("points", {"on_cylinder": found.inlier_share}))
+    return StemMeasure(cone, stated, points=found.points)
 
 
 def by_the_paper(
@@ -72,17 +73,8 @@ def by_the_paper(
                 float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200, options.bh_m
             )
             # The published method has no standard error; its bias depends on how the points fill the stem.
-            measured = StemMeasure(
-                cone,
-                taper.at_bh_cm,
-                None,
-                "check",
-                ("unchecked",),
-                0.0,
-                len(group),
-                int(taper.inliers.sum()),
-                taper.slope_cm_m,
-            )
+            stated = Assessment(taper.at_bh_cm, np.nan, flag="check", reasons=("unchecked",))
+            measured = StemMeasure(cone, stated, 0.0, len(group), int(taper.inliers.sum()), taper.slope_cm_m)
         measures.append(measured)
     return measures
 
@@ -127,7 +119,6 @@ def by_filling(
             # The slices that agree should surround breast height.
             near = bool((np.abs(used[:, 0] - options.bh_m) < 0.3).any())
             reason = "wide_error" if near else "no_taper"
-            measures.append(
-                StemMeasure(cone, taper.at_bh_cm, se, "check", (reason,), 0.0, len(group), len(used), taper.slope_cm_m)
-            )
+            stated = Assessment(taper.at_bh_cm, se, flag="check", reasons=(reason,))
+            measures.append(StemMeasure(cone, stated, 0.0, len(group), len(used), taper.slope_cm_m))
     return measures

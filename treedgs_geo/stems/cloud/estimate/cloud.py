@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -220,9 +218,9 @@ def _measure_one(
         return measured
     # A thick stem goes on above the band; a stump, a log or a shrub does not. Twigs hide a sapling's bark.
     beside = {"clutter": stem.clutter} if stem.row_share < VEILED_ROWS else {}
-    if around.has_crowns and measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM:
+    if around.has_crowns and measured.assessment.measured and measured.assessment.dbh_cm > SHOULD_GO_ON_CM:
         beside["n_above"] = len(stem.pieces)
-    return measured.with_flagged(judge("points", beside))
+    return measured.assessed(measured.assessment.adding(judge("points", beside)))
 
 
 def _pass_by_pass(
@@ -251,32 +249,25 @@ def _pass_by_pass(
         on = np.abs(cone.residuals(moved)) < max(4 * cone.sigma, 2.5 * sensor.cap_m)
         strength = None if weights is None else weights[kept][on]
         again = measure_points(moved[on], strength, sensor, options.bh_m, segment_options(options), cone, moved[~on])
-        if again.dbh_cm is not None and again.se_cm is not None:
-            measured = replace(again, se_cm=float(np.hypot(again.se_cm, fit.se_cm)))
+        if again.assessment.measured:
+            measured = again.assessed(again.assessment.widened(fit.se_cm))
     found = judge("points", {"dates_cm": fit.dates_cm})
-    if found.refused:
-        return refuse(*found.refused, *measured.reasons, cone=measured.cone, points=measured.points)
-    if measured.se_cm is not None:
-        measured = replace(measured, se_cm=float(np.hypot(measured.se_cm, fit.dates_cm / 2)))
-    return measured.with_flagged(found)
+    return measured.assessed(measured.assessment.widened(fit.dates_cm / 2).adding(found))
 
 
 def beside_the_others(results: list[StemMeasure]) -> list[StemMeasure]:
     """Flagged or refused (``covered``), where the ring of points is far thicker than those of the plot's other stems:
     ivy, moss or twigs all round, which a circle takes for bark. A flagged one's error grows with the excess."""
-    noise = np.array([each.noise_m for each in results if each.dbh_cm is not None])
+    noise = np.array([each.noise_m for each in results if each.assessment.measured])
     if np.isfinite(noise).sum() < LEAST_STEMS:
         return results
     usual, out = max(float(np.nanmedian(noise)), LEAST_RING_M), []
     for each in results:
         found = judge("points", {"ring_ratio": each.noise_m / usual})
-        if each.dbh_cm is None or each.se_cm is None or not found.reasons:
-            out.append(each)
-        elif found.refused:
-            out.append(replace(each, flag="reject", dbh_cm=None, se_cm=None, reasons=(*each.reasons, *found.reasons)))
-        else:
+        if each.assessment.measured and found.reasons:
             excess_cm = 100 * float(np.sqrt(each.noise_m**2 - usual**2))
-            out.append(replace(each, se_cm=float(np.hypot(each.se_cm, RING_SE * excess_cm))).with_flagged(found))
+            each = each.assessed(each.assessment.widened(RING_SE * excess_cm).adding(found))
+        out.append(each)
     return out
 
 
@@ -287,20 +278,17 @@ def _tree(tree: int, frame: TreeFrame, measured: StemMeasure, options: MeasureOp
         near = np.abs(frame.points[:, 2] - options.bh_m) < 1.0
         chosen = frame.points[near] if near.any() else frame.points
         x, y = np.median(chosen[:, :2], axis=0) + frame.origin
-    flag, reasons, dbh = measured.flag, measured.reasons, measured.dbh_cm
-    if dbh is not None:
+    stated = measured.assessment
+    if stated.measured:
         settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
         # A fit that ran away altogether counts as too large.
-        found = judge("points", {"dbh_cm": np.inf if np.isnan(dbh) else dbh}, settings=settings)
-        if found.refused:
-            flag, reasons, dbh = "reject", found.refused + reasons, None
+        dbh_cm = np.inf if np.isnan(stated.dbh_cm) else stated.dbh_cm
+        stated = stated.adding(judge("points", {"dbh_cm": dbh_cm}, settings=settings))
     return Tree(
         tree_id=tree,
         x=float(x),
         y=float(y),
         z_ground=frame.ground if np.isfinite(frame.ground) else None,
-        dbh_cm=dbh,
-        dbh_se_cm=measured.se_cm if dbh is not None else None,
         bh_m=options.bh_m,
         lean_deg=measured.cone.lean_deg if measured.cone is not None else None,
         arc_deg=measured.arc_deg or None,
@@ -308,9 +296,8 @@ def _tree(tree: int, frame: TreeFrame, measured: StemMeasure, options: MeasureOp
         n_slices=measured.slices or None,
         taper_cm_m=measured.taper_cm_m,
         method=points_method(options.fit, options.method, options.weights),
-        qc_flag=flag,
-        qc_reason=",".join(dict.fromkeys(reasons)),
-    )
+        **stated.of_tree(),
+    ).finish()
 
 
 def _finish(

@@ -17,6 +17,7 @@ from ...geometry.cone_kernels import BEND_SD
 from ...geometry.section_kernels import bark_cells, bark_weights, slice_rows
 from ...geometry.slices import across_axis, slice_heights
 from ...geometry.taper import taper_line
+from ...quality.assessment import Assessment
 from ...quality.findings import Findings
 from ...quality.limits import judge
 from ...quality.priors import BREAST_HEIGHT_M, USUAL_TAPER
@@ -92,13 +93,9 @@ def measure_points(
         if rings.inner_deg:
             found = judge("points", {"inner_deg": rings.inner_deg, "twice_cm": rings.twice_cm})
             measured = measure_points(points, weights, sensor, bh_m, options, start, others, upright, bare=True)
-            if found.refused:
-                return refuse(*found.refused, *measured.reasons, cone=measured.cone, points=measured.points)
-            if measured.se_cm is not None:
-                # Which of the two is the bark is not known: the inner one by its share of the points.
-                off_cm = 200 * abs(rings.inner_m) * float(np.sqrt(rings.share * (1 - rings.share)))
-                measured = replace(measured, se_cm=float(np.hypot(measured.se_cm, off_cm)))
-            return measured.with_flagged(found)
+            # Which of the two is the bark is not known: the inner one by its share of the points.
+            off_cm = 200 * abs(rings.inner_m) * float(np.sqrt(rings.share * (1 - rings.share)))
+            return measured.assessed(measured.assessment.widened(off_cm).adding(found))
     # A short window, where points are plenty, shows no bow and needs no straightening.
     if not sensor.solid and not upright and window[1] - window[0] >= LEAST_CONES * STEP_M:
         pool = np.concatenate([points, others])
@@ -126,9 +123,8 @@ def _measure_under_coat(
     if weights is not None:
         weights = np.r_[weights, np.full(len(pool) - len(weights), np.median(weights))][on_bark]
     measured = measure_points(pool[on_bark], weights, sensor, bh_m, options, face, bare=True)
-    if measured.se_cm is not None:
-        measured = replace(measured, se_cm=float(np.hypot(measured.se_cm, COAT_SE * 200 * face.sigma)))
-    return measured.with_flagged(judge("points", {"coat_cm": 100 * (cone.r - face.r)}))
+    found = judge("points", {"coat_cm": 100 * (cone.r - face.r)})
+    return measured.assessed(measured.assessment.widened(COAT_SE * 200 * face.sigma).adding(found))
 
 
 def _measure_bowed(
@@ -151,13 +147,12 @@ def _measure_bowed(
     measured = measure_points(
         pool[mine], None if weights is None else weights[mine], sensor, bh_m, options, start, pool[~mine], upright=True
     )
-    if measured.cone is None or measured.dbh_cm is None:
+    stated = measured.assessment
+    if measured.cone is None or not stated.measured:
         return measured
-    off = judge("points", {"bowed_share": abs(measured.dbh_cm / (200 * axis.radius_m) - 1)})
-    if off.refused:
-        return refuse(*off.refused, cone=measured.cone, points=measured.points)
     leaning = replace(measured.cone, dx=measured.cone.dx + float(dx), dy=measured.cone.dy + float(dy))
-    return replace(measured, cone=leaning).with_flagged(judge("points", {"bowed_lean_deg": leaning.lean_deg}))
+    bowed = {"bowed_share": abs(stated.dbh_cm / (200 * axis.radius_m) - 1), "bowed_lean_deg": leaning.lean_deg}
+    return measured.assessed(stated.adding(judge("points", bowed)), leaning)
 
 
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
@@ -255,19 +250,16 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
         "least_at_bh": sensor.least_points // 4,
     }
     found = judge("points", measured, dbh_cm, settings)
-    flag = found.flag("points")
+    se_cm = float(np.hypot(error.reported, np.hypot(flat, beside)))
     return StemMeasure(
         fitted.cone,
-        None if flag == "reject" else dbh_cm,
-        None if flag == "reject" else float(np.hypot(error.reported, np.hypot(flat, beside))),
-        flag,
-        found.reasons,
+        Assessment(dbh_cm, se_cm, flag=found.flag("points"), reasons=found.reasons).adding(remarks),
         bark.arc_deg,
         int(fitted.on.sum()),
         len(fitted.slices),
         fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None,
         bark.noise_m,
-    ).with_flagged(remarks)
+    )
 
 
 def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> tuple[float, Findings]:
