@@ -106,25 +106,15 @@ def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
     return PointCloud(xyz, crs, attributes, layout)
 
 
-def thin(xyz: np.ndarray, cell_m: float) -> np.ndarray:
-    """Index of one point a voxel of side ``cell_m`` (the first in each), sorted."""
-    if len(xyz) == 0:
-        return np.empty(0, int)
-    low, high = extent(xyz)
-    span = np.floor((high - low) / cell_m).astype(np.int64) + 1
-    return _first_of_each(np.ascontiguousarray(xyz, dtype=float), low, cell_m, span)
-
-
-def thin_crowded(xyz: np.ndarray, cell_m: float, most: int) -> np.ndarray:
-    """Index, sorted, of at most ``most`` points a voxel of side ``cell_m`` (lattice at zero), spread over their order.
-
-    Unlike :func:`thin` it leaves the proportions within a voxel as they are: what is dense stays dense."""
-    if len(xyz) <= most:
+def thin(xyz: np.ndarray, cell_m: float, max_points: int = 1) -> np.ndarray:
+    """Index, sorted, of at most ``max_points`` points a voxel of side ``cell_m`` (lattice at zero), spread over their
+    order: with more than one, what is dense stays dense."""
+    if len(xyz) <= max_points:
         return np.arange(len(xyz))
     low, high = extent(xyz)
     first = np.floor(low / cell_m)
     span = (np.floor(high / cell_m) - first).astype(np.int64) + 1
-    return _spread(np.ascontiguousarray(xyz, dtype=float), first * cell_m, cell_m, span, most)
+    return _spread(np.ascontiguousarray(xyz, dtype=float), first * cell_m, cell_m, span, max_points)
 
 
 def slices(count: int, most: int = 2_000_000) -> Iterator[slice]:
@@ -217,24 +207,4 @@ def _spread(xyz, low, cell_m, span, most):  # pragma: no cover - compiled
             kept[count] = m
             count += 1
         seen[k] += 1
-    return kept[:count].copy()
-
-
-@njit(cache=True)
-def _first_of_each(xyz, low, cell_m, span):  # pragma: no cover - compiled
-    """Indices of the points that are the first in their voxel: a hash table with open addressing."""
-    n = xyz.shape[0]
-    size = 16
-    while size < 2 * n:
-        size *= 2
-    table = np.full(size, -1, np.int64)
-    kept = np.empty(n, np.int64)
-    count = 0
-    for m in range(n):
-        key = _voxel(xyz[m], low, cell_m, span)
-        place = _slot(table, key)
-        if table[place] < 0:
-            table[place] = key
-            kept[count] = m
-            count += 1
     return kept[:count].copy()

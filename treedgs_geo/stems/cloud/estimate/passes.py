@@ -80,10 +80,8 @@ class Passes:
         time = attributes.get("gps_time")
         self._time = time if time is not None and len(time) and np.ptp(time) > PAUSE_S else None
         self._source = attributes.get("point_source_id")
-        angle = attributes.get("scan_angle", attributes.get("scan_angle_rank"))
-        self._angle = None
-        if angle is not None:
-            self._angle = np.asarray(angle, float) * (0.006 if "scan_angle" in attributes else 1.0)
+        self._angle = attributes.get("scan_angle", attributes.get("scan_angle_rank"))
+        self._step_deg = 0.006 if "scan_angle" in attributes else 1.0
         self._cuts = file_cuts(stems, count)
         self._segments = np.empty(0)
         if self._time is not None and stems:
@@ -108,7 +106,7 @@ class Passes:
             first = np.asarray(self._time[index], float)
             label = _split(label, first, PAUSE_S)
         if not label.any() and self._angle is not None:
-            label = _split(label, self._angle[index], APART_DEG)
+            label = _split(label, self._step_deg * self._angle[index].astype(float), APART_DEG)
         if not label.any():
             label = np.searchsorted(self._cuts, index, side="right").astype(np.int64)
         if label.max(initial=0) >= MAX_PASSES:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....pointcloud.cloud import slices
 from ...geometry.cone import Cone
 
 #: Time in which a scanner hardly moves, s; returns of a pulse that far apart tell its direction, m.
@@ -40,17 +41,13 @@ class SensorTrack:
             return None
         when = np.asarray(attributes["gps_time"], float)
         if "return_number" in attributes:
-            number = np.asarray(attributes["return_number"])
-            order = np.argsort(when, kind="stable")
-            first, last = order[:-1], order[1:]
-            pair = (when[first] == when[last]) & (number[first] == 1) & (number[last] == 2)
+            first, last = _pulses(when, np.asarray(attributes["return_number"]))
         else:
             # What has one time is one pulse: its highest and its lowest return.
             order = np.lexsort((-xyz[:, 2], when))
             starts = np.flatnonzero(np.r_[True, np.diff(when[order]) > 0])
             first, last = order[starts], order[np.r_[starts[1:], len(order)] - 1]
-            pair = first != last
-        first, last = first[pair], last[pair]
+            first, last = first[first != last], last[first != last]
         way = xyz[first] - xyz[last]
         length = np.linalg.norm(way, axis=1)
         far = (length > APART_M) & (way[:, 2] > 0.5 * length)
@@ -91,6 +88,22 @@ class SensorTrack:
         """(M,) bool: bark at the rim of what its beam sees. points: (M, 3) about ``cone``, those of ``index`` (M,)."""
         off = np.abs(np.angle(np.exp(1j * cone.azimuths(points)) * np.conj(self.towards(index))))
         return (off > np.radians(FACED_DEG)) & (np.abs(cone.residuals(points)) < RIM_M)
+
+
+def _pulses(when: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(P,) (P,) points that are the first and the second return of one pulse, by time: neighbours in the file where
+    several pulses have one time. when: (N,) s, number: (N,)."""
+    time = np.unique(when[number == 2])
+    if not len(time):
+        return np.empty(0, int), np.empty(0, int)
+    # Only pulses of two returns are sorted: of a large cloud a small part.
+    some = [np.flatnonzero((number[part] == 1) | (number[part] == 2)) + part.start for part in slices(len(when))]
+    some = [part[time[np.minimum(np.searchsorted(time, when[part]), len(time) - 1)] == when[part]] for part in some]
+    order = np.concatenate(some)
+    order = order[np.argsort(when[order], kind="stable")]
+    first, last = order[:-1], order[1:]
+    pair = (when[first] == when[last]) & (number[first] == 1) & (number[last] == 2)
+    return first[pair], last[pair]
 
 
 def _meeting(

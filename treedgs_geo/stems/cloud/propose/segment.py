@@ -8,6 +8,7 @@ near a stem gets its ``tree_id``. Parameters follow treeX for drone LiDAR where 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -17,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from ....core.machine import available_threads
 from ....core.progress import Reporter
-from ....pointcloud.cloud import PointCloud, extent, slices
+from ....pointcloud.cloud import PointCloud, extent
 from ....terrain.dtm import Dtm
 from ....terrain.ground import height_above_ground
 from .candidate_check import ConeStem, best_stem
@@ -34,6 +35,8 @@ from .sensors import SENSORS, Sensor, settled, tolerance
 
 #: Side of the squares that a cloud is searched in, and how far outside a square its stems may stand, metres.
 TILE_M, OUTSIDE_M = 30.0, 0.8
+#: The lowest points of a search, metres above ground.
+SLAB_M = 0.2
 
 
 @dataclass(frozen=True)
@@ -83,47 +86,95 @@ def find_stems(
     options, reporter = options or SegmentOptions(), reporter or Reporter()
     if height is None:
         height = height_above_ground(cloud.xyz, dtm)
-    origin = np.floor(extent(cloud.xyz[:, :2])[0])
-    points, slab = _slab(cloud.xyz, height, origin, 0.2, float(options.grow_m))
+    low, high = extent(cloud.xyz[:, :2])
+    origin = np.floor(low)
+    source = options.source
+    if source == "auto":
+        band = np.flatnonzero((height > options.low_m) & (height < options.high_m))
+        source = guess_sensor(cloud, np.column_stack([cloud.xyz[band, :2] - origin, height[band]]), options)
+        del band  # a part of the cloud
     weights = cloud.attributes.get("opacity")
-    weights = None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
-    del slab  # as large as the coordinates that it chose
-    source = options.source if options.source != "auto" else guess_sensor(cloud, points, options)
+    span = np.floor((high - origin) / TILE_M).astype(np.int64) + 1
+    order, starts = _by_tile(cloud.xyz, height, origin, SLAB_M, float(options.grow_m), span)
+
+    def points_in(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        first, last = (np.clip(np.floor(corner / TILE_M).astype(int), 0, span - 1) for corner in (low, high))
+        rows = [i * span[1] for i in range(first[0], last[0] + 1)]
+        parts = [order[starts[row + first[1]] : starts[row + last[1] + 1]] for row in rows]
+        points, index = _columns(cloud.xyz, height, origin, np.sort(np.concatenate(parts)), low, high)
+        return points, None if weights is None else np.clip(np.asarray(weights[index], float), 0.02, 1.0)
+
+    held = np.flatnonzero(np.diff(starts))
+    tiles = list(np.column_stack([held // span[1], held % span[1]]))
+    return search_tiles(points_in, tiles, origin, source, options, reporter, seeds_xy, available_threads())
+
+
+def search_tiles(
+    points_in: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray | None]],
+    tiles: list[np.ndarray],
+    origin: np.ndarray,
+    source: str,
+    options: SegmentOptions,
+    reporter: Reporter,
+    seeds_xy: np.ndarray | None,
+    threads: int,
+) -> StemMap:
+    """Tile by tile with a buffer; what two tiles both find is kept once.
+
+    points_in: (2,) low, (2,) high from ``origin`` -> (N, 3) points of the slab there, x, y and height above ground, in
+    the cloud's order, and (N,) weights, if any. tiles: (2,) corners, in steps of ``TILE_M``. source: a key of
+    ``SENSORS``. seeds_xy: as :func:`find_stems`.
+    """
     sensor = SENSORS[source]
-    if len(points):
+    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
+    found: list[ConeStem] = []
+
+    def stems_in(corner: np.ndarray) -> list[ConeStem]:
+        points, weights = points_in(corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options))
         kept = settled(points, sensor)
         points, weights = points[kept], None if weights is None else weights[kept]
-    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
-    found = _search(points, weights, sensor, options, reporter, seeds) if len(points) else []
-    return StemMap.of(found, origin, source)
+        stems = search_tile(points, weights, sensor, options, seeds=seeds)
+        return [stem for stem in stems if stands_in(stem, corner)]
+
+    with ThreadPoolExecutor(max(min(threads, len(tiles)), 1)) as workers:
+        for number, stems in enumerate(workers.map(stems_in, tiles)):
+            found += stems
+            reporter.progress((number + 1) / len(tiles))
+    return StemMap.of(without_doubles(found), origin, source)
 
 
 @njit(cache=True)
-def _slab(xyz, height, origin, low_m, high_m):  # pragma: no cover - compiled
-    """(M, 3) xy from ``origin`` and height of the points with low_m < height < high_m, and their (M,) indices."""
-    count = 0
-    for h in height:
-        count += low_m < h < high_m
-    points, index = np.empty((count, 3)), np.empty(count, np.int64)
-    count = 0
+def _by_tile(xyz, height, origin, low_m, high_m, span):  # pragma: no cover - compiled
+    """(M,) indices of the points with low_m < height < high_m, tile by tile, and (T + 1,) where each tile's begin."""
+    tile = np.full(height.shape[0], -1, np.int32)
+    starts = np.zeros(span[0] * span[1] + 1, np.int64)
     for m in range(height.shape[0]):
         if low_m < height[m] < high_m:
-            points[count, 0], points[count, 1] = xyz[m, 0] - origin[0], xyz[m, 1] - origin[1]
-            points[count, 2], index[count] = height[m], m
-            count += 1
-    return points, index
+            i, j = int((xyz[m, 0] - origin[0]) / TILE_M), int((xyz[m, 1] - origin[1]) / TILE_M)
+            tile[m] = i * span[1] + j
+            starts[tile[m] + 1] += 1
+    for t in range(1, starts.shape[0]):
+        starts[t] += starts[t - 1]
+    order, place = np.empty(starts[-1], np.uint32), starts.copy()
+    for m in range(height.shape[0]):
+        if tile[m] >= 0:
+            order[place[tile[m]]] = m
+            place[tile[m]] += 1
+    return order, starts
 
 
 @njit(cache=True, nogil=True)
-def in_columns(points, low, high):  # pragma: no cover - compiled
-    """(M,) indices of the (N, 3) points with (2,) low <= xy < high."""
-    index = np.empty(points.shape[0], np.int64)
+def _columns(xyz, height, origin, index, low, high):  # pragma: no cover - compiled
+    """(M, 3) xy from ``origin`` and height of those of the points of ``index`` with (2,) low <= xy < high, and their
+    indices."""
+    points, kept = np.empty((index.shape[0], 3)), np.empty(index.shape[0], np.int64)
     count = 0
-    for m in range(points.shape[0]):
-        if low[0] <= points[m, 0] < high[0] and low[1] <= points[m, 1] < high[1]:
-            index[count] = m
+    for m in index:
+        x, y = xyz[m, 0] - origin[0], xyz[m, 1] - origin[1]
+        if low[0] <= x < high[0] and low[1] <= y < high[1]:
+            points[count, 0], points[count, 1], points[count, 2], kept[count] = x, y, height[m], m
             count += 1
-    return index[:count].copy()
+    return points[:count], kept[:count]
 
 
 def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions) -> str:
@@ -133,20 +184,9 @@ def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions)
     band = points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)]
     if len(band) < 50:
         return "uls"
-    return "tls" if len(band) / len(_cells(band, 1.0)) > 120 else "uls"
-
-
-def _cells(points: np.ndarray, size_m: float) -> np.ndarray:
-    """(K, 2) the cells of the lattice of ``size_m`` that hold points, west to east, then south to north."""
-    low, high = (np.floor(corner / size_m).astype(np.int64) for corner in extent(points[:, :2]))
-    span = high[1] - low[1] + 1
-
-    def keys(part: np.ndarray) -> np.ndarray:
-        i, j = (np.floor(part[:, :2] / size_m).astype(np.int64) - low).T
-        return np.unique(i * span + j)
-
-    key = np.unique(np.concatenate([keys(points[part]) for part in slices(len(points))]))
-    return np.column_stack([key // span, key % span]) + low
+    low, high = (np.floor(corner).astype(np.int64) for corner in extent(band[:, :2]))
+    cell = np.floor(band[:, :2]).astype(np.int64) - low
+    return "tls" if len(band) / len(np.unique(cell[:, 0] * (high[1] - low[1] + 1) + cell[:, 1])) > 120 else "uls"
 
 
 def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndarray:
@@ -159,31 +199,6 @@ def search_points(
 ) -> list[ConeStem]:
     """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
     return without_doubles(search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
-
-
-def _search(
-    points: np.ndarray,
-    weights: np.ndarray | None,
-    sensor: Sensor,
-    options: SegmentOptions,
-    reporter: Reporter,
-    seeds: np.ndarray | None = None,
-) -> list[ConeStem]:
-    """Tile by tile with a buffer; what two tiles both find is kept once."""
-    found: list[ConeStem] = []
-    tiles = _cells(points, TILE_M)
-
-    def stems_in(corner: np.ndarray) -> list[ConeStem]:
-        low, high = corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options)
-        inside = in_columns(points, low, high)
-        stems = search_tile(points[inside], None if weights is None else weights[inside], sensor, options, seeds=seeds)
-        return [stem for stem in stems if stands_in(stem, corner)]
-
-    with ThreadPoolExecutor(min(available_threads(), len(tiles))) as workers:
-        for number, stems in enumerate(workers.map(stems_in, tiles)):
-            found += stems
-            reporter.progress((number + 1) / len(tiles))
-    return without_doubles(found)
 
 
 def buffer_m(options: SegmentOptions) -> float:

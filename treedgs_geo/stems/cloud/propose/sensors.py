@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....pointcloud.cloud import thin, thin_crowded
+from ....pointcloud.cloud import thin
 from ...geometry.cone import Cone
 
 #: Bark is not taken to be thicker than this (1 sd), m: beyond it, a ring can no longer be distinguished from a shrub.
@@ -21,15 +21,15 @@ FUZZY = 1.75
 
 @dataclass(frozen=True)
 class Sensor:
-    """What a kind of cloud looks like: noise floor and cap on bark, points kept (one a voxel of ``thin_m``, at most
-    ``most`` a voxel of ``CROWDED_M``; 0 = all), points needed, filled stems or shells, the usual noise, whether
+    """What a kind of cloud looks like: noise floor and cap on bark, points kept (at most ``max_points`` a voxel of
+    ``voxel_m``), points needed, filled stems or shells, the usual noise, whether
     standard errors were calibrated on such clouds with known diameters, and the spread beyond which a ring is no bark
     (known where the cloud's noise is)."""
 
     floor_m: float
     cap_m: float
-    thin_m: float
-    most: int
+    voxel_m: float
+    max_points: int
     least_points: int
     solid: bool
     noise_m: float
@@ -43,9 +43,9 @@ class Sensor:
 
 
 SENSORS = {
-    "tls": Sensor(0.004, 0.02, 0.0, 1000, 60, False, 0.010),
-    "uls": Sensor(0.007, 0.025, 0.0, 1000, 16, False, 0.012, calibrated=True),
-    "splat": Sensor(0.010, 0.05, 0.015, 0, 40, True, 0.03),
+    "tls": Sensor(0.004, 0.02, CROWDED_M, 1000, 60, False, 0.010),
+    "uls": Sensor(0.007, 0.025, CROWDED_M, 1000, 16, False, 0.012, calibrated=True),
+    "splat": Sensor(0.010, 0.05, 0.015, 1, 40, True, 0.03),
 }
 
 
@@ -57,6 +57,4 @@ def tolerance(cone: Cone, sensor: Sensor) -> float:
 def settled(points: np.ndarray, sensor: Sensor) -> np.ndarray:
     """Index of the (N, 3) points that are enough to find stems: the search costs as much in any denser cloud, and
     finds the same."""
-    if sensor.thin_m:
-        return thin(points, sensor.thin_m)
-    return thin_crowded(points, CROWDED_M, sensor.most) if sensor.most else np.arange(len(points))
+    return thin(points, sensor.voxel_m, sensor.max_points)

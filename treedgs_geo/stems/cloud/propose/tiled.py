@@ -8,10 +8,8 @@ from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud
 from ....pointcloud.tiles import TileStore
 from ....terrain.dtm import Dtm
-from .candidate_check import ConeStem
 from .options import SegmentOptions
-from .segment import TILE_M, StemMap, buffer_m, guess_sensor, search_tile, stands_in, without_doubles
-from .sensors import SENSORS, settled
+from .segment import SLAB_M, TILE_M, StemMap, guess_sensor, search_tiles
 
 #: Tiles looked at, evenly spread, to see what made the cloud.
 _GUESS_TILES = 16
@@ -27,24 +25,14 @@ def find_stems_tiled(
     """Like :func:`.segment.find_stems`, on the same lattice of tiles; memory is that of one tile with its buffer."""
     options, reporter = options or SegmentOptions(), reporter or Reporter()
     origin = np.floor(store.low[:2])
-    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
     source = options.source if options.source != "auto" else _guess(store, dtm, options)
-    sensor = SENSORS[source]
     last = np.floor((store.high[:2] - origin) / TILE_M).astype(int)
-    corners = [np.array([i, j]) for i in range(last[0] + 1) for j in range(last[1] + 1)]
-    found: list[ConeStem] = []
-    for number, corner in enumerate(corners):
-        low, high = corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options)
-        points, weights = _slab(store, dtm, origin, low, high, options)
-        if len(points):
-            kept = settled(points, sensor)
-            points, weights = points[kept], None if weights is None else weights[kept]
-        if len(points):
-            for stem in search_tile(points, weights, sensor, options, seeds=seeds):
-                if stands_in(stem, corner):
-                    found.append(stem)
-        reporter.progress((number + 1) / len(corners))
-    return StemMap.of(without_doubles(found), origin, source)
+    tiles = [np.array([i, j]) for i in range(last[0] + 1) for j in range(last[1] + 1)]
+
+    def points_in(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        return _slab(store, dtm, origin, low, high, options)
+
+    return search_tiles(points_in, tiles, origin, source, options, reporter, seeds_xy, 1)
 
 
 def _slab(
@@ -54,7 +42,7 @@ def _slab(
     xyz, extras = store.read_box(low + origin, high + origin)
     height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
     with np.errstate(invalid="ignore"):
-        slab = np.flatnonzero((height > 0.2) & (height < options.grow_m))
+        slab = np.flatnonzero((height > SLAB_M) & (height < options.grow_m))
     points = np.column_stack([xyz[slab, :2] - origin, height[slab]])
     weights = extras.get("opacity")
     return points, None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
