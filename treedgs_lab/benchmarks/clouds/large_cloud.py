@@ -1,14 +1,14 @@
-"""A large LAZ through ``terrain`` and ``segment-stems``: peak memory and time against the number of points.
+"""A large LAZ through the verbs that take one: peak memory and time against the number of points.
 
     python -m treedgs_lab.benchmarks.clouds.large_cloud --cloud ../shared/data/plot_a/lidar/plot_a_uls.laz
         --millions 10 50 200 \
         --scratch DIR --output docs/results/large_cloud.json
 
 The file is made by laying copies of a real-sized plot side by side, every second one mirrored so that the ground goes
-on without a step. ``segment-stems`` is given the terrain that ``terrain`` wrote. Each verb runs in a process of its
-own; its peak memory is the kernel's (``ru_maxrss``) and its time
-is the CPU's (user and system), which other work on the machine disturbs less than the clock. Sizes that the output file
-already has are kept, so that they can be run one by one.
+on without a step. ``segment-stems`` is given the terrain that ``terrain`` wrote; ``reading`` is the file read by laspy
+and nothing else. Each runs in a process of its own; its peak memory is the kernel's (``ru_maxrss``) and its time is the
+CPU's (user and system), which other work on the machine disturbs less than the clock. What the output file already has
+is kept, so that sizes and verbs can be run one by one.
 """
 
 from __future__ import annotations
@@ -57,21 +57,39 @@ def lay_out(source: Path, target: Path, points: float) -> dict:
     }
 
 
+#: Every coordinate of a file, in pieces.
+READING = """
+import sys, laspy
+with laspy.open(sys.argv[1]) as reader:
+    for points in reader.chunk_iterator(2_000_000):
+        points.x, points.y, points.z
+"""
+#: Verb -> its arguments; {0}: the scratch folder.
+VERBS = {
+    "reading": ["-c", READING, "{0}/cloud.laz"],
+    "terrain": ["-m", "treedgs_geo", "terrain", "--input", "{0}/cloud.laz", "--output", "{0}/dtm.tif"],
+    "segment-stems": ["-m", "treedgs_geo", "segment-stems", "--input", "{0}/cloud.laz", "--dtm", "{0}/dtm.tif"]
+    + ["--output", "{0}/stems.laz"],
+    "pointcloud-to-dbh": ["-m", "treedgs_geo", "pointcloud-to-dbh", "--input", "{0}/cloud.laz"]
+    + ["--output", "{0}/trees.gpkg", "--sheets", "none"],
+}
+
+
 def measure(arguments: list[str]) -> dict:
-    """Run a verb in its own process: CPU and wall seconds, peak memory, its result."""
+    """Run Python in its own process: CPU and wall seconds, peak memory, its result."""
     began = time.monotonic()
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
         os.dup2(writing, 1)
         os.close(reading)
-        os.execv(sys.executable, [sys.executable, "-m", "treedgs_geo", *arguments])
+        os.execv(sys.executable, [sys.executable, *arguments])
     os.close(writing)
     with os.fdopen(reading) as stream:
         text = stream.read()
     _, status, usage = os.wait4(child, 0)
     if status:
-        raise SystemExit(f"{arguments[0]} failed ({status}): {text[-500:]}")
+        raise SystemExit(f"{arguments} failed ({status}): {text[-500:]}")
     return {
         "cpu_s": round(usage.ru_utime + usage.ru_stime, 1),
         "wall_s": round(time.monotonic() - began, 1),
@@ -87,32 +105,17 @@ def main() -> None:
     parser.add_argument("--millions", type=float, nargs="+", default=[10, 50, 200])
     parser.add_argument("--scratch", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True, help="JSON; sizes that it already holds are kept")
+    parser.add_argument("--verbs", nargs="+", choices=VERBS, default=list(VERBS))
     known = parser.parse_args()
     known.scratch.mkdir(parents=True, exist_ok=True)
+    report = read_json(known.output) if known.output.exists() else {"sizes": {}}
     for millions in known.millions:
-        laz = known.scratch / f"tiled_{millions:g}M.laz"
-        row = lay_out(known.cloud, laz, millions * 1e6)
-        row["terrain"] = measure(["terrain", "--input", str(laz), "--output", str(known.scratch / "dtm.tif")])
-        row["segment_stems"] = measure(
-            [
-                "segment-stems",
-                "--input",
-                str(laz),
-                "--dtm",
-                str(known.scratch / "dtm.tif"),
-                "--output",
-                str(known.scratch / "stems.laz"),
-            ]
-        )
-        for verb in ("terrain", "segment_stems"):
-            row[verb]["cpu_s_per_million"] = round(row[verb]["cpu_s"] / row["points"] * 1e6, 2)
-        with laspy.open(known.scratch / "stems.laz") as stems:
-            row["stem_points"] = stems.header.point_count
-        for leftover in (laz, known.scratch / "stems.laz", known.scratch / "dtm.tif"):
-            leftover.unlink()
-        report = read_json(known.output) if known.output.exists() else {"sizes": {}}
+        row = report["sizes"].setdefault(f"{millions:g}M", {})
+        row |= lay_out(known.cloud, known.scratch / "cloud.laz", millions * 1e6)
+        for verb in known.verbs:
+            found = measure([word.format(known.scratch) if word != READING else word for word in VERBS[verb]])
+            row[verb.replace("-", "_")] = {**found, "cpu_s_per_million": round(found["cpu_s"] / row["points"] * 1e6, 2)}
         report |= {"cloud": known.cloud.name, "laspy": laspy.__version__}
-        report["sizes"][f"{millions:g}M"] = row
         report.pop("made_by", None)
         write_record(known.output, report)
         print(json.dumps(row, indent=1), flush=True)

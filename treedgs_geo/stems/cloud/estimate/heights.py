@@ -110,8 +110,9 @@ def _highest_of_crowns(
 
 
 def _error(joined: Joined, rise_m: float, high_m: float, dbh_cm: float) -> float:
-    """Standard error of a height, metres; NaN where the tip is probably another tree's."""
-    if rise_m >= _OWN_RISE_M:
+    """Standard error of a height, metres; NaN where the tip is probably another tree's. A stem without a diameter has
+    an axis too unsure, and nothing else, to tell its tip from its neighbours'."""
+    if rise_m >= _OWN_RISE_M and np.isfinite(dbh_cm):
         return _TIP_SE_M
     off = float(joined.over_curve(np.array(high_m), np.array(dbh_cm)))
     if abs(off) > _SUITS:
