@@ -44,7 +44,7 @@ def measure_photos(
         output: tree layer to write (.gpkg, .shp, .geojson, .csv); ``None`` = ``trees.gpkg`` in the workspace.
         reporter: where progress, warnings and results go; ``None`` = nowhere.
         settings: further fields of :class:`~treedgs_geo.run.settings.PhotosToDbhSettings` by name (``plots``,
-            ``gcp``, ``dtm``, ``preset``, ``fit``, ``bh_m``, ``seed``).
+            ``gcp``, ``dtm``, ``preset``, ``fit``, ``bh_m``).
 
     Returns:
         One row a stem found, in ``crs``: the columns of the tree layer
@@ -117,10 +117,9 @@ def measure_cloud(
     """
     from .inventory.tree_layer import tree_table
     from .pointcloud.cloud import PointCloud
-    from .pointcloud.file_crs import LOCAL_CRS
-    from .run.cloud import find_and_measure
-    from .run.cloud_input import checked, load_cloud, load_ground
-    from .run.cloud_plots import cut_to_plots
+    from .run.cloud import GROUND, STEMS, CloudJob, take
+    from .run.cloud_input import checked, read_checked
+    from .run.stage import Steps, check, run_stages
 
     reporter = reporter or Reporter()
     files = [name for name, spec, _ in params_of(PointcloudToDbhSettings) if spec.kind.startswith("output_")]
@@ -134,8 +133,9 @@ def measure_cloud(
     if isinstance(cloud, PointCloud):
         points = checked(cloud, path, reporter, dtm=given.dtm, crs=crs)
     else:
-        points = load_cloud(given, reporter)
-    plots, points = cut_to_plots(given, points, reporter)
-    ground = load_ground(given, points, reporter)
-    trees, _ = find_and_measure(points, ground, plots, given, reporter)
-    return tree_table(trees, points.horizontal_crs or LOCAL_CRS)
+        points = read_checked(path, crs, reporter, dtm=given.dtm)
+    job = CloudJob(given, reporter)
+    take(job, points)
+    check(GROUND, job)
+    run_stages((GROUND, STEMS), job, Steps(None, reporter, {GROUND.name: 0.3, STEMS.name: 0.7}))
+    return tree_table(job.trees, job.crs)

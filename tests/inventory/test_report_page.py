@@ -48,7 +48,7 @@ def page_of(folder: Path, trees: list[Tree], plot_id: str = "A") -> Path:
                 canvas = Canvas(1200, 300)
                 headline(canvas, tree)
                 write_sheet(made, tree, canvas)
-        sheets = written_sheets(folder / "sheets", trees)
+        sheets = written_sheets(folder / "sheets", RUN)
     plots = [Plot(plot_id, 500030, 5200030, 25)]
     facts, stages = {"photos": plot_id}, {"geotag": {"seconds": 1.0, "peak_memory_mb": 90}}
     return write_report(
@@ -130,7 +130,7 @@ def test_sheets_of_an_earlier_run_go_and_a_persons_files_stay(tmp_path):
     with sheets_folder(tmp_path / "sheets", RUN) as made:
         write_sheet(made, trees[0], Canvas(40, 40))
     assert not old.exists() and other.exists() and mixed.exists()
-    assert written_sheets(tmp_path / "sheets", trees) == {1: tmp_path / "sheets" / RUN / "1.jpg"}
+    assert written_sheets(tmp_path / "sheets", RUN) == {1: tmp_path / "sheets" / RUN / "1.jpg"}
 
 
 SCRIPT = """

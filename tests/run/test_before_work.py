@@ -16,8 +16,9 @@ from treedgs_geo.cli import main
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.reconstruction.area import Area, area_seen
-from treedgs_geo.run.search_forecast import search_of
-from treedgs_geo.run.stages import SHARES, Steps
+from treedgs_geo.run.forecast import search_of
+from treedgs_geo.run.photos import OUTPUTS, TREES
+from treedgs_geo.run.stage import Steps
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.tiles import split
 
@@ -101,9 +102,9 @@ def test_the_run_itself_says_it_first(tmp_path: Path, capsys) -> None:
 
 
 def test_a_long_search_fills_the_progress_bar(tmp_path: Path) -> None:
-    ends = {}
+    ends, shares = {}, {stage.name: stage.share for stage in (*TREES, *OUTPUTS)}
     for factor in (1.0, 20.0):
-        steps = Steps(Workspace(tmp_path / str(factor)), Reporter())
+        steps = Steps(Workspace(tmp_path / str(factor)), Reporter(), shares)
         steps.run("geotag", {}, [], [], lambda reporter: {})
         steps.weigh("measure", factor)
         steps.run("reconstruct", {}, [], [], lambda reporter: {})
@@ -111,7 +112,7 @@ def test_a_long_search_fills_the_progress_bar(tmp_path: Path) -> None:
         for name in ("ground", "measure", "heights", "sheets", "write"):
             steps.run(name, {}, [], [], lambda reporter: {})
         assert steps._at == pytest.approx(1.0)
-    assert ends[1.0] == pytest.approx(SHARES["geotag"] + SHARES["reconstruct"]) and ends[20.0] < 0.1
+    assert ends[1.0] == pytest.approx(shares["geotag"] + shares["reconstruct"]) and ends[20.0] < 0.1
 
 
 def test_nadir_photos_end_early_with_the_reason(tmp_path: Path, capsys) -> None:

@@ -14,14 +14,10 @@ from small_flight import CRS, Flight, lines, write_photos
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import PlainReporter
-from treedgs_geo.core.workspace import Workspace
-from treedgs_geo.geotags.photos import list_photos
 from treedgs_geo.reconstruction.model import FRAME, MODEL_FILES, REPORT
-from treedgs_geo.run.context import Run
-from treedgs_geo.run.routes import CHAIN_PRESETS
+from treedgs_geo.run.photos import GEOTAG, RECONSTRUCT, held, job_of
 from treedgs_geo.run.settings import PhotosToDbhSettings
-from treedgs_geo.run.stages import Steps
-from treedgs_geo.run.stages_before_stems import _control, _geotag, _reconstruct
+from treedgs_geo.run.stage import check, run_stages
 from treedgs_geo.verbs.reconstruct import ReconstructSettings, run
 
 REPORTED = {
@@ -60,12 +56,9 @@ def handed(monkeypatch) -> list[dict]:
             (sfm / name).write_text(json.dumps(REPORTED))
         return REPORTED
 
-    for module in ("run.stages_before_stems", "reconstruction.pipeline"):
-        monkeypatch.setattr(f"treedgs_geo.{module}.reconstruct_photos", reconstruct)
-    monkeypatch.setattr("treedgs_geo.run.stages_before_stems.load_views", lambda *_: (None, []))
-    monkeypatch.setattr(
-        "treedgs_geo.run.stages_before_stems.load_points", lambda _: SimpleNamespace(xyz=np.zeros((0, 3)))
-    )
+    monkeypatch.setattr("treedgs_geo.run.photos.reconstruct_photos", reconstruct)
+    monkeypatch.setattr("treedgs_geo.run.photos.load_views", lambda *_: (None, []))
+    monkeypatch.setattr("treedgs_geo.run.photos.load_points", lambda _: SimpleNamespace(xyz=np.zeros((0, 3))))
     return calls
 
 
@@ -75,12 +68,11 @@ def _chain(flight: Path, **more: Path) -> tuple[list[str], str]:
         photos=flight / "photos", crs=CRS, workspace=flight / "work", output=flight / "trees.gpkg", **more
     )
     said = io.StringIO()
-    with Workspace.held(settings.workspace) as space:
-        steps = Steps(space, PlainReporter(said))
-        chain = Run(settings, CHAIN_PRESETS[settings.preset], space, steps)
-        stations = _geotag(chain, list_photos(settings.photos))
-        _reconstruct(chain, stations, _control(chain, stations))
-        return steps.warnings, said.getvalue()
+    job = job_of(settings, PlainReporter(said))
+    check(GEOTAG, job)
+    with held(job, (GEOTAG, RECONSTRUCT)):
+        run_stages((GEOTAG, RECONSTRUCT), job, job.steps)
+    return job.steps.warnings, said.getvalue()
 
 
 def _verb(flight: Path, **more: Path) -> tuple[list[str], str]:

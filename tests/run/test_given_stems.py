@@ -126,7 +126,7 @@ def test_points_outside_are_one_sentence_and_nothing_is_written(run, simulated_p
     [
         ({"bh_m": "1.3"}, "its run had --bh-m 1.37, now it is 1.3"),
         ({"preset": "fast"}, "its run had --preset balanced, now it is fast"),
-        ({"dtm": "dtm.tif"}, "its run had --dtm"),
+        ({"dtm": "work/dtm.tif"}, "its run had --dtm"),
         ({"workspace": "nowhere"}, "holds no finished run of photos-to-dbh"),
     ],
 )

@@ -18,11 +18,9 @@ from treedgs_geo.core.progress import PlainReporter
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.photos import list_photos
 from treedgs_geo.geotags.stations import Stations
-from treedgs_geo.run.context import Run
-from treedgs_geo.run.routes import CHAIN_PRESETS
+from treedgs_geo.run.photos import GEOTAG, held, job_of
 from treedgs_geo.run.settings import PhotosToDbhSettings
-from treedgs_geo.run.stages import Steps
-from treedgs_geo.run.stages_before_stems import _geotag
+from treedgs_geo.run.stage import Steps, check, run_stages
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -48,10 +46,11 @@ def geotag(flight: Path, geotags: Path) -> tuple[Stations, str]:
         output=flight / "trees.gpkg",
     )
     said = io.StringIO()
-    with Workspace.held(settings.workspace) as space:
-        steps = Steps(space, PlainReporter(said))
-        run = Run(settings, CHAIN_PRESETS[settings.preset], space, steps)
-        return _geotag(run, list_photos(settings.photos)), said.getvalue()
+    job = job_of(settings, PlainReporter(said))
+    check(GEOTAG, job)
+    with held(job, (GEOTAG,)):
+        run_stages((GEOTAG,), job, job.steps)
+    return job.stations, said.getvalue()
 
 
 def raise_heights(pos: Path, metres: float, rows: slice) -> None:
@@ -208,7 +207,7 @@ def test_a_harmed_output_is_named_made_again_and_what_follows_only_if_it_came_ou
             return work
 
         with Workspace.held(tmp_path) as space:
-            steps = Steps(space, PlainReporter(said))
+            steps = Steps(space, PlainReporter(said), dict.fromkeys(("reconstruct", "ground", "measure"), 1.0))
             for name, content in (("reconstruct", "r"), ("ground", ground), ("measure", "m")):
                 steps.run(name, {}, [], [tmp_path / f"{name}.bin"], stage(name, content))
             return done, said.getvalue(), steps.run_id

@@ -13,15 +13,12 @@ from rasterio.transform import from_origin
 
 from treedgs_geo.core.errors import InputError, MissingComponentError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run import published_plot
-from treedgs_geo.run.context import Aligned, Run, Site
-from treedgs_geo.run.published_plot import check_published, published_route
-from treedgs_geo.run.routes import CHAIN_PRESETS
+from treedgs_geo.run.context import Site
+from treedgs_geo.run.published_plot import Published, check_published, published_route
 from treedgs_geo.run.settings import PhotosToDbhSettings
-from treedgs_geo.run.stages import Steps
 from treedgs_geo.terrain.dtm import Dtm
 
 
@@ -82,9 +79,8 @@ def test_a_painted_plot_runs_to_the_end_with_nothing_true_given(tmp_path, monkey
     asked = settings(tmp_path, dense=tmp_path / "scene_dense.ply", time_limit=0.15)
     check_published(asked)
     said = Said()
-    with Workspace.held(asked.workspace) as space:
-        run = Run(asked, CHAIN_PRESETS["paper"], space, Steps(space, said))
-        found = published_route(run, site, Aligned(FRAME, site.views, np.empty((0, 3)), {}), said)
+    asked.workspace.mkdir()
+    found = published_route(site, np.empty((0, 3)), Published.of(asked), asked.workspace.joinpath, said)
     fit = found.facts["published_fit"]
     assert fit["cpu_s"] < 11 and fit["steps"] < 30_000 and found.facts["prior"]["source"] == "scene_dense.ply"
     assert any(kind == "warn" and "cut short by the time limit of 0.15 minutes" in text for kind, text in said.lines)

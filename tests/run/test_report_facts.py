@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import geopandas
@@ -18,46 +19,38 @@ from small_campaign import ROOT
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.plots import Plot, plot_cells
-from treedgs_geo.core.workspace import Workspace
-from treedgs_geo.geotags.stations import Stations, write_stations
+from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.inventory.searched import not_seen, partly_searched, searched_table
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run.context import Site
 from treedgs_geo.run.report_facts import matched, photo_facts
 from treedgs_geo.run.searched import ENOUGH_VIEWS, seen_in_cloud, seen_in_photos
-from treedgs_geo.terrain.dtm import Dtm, write_dtm
+from treedgs_geo.terrain.dtm import Dtm
 
 CRS = pyproj.CRS.from_epsg(32617)
 ORIGIN = np.array([500000.0, 3450000.0, 100.0])
 
 
 @pytest.fixture
-def space(tmp_path) -> Workspace:
-    """A workspace as the chain leaves it: 24 stations (two without a fix, two days), flat ground at 100 m."""
-    made, views = Workspace(tmp_path / "ws"), ring()
-    (made.path("sfm")).mkdir()
-    LocalFrame(CRS, ORIGIN).save(made.path("sfm") / "frame.json")
-    write_dtm(made.path("dtm.tif"), Dtm(np.full((200, 200), 100.0), Affine(1, 0, 499900, 0, -1, 3450100), CRS))
+def stations() -> Stations:
+    """24 of them: two without a fix, two days."""
+    views = ring()
     n = len(views)
     none = np.full(n, np.nan)
-    write_stations(
-        made.path("geotags.gpkg"),
-        Stations(
-            [v.name for v in views],
-            [v.path for v in views],
-            np.array([v.centre for v in views]) + ORIGIN,
-            np.full((n, 3), 0.02),
-            ["fix"] * (n - 2) + ["float"] * 2,
-            1_700_000_000.0 + 86_400 * (np.arange(n) > 11),
-            (np.arange(n) > 11).astype(int),
-            none,
-            none,
-            none,
-            none,
-            CRS,
-        ),
+    return Stations(
+        [v.name for v in views],
+        [v.path for v in views],
+        np.array([v.centre for v in views]) + ORIGIN,
+        np.full((n, 3), 0.02),
+        ["fix"] * (n - 2) + ["float"] * 2,
+        1_700_000_000.0 + 86_400 * (np.arange(n) > 11),
+        (np.arange(n) > 11).astype(int),
+        none,
+        none,
+        none,
+        none,
+        CRS,
     )
-    return made
 
 
 SFM = {"geotag_rms_e_n_u_m": [0.012, 0.034, 0.056], "geotag_residual_quality": "fix", "reprojection_rms_px": 0.45}
@@ -73,9 +66,9 @@ def test_how_far_the_reconstruction_went():
     assert "more pairs gave no better block, but 2 of 62" in matched(climbed | {"level": "guided"})
 
 
-def test_a_flight_in_figures(space):
+def test_a_flight_in_figures(stations):
     plots = [Plot("near", 500000.0, 3450000.0, 2.0), Plot("far", 500080.0, 3450000.0, 2.0)]
-    facts = photo_facts(space, ring(), plots, SFM, searched(ring(), plots))
+    facts = photo_facts(stations, plots, SFM, site_of(ring()), searched(ring(), plots))
     assert facts["flown"] == "2023-11-14 to 2023-11-15 (UTC), 2 flights"
     assert facts["positions"] == "22 of 24 photos fixed (92 %), 2 float"
     assert facts["cameras against their positions"].startswith("east 1.2, north 3.4, height 5.6 cm")
@@ -84,10 +77,13 @@ def test_a_flight_in_figures(space):
     assert facts["ground sample distance"].startswith(f"{100 * np.hypot(45, 68.7) / CAMERA.fx:.2f} cm a pixel")
 
 
-def searched(views, plots):
+def site_of(views) -> Site:
     ground = Dtm(np.full((400, 400), 100.0), Affine(1, 0, 499800, 0, -1, 3450200), CRS)
-    site = Site(LocalFrame(CRS, ORIGIN), views, ground, Area.circles(np.array([[3.0, 4.0]]), np.array([5.0])))
-    return searched_table(seen_in_photos(site, plots), plots, CRS)
+    return Site(LocalFrame(CRS, ORIGIN), views, ground, Area.circles(np.array([[3.0, 4.0]]), np.array([5.0])))
+
+
+def searched(views, plots):
+    return searched_table(seen_in_photos(site_of(views), plots), plots, CRS)
 
 
 def test_too_few_photos_are_an_area_not_seen():
@@ -131,8 +127,9 @@ def test_the_area_that_a_cloud_covers(inside, area):
     assert seen_in_cloud(crowns, flat).area == 0
 
 
-def test_what_is_not_known_is_not_said(tmp_path):
-    assert photo_facts(Workspace(tmp_path / "empty"), [], [], {}) == {}
+def test_what_is_not_known_is_not_said(stations):
+    unknown = replace(stations, utc=np.full(len(stations), np.nan))
+    assert list(photo_facts(unknown, [], {}, None)) == ["positions"]
 
 
 def test_cells_cover_a_plot_once():

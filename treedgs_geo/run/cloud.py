@@ -1,19 +1,31 @@
-"""From a point cloud to the tree layer."""
+"""From a point cloud to the tree layer: the stages, in their order."""
 
 from __future__ import annotations
 
-from typing import Any
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pyproj
 
+from .. import __version__
+from ..core.errors import CRSError, InputError
 from ..core.files import ensure_writable
-from ..core.plots import Plot
+from ..core.machine import cores
+from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
-from ..inventory.searched import partly_searched, searched_table
-from ..inventory.tree_layer import check_output, write_trees
-from ..pointcloud.cloud import PointCloud
+from ..core.workspace import peak_memory_mb
+from ..inventory.report import write_report
+from ..inventory.searched import not_seen, partly_searched, searched_table
+from ..inventory.tree_layer import check_output, tree_table, write_trees
+from ..pointcloud.cloud import PointCloud, extent, thin, usable
 from ..pointcloud.file_crs import LOCAL_CRS
-from ..pointcloud.files import write_cloud
+from ..pointcloud.file_crs import placed as placed_on_map
+from ..pointcloud.files import describe_cloud, iter_cloud, write_cloud
+from ..pointcloud.sanity import examine
+from ..pointcloud.survey import Survey
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
 from ..stems.cloud.estimate.options import MeasureOptions
@@ -22,57 +34,370 @@ from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.quality.odd_heights import mark_odd_heights
 from ..stems.quality.repeated import mark_repeated
 from ..stems.quality.tree import Tree
-from ..terrain.cloud_ground import CloudGround
-from .cloud_input import load_cloud, load_ground, tree_summary
-from .cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_report
+from ..terrain.cloud_ground import CloudGround, found_ground, given_ground
+from ..terrain.dtm import read_dtm, require_coverage
+from .cloud_input import load_ground, read_checked, tree_summary
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .searched import LOW_M, day_scanned, seen_in_cloud
 from .settings import PointcloudToDbhSettings
+from .stage import Collector, Cost, Findings, Stage, Steps, check, check_target, dry_run, run_stages
+
+if TYPE_CHECKING:
+    import geopandas as gpd
 
 #: Attributes of a cloud that measuring may ask for.
 MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank", "return_number")
+#: Points this far around a plot stay: the ground, and stems whose points reach over the edge.
+MARGIN_M = 5.0
+#: Core-seconds per million cloud points: reading, ground, stems.
+CLOUD_S_MILLION = 9.0
+#: Of the dry run's look at the ground: points up to here above the lowest of their square metre are kept, one a voxel
+#: of this side, metres.
+_ABOVE_M, _VOXEL_M = 1.0, 0.05
+#: Larger clouds (m2) are not looked at before the run: that would take as long as the run's own ground.
+_LARGEST_M2 = 20_000.0
+
+
+@dataclass
+class CloudJob:
+    """A run over a point cloud. What was asked for; then what its stages found, in their order.
+
+    cloud: its usable points, in a dry run the first of them. low, high: (3,) corners, project coordinates. lowest:
+    (N, 3) lowest points, of a dry run. plots: none = the whole cloud. tree_id: (N,) of each point, 0 = none. sheets:
+    ``tree_id`` -> evidence sheet. result: of the verb.
+    """
+
+    settings: PointcloudToDbhSettings
+    reporter: Reporter
+    cloud: PointCloud = field(init=False)
+    low: np.ndarray = field(init=False)
+    high: np.ndarray = field(init=False)
+    lowest: np.ndarray = field(init=False)
+    plots: list[Plot] = field(default_factory=list)
+    ground: CloudGround = field(init=False)
+    trees: list[Tree] = field(default_factory=list)
+    tree_id: np.ndarray = field(init=False)
+    sections: list[dict[str, Any]] = field(default_factory=list)
+    sheets: dict[int, Path] = field(default_factory=dict)
+    searched: gpd.GeoDataFrame = field(init=False)
+    result: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def crs(self) -> pyproj.CRS:
+        """Of the tree layer."""
+        return self.cloud.horizontal_crs or LOCAL_CRS
+
+
+# --- read cloud -------------------------------------------------------------------------------------------------------
+
+
+def _check_outputs(job: CloudJob) -> None:
+    for target in filter(None, (job.settings.output, job.settings.stems_output, job.settings.report)):
+        check_target(target)
+
+
+def _read_cost(job: CloudJob, findings: Findings) -> Cost:
+    """Read the cloud through once: where its points are, how many, the lowest of them."""
+    asked, survey, parts, first = job.settings, Survey(), [], None
+    for piece in iter_cloud(asked.input, crs=asked.crs, need_crs=False):
+        if not len(piece):
+            continue
+        if first is None:
+            crs = placed_on_map(piece.crs, piece.xyz, asked.input, findings, asked.crs, asked.dtm)
+            first = replace(piece, crs=crs)
+        xyz = piece.xyz[usable(piece)]
+        survey.add(xyz)
+        parts.append(_low(xyz))
+    if first is None or not survey.n_points:
+        raise InputError(f"{asked.input}: holds no usable point, expected a point cloud; check the file.")
+    found, odd = examine(survey, asked.input, True, describe_cloud(asked.input).scale, asked.dtm is not None)
+    for finding in odd:
+        (findings.problem if finding.refuse else findings.warn)(finding.sentence)
+    if findings.problems:
+        raise InputError(findings.problems[0])
+    lowest = _low(np.concatenate(parts))
+    job.cloud, job.low, job.high, job.lowest = first, found.low, found.high, lowest[found.holds(lowest)]
+    span, count = found.high - found.low, found.n_points - found.n_strays
+    density = count / max(float(span[0] * span[1]), 1.0)
+    where = first.horizontal_crs.name if first.horizontal_crs is not None else "local metres, no CRS"
+    findings.info(
+        f"{count:,} points, {span[0]:.0f} x {span[1]:.0f} m, {density:,.0f} points a square metre, heights "
+        f"{found.low[2]:.1f} to {found.high[2]:.1f} m, {where}."
+    )
+    if density < 300:
+        findings.warn(
+            f"{density:.0f} points a square metre are few: a stem needs about 100 points on its lower 3 m (drone LiDAR "
+            "above 1,000 points a square metre); expect most stems to be missed or refused."
+        )
+    findings.facts |= {"n_points": count, "density_pts_m2": round(density, 1)}
+    return Cost(
+        seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
+        memory_gb=0.5 + 0.35 * count / 1e6,
+        disk_gb=0.05 + (0.00003 * count / 1e3 if asked.stems_output else 0.0),
+    )
+
+
+def _low(xyz: np.ndarray) -> np.ndarray:
+    """The lowest of (N, 3) points."""
+    if not len(xyz):
+        return xyz
+    column = np.floor(xyz[:, :2] - xyz[:, :2].min(axis=0)).astype(np.int64)
+    _, cell = np.unique(column[:, 0] * (column[:, 1].max() + 1) + column[:, 1], return_inverse=True)
+    lowest = np.full(cell.max() + 1, np.inf)
+    np.minimum.at(lowest, cell, xyz[:, 2])
+    low = xyz[xyz[:, 2] < lowest[cell] + _ABOVE_M]
+    return low[thin(low, _VOXEL_M)]
+
+
+def _read(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+    asked = job.settings
+    kept = None if asked.stems_output else MEASURED_BY
+    take(job, read_checked(asked.input, asked.crs, reporter, kept, dtm=asked.dtm))
+    return {}
+
+
+def take(job: CloudJob, cloud: PointCloud) -> None:
+    """``cloud`` is what the job measures: checked points."""
+    job.cloud = cloud
+    job.low, job.high = extent(cloud.xyz)
+
+
+READ = Stage("read cloud", 0.15, _read, checks=(_check_outputs,), cost=_read_cost)
+
+
+# --- ground -----------------------------------------------------------------------------------------------------------
+
+
+def find_plots(job: CloudJob) -> None:
+    """The plots that lie on the cloud; none when none were asked for.
+
+    Raises:
+        InputError: none does. CRSError: the table's coordinates cannot be brought into the cloud's CRS.
+    """
+    asked, low, high = job.settings, job.low, job.high
+    if asked.plots is None:
+        return
+    try:
+        plots = read_plots(asked.plots, job.crs)
+    except pyproj.exceptions.ProjError:
+        raise CRSError(
+            f"{asked.plots}: has an epsg, but {asked.input} has no CRS to bring it into; give the "
+            "cloud's with --crs, or the centres in the cloud's own metres."
+        ) from None
+    inside = [
+        plot
+        for plot in plots
+        if low[0] - plot.radius_m < plot.x < high[0] + plot.radius_m
+        and low[1] - plot.radius_m < plot.y < high[1] + plot.radius_m
+    ]
+    if not inside:
+        plot = plots[0]
+        raise InputError(
+            f"{asked.plots}: no plot lies on {asked.input}: {plot.plot_id!r} is at x {plot.x:.1f}, "
+            f"y {plot.y:.1f}, the cloud covers x {low[0]:.1f} to {high[0]:.1f}, y {low[1]:.1f} to {high[1]:.1f}; check "
+            "the coordinates and their CRS (column epsg)."
+        )
+    if len(inside) < len(plots):
+        away = [plot.plot_id for plot in plots if plot not in inside]
+        job.reporter.warn(
+            f"{asked.plots}: {len(away)} of {len(plots)} plots do not lie on the cloud and are left out: "
+            f"{', '.join(away[:5])}{' …' if len(away) > 5 else ''}."
+        )
+    job.plots = inside
+
+
+def cut_to_plots(job: CloudJob) -> None:
+    """The cloud within :data:`MARGIN_M` of the plots; everything where no plots were given."""
+    if not job.plots:
+        return
+    cloud, kept = job.cloud, np.zeros(len(job.cloud), bool)
+    for plot in job.plots:
+        kept |= _within(plot, cloud.xyz, MARGIN_M)
+    if not any(_within(plot, cloud.xyz[kept], 0.0).any() for plot in job.plots):
+        raise InputError(
+            f"{job.settings.input}: holds no point in the plots of {job.settings.plots}; check their coordinates."
+        )
+    job.reporter.info(f"{int(kept.sum()):,} points in {len(job.plots)} plots and {MARGIN_M:g} m around them.")
+    job.cloud = cloud.select(kept)
+
+
+def _within(plot: Plot, xyz: np.ndarray, margin_m: float) -> np.ndarray:
+    return np.hypot(xyz[:, 0] - plot.x, xyz[:, 1] - plot.y) <= plot.radius_m + margin_m
+
+
+def _check_weights(job: CloudJob) -> None:
+    point_weights(job.cloud, job.settings.weights)
+
+
+def _ground_cost(job: CloudJob, findings: Findings) -> Cost:
+    """Ask of the lowest points what the run will ask of the cloud."""
+    asked, given = job.settings, None
+    if asked.dtm is not None:
+        given = read_dtm(asked.dtm, job.cloud.crs, findings)
+        x, y = np.meshgrid(np.linspace(job.low[0], job.high[0], 12), np.linspace(job.low[1], job.high[1], 12))
+        require_coverage(given, np.column_stack([x.ravel(), y.ravel()]), str(asked.dtm))
+    xyz = job.lowest
+    if not len(xyz) or float(np.prod(np.ptp(xyz[:, :2], axis=0))) > _LARGEST_M2:
+        return Cost()
+    try:
+        if given is not None:
+            given_ground(given, xyz, str(asked.dtm), findings)
+        else:
+            found_ground(xyz, job.cloud.horizontal_crs, str(asked.input), findings, asked.z_is)
+    except InputError as refusal:
+        findings.problem(str(refusal))
+    return Cost()
+
+
+def _ground(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+    cut_to_plots(job)
+    job.ground = load_ground(job.settings, job.cloud, reporter)
+    return {}
+
+
+GROUND = Stage("ground", 0.15, _ground, checks=(find_plots, _check_weights), cost=_ground_cost)
+
+
+# --- stems ------------------------------------------------------------------------------------------------------------
 
 
 def find_and_measure(
     cloud: PointCloud, ground: CloudGround, plots: list[Plot], options: MeasureOptions, reporter: Reporter
 ) -> tuple[list[Tree], np.ndarray]:
     """``(trees, (N,) tree_id)`` of a checked cloud over its ground; only trees of the plots, where there are any."""
-    with reporter.stage("stems", 0.3, 0.95):
-        trees, tree_id = measure_cloud(cloud, ground.dtm, options, reporter)
-    trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
-    trees = with_rounding(with_ground(trees, ground, cloud.xyz), cloud.xyz, reporter)
+    trees, tree_id = measure_cloud(cloud, ground.dtm, options, reporter)
+    if plots:
+        trees, tree_id = _trees_in_plots(trees, tree_id, plots, reporter)
+    return with_remarks(with_ground(trees, ground, cloud.xyz), cloud, ground, reporter), tree_id
+
+
+def with_remarks(trees: list[Tree], cloud: PointCloud, ground: CloudGround, reporter: Reporter) -> list[Tree]:
+    """The trees with what the cloud as a whole says of them: rounded coordinates, odd heights, stems seen twice."""
+    trees = with_rounding(trees, cloud.xyz, reporter)
     mark_odd_heights(trees, cloud, ground.dtm, reporter)
     if said := mark_repeated(trees):
         reporter.warn(said)
-    return trees, tree_id
+    return trees
+
+
+def _trees_in_plots(
+    trees: list[Tree], tree_id: np.ndarray, plots: list[Plot], reporter: Reporter
+) -> tuple[list[Tree], np.ndarray]:
+    """Trees that stand in a plot at breast height, with its id; the others' points lose their tree_id."""
+    inside = []
+    for tree in trees:
+        tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
+        if tree.plot_id is not None:
+            inside.append(tree)
+    if len(inside) < len(trees):
+        reporter.info(f"{len(trees) - len(inside)} stems stand outside the plots and are left out.")
+    if trees and not inside:
+        reporter.warn("All stems found stand outside the plots; check the plot centres.")
+    return inside, np.where(np.isin(tree_id, [tree.tree_id for tree in inside]), tree_id, 0)
+
+
+def _stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+    job.trees, job.tree_id = find_and_measure(job.cloud, job.ground, job.plots, job.settings, reporter)
+    name_run(job.settings, job.trees)
+    job.sections = stem_sections(job.cloud.xyz, job.tree_id, job.trees)
+    return {}
+
+
+STEMS = Stage("stems", 0.65, _stems)
+
+
+# --- sheets, write ----------------------------------------------------------------------------------------------------
+
+
+def _sheets(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+    asked = job.settings
+    job.sheets = make_cloud_sheets(
+        asked.sheets, asked.output, job.cloud.xyz, job.tree_id, job.trees, job.sections, reporter
+    )
+    return {}
+
+
+SHEETS = Stage("sheets", 0.04, _sheets)
+
+
+def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+    asked, cloud, stems = job.settings, job.cloud, None
+    if asked.stems_output is not None and (job.tree_id > 0).any():
+        write_cloud(asked.stems_output, cloud.with_attribute("tree_id", job.tree_id).select(job.tree_id > 0))
+        stems = str(asked.stems_output)
+    seen, day = seen_in_cloud(cloud.xyz, job.ground.dtm), day_scanned(asked.input, cloud.attributes.get("gps_time"))
+    job.searched = searched_table(seen, job.plots, job.crs, day)
+    for sentence in partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
+        reporter.warn(sentence)
+    sheets = sheets_of(asked.output)
+    write_trees(asked.output, job.trees, job.crs, job.sections, reporter, sheets=sheets, searched=job.searched)
+    summary = tree_summary(job.trees, reporter)
+    job.result = {"output": str(asked.output), "report": None, "stems_output": stems, **summary}
+    return {}
+
+
+WRITE = Stage("write", 0.01, _write)
+
+STAGES = (READ, GROUND, STEMS, SHEETS, WRITE)
 
 
 def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, find the ground, find stems, measure, write."""
+    """Read, find the ground, find stems, measure, write; returns the result of ``pointcloud-to-dbh``.
+
+    Raises:
+        TreeDGSError: an input that cannot be used, with what to do about it.
+    """
+    began, heard = time.monotonic(), Collector(reporter)
+    job, steps = CloudJob(settings, heard), Steps(None, heard, {stage.name: stage.share for stage in STAGES})
     check_output(settings.output)
     for beside in filter(None, (settings.stems_output, settings.report)):
         ensure_writable(beside)
-    reporter = log = RunLog(reporter)
-    kept = None if settings.stems_output else MEASURED_BY
-    cloud = load_cloud(settings, reporter, kept)
-    plots, cloud = cut_to_plots(settings, cloud, reporter)
-    point_weights(cloud, settings.weights)  # a missing attribute is reported before the work, not after
-    ground = load_ground(settings, cloud, reporter)
-    trees, tree_id = find_and_measure(cloud, ground, plots, settings, reporter)
-    if settings.stems_output is not None and (tree_id > 0).any():
-        write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
-    name_run(settings, trees)
-    sections = stem_sections(cloud.xyz, tree_id, trees)
-    with reporter.stage("sheets", 0.95, 0.99):
-        sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, sections, reporter)
-    crs = cloud.horizontal_crs or LOCAL_CRS
-    searched = searched_table(
-        seen_in_cloud(cloud.xyz, ground.dtm), plots, crs, day_scanned(settings.input, cloud.attributes.get("gps_time"))
+    check(READ, job)
+    run_stages(STAGES, job, steps)
+    if settings.report is not None:
+        whole = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}
+        stages = {name: entry for name, entry in steps.done.items() if name != WRITE.name} | {"in all": whole}
+        job.result["report"] = str(_write_report(job, settings.report, stages, heard.warnings))
+    return job.result
+
+
+def _write_report(job: CloudJob, path: Path, stages: dict[str, dict[str, Any]], warnings: list[str]) -> Path:
+    """The page ``--report`` asks for, as ``photos-to-dbh`` writes it."""
+    asked, cloud, plots = job.settings, job.cloud, job.plots
+    span = np.ptp(cloud.xyz[:, :2], axis=0)
+    facts = {
+        "cloud": f"{asked.input.name}, {len(cloud):,} points{' in and around the plots' if plots else ''}"
+        + ("" if plots else f", {len(cloud) / max(span[0] * span[1], 1.0):,.0f} a square metre"),
+        "date in the file": _date(asked.input),
+        "ground": str(asked.dtm) if asked.dtm else "from the cloud",
+        "plot area not seen": f"{not_seen(job.searched)} holds no point in the lowest {LOW_M:g} m" if plots else "",
+        "method": f"{asked.method}, {asked.fit}",
+        "breast height": f"{asked.bh_m:g} m",
+        "CRS": job.crs.to_string() if cloud.horizontal_crs is not None else "local metres, none",
+        "TreeDGS": __version__,
+    }
+    facts = {name: text for name, text in facts.items() if text}
+    return write_report(
+        path, tree_table(job.trees, job.crs), plots, facts, list(dict.fromkeys(warnings)), stages, job.sheets
     )
-    for sentence in partly_searched(searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
-        reporter.warn(sentence)
-    write_trees(settings.output, trees, crs, sections, reporter, sheets=sheets_of(settings.output), searched=searched)
-    stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
-    summary = tree_summary(trees, reporter)
-    report = write_cloud_report(settings, cloud, trees, plots, searched, log, sheets)
-    return {"output": str(settings.output), "report": report, "stems_output": stems_file, **summary}
+
+
+def _date(path: Path) -> str:
+    """When the LAS file says that it was made; '' for others."""
+    if path.suffix.lower() not in (".las", ".laz"):
+        return ""
+    from ..pointcloud.las_reader import open_reader
+
+    with open_reader(path) as file:
+        day = file.header.creation_date
+    return day.isoformat() if day is not None else ""
+
+
+def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """The dry run: header, CRS, density, ground, plots. Reads inputs, writes nothing.
+
+    Raises:
+        TreeDGSError: what would end the job.
+    """
+    findings = Findings(reporter)
+    return dry_run(STAGES, CloudJob(settings, findings), findings, settings.output.parent)

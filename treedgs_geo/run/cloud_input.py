@@ -23,34 +23,6 @@ _POINT_BYTES, _THINNED_BYTES = 60, 30
 MUCH_NOISE = 0.05
 
 
-def load_cloud(
-    settings: CloudSettings,
-    reporter: Reporter,
-    attributes: tuple[str, ...] | None = None,
-    find_stems: bool = True,
-    all_points: bool = False,
-) -> PointCloud:
-    """Read the cloud, refuse what cannot be a stand in metres, and say what it is.
-
-    find_stems, all_points: see :func:`checked`.
-
-    Raises:
-        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
-            :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.pointcloud.file_crs.placed`.
-    """
-    from ..pointcloud.cloud import extent
-
-    if attributes is not None:
-        attributes = (*attributes, "classification", "withheld")
-    with reporter.stage("read cloud", 0.0, 0.15):
-        cloud = read_checked(settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm, all_points)
-    where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
-    low, high = extent(cloud.xyz)
-    span = high - low
-    reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
-    return cloud
-
-
 def read_checked(
     path: Path,
     crs: str | None,
@@ -61,15 +33,19 @@ def read_checked(
     all_points: bool = False,
 ) -> PointCloud:
     """The cloud in a file as :func:`checked` gives it; a large one of which only some attributes are asked for without
-    the points that measuring stems does not need (:mod:`treedgs_geo.terrain.thinned`).
+    the points that measuring stems does not need (:mod:`treedgs_geo.terrain.thinned`). Says what it is.
 
     Raises:
-        InputError, CRSError: as :func:`load_cloud`.
+        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
+            :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.pointcloud.file_crs.placed`.
     """
+    from ..pointcloud.cloud import extent
     from ..pointcloud.files import describe_cloud, read_cloud
     from ..pointcloud.tiles import WHOLE_CLOUD_POINTS
     from ..terrain.thinned import read_thinned
 
+    if attributes is not None:
+        attributes = (*attributes, "classification", "withheld")
     about = describe_cloud(path)
     thinned = attributes if about.scale is not None and about.n_points > WHOLE_CLOUD_POINTS else None
     require_memory(
@@ -84,7 +60,12 @@ def read_checked(
         )
     else:
         cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=False)
-    return checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs, need_crs=True)
+    cloud = checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs, need_crs=True)
+    where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
+    low, high = extent(cloud.xyz)
+    span = high - low
+    reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
+    return cloud
 
 
 def checked(
@@ -107,7 +88,7 @@ def checked(
     need_crs: see :func:`treedgs_geo.pointcloud.file_crs.placed`.
 
     Raises:
-        InputError, CRSError: as :func:`load_cloud`; no usable point.
+        InputError, CRSError: as :func:`read_checked`; no usable point.
     """
     from ..pointcloud.cloud import slices, usable
     from ..pointcloud.file_crs import placed
@@ -150,13 +131,12 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
         raise InputError(
             "--z-is height: z is counted from the ground already, expected no --dtm; leave one of them out."
         )
-    with reporter.stage("ground", 0.15, 0.3):
-        if settings.dtm is not None:
-            dtm = read_dtm(settings.dtm, cloud.crs, reporter)
-            flat = cloud.xyz * (1.0, 1.0, 0.0)
-            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
-            return given_ground(dtm, cloud.xyz, str(settings.dtm), reporter)
-        return found_ground(cloud.xyz, cloud.horizontal_crs, str(settings.input), reporter, settings.z_is)
+    if settings.dtm is not None:
+        dtm = read_dtm(settings.dtm, cloud.crs, reporter)
+        flat = cloud.xyz * (1.0, 1.0, 0.0)
+        require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
+        return given_ground(dtm, cloud.xyz, str(settings.dtm), reporter)
+    return found_ground(cloud.xyz, cloud.horizontal_crs, str(settings.input), reporter, settings.z_is)
 
 
 def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:

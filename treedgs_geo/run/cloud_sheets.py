@@ -45,18 +45,19 @@ def sheets_of(output: Path) -> Path:
 
 
 def make_cloud_sheets(
-    settings: PointcloudToDbhSettings,
+    wanted: str,
+    output: Path,
     xyz: np.ndarray,
     tree_id: np.ndarray,
     trees: list[Tree],
     slices: list[dict[str, Any]],
     reporter: Reporter,
 ) -> dict[int, Path]:
-    """``tree_id`` -> evidence sheet; trouble with a sheet is a warning. xyz: (N, 3) project metres. slices: of
+    """``tree_id`` -> evidence sheet; trouble with a sheet is a warning. wanted: of whom. output: the tree
+    layer. xyz: (N, 3) project metres. slices: of
     :func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`."""
-    asked = settings.sheets != "auto"
-    chosen = trees_with_sheets(trees, settings.sheets if asked else "check", asked)
-    folder = sheets_of(settings.output)
+    chosen = trees_with_sheets(trees, "check" if wanted == "auto" else wanted, wanted != "auto")
+    folder = sheets_of(output)
     if not chosen:
         return {}
     try:
@@ -64,7 +65,7 @@ def make_cloud_sheets(
             _write(chosen, _own_points(xyz, tree_id, chosen), _neighbourhood(xyz, tree_id), slices, made, reporter)
     except OutputError as problem:
         reporter.warn(f"No evidence sheets: {problem}")
-    return dict(written_sheets(folder, chosen))
+    return written_sheets(folder, chosen[0].run_id)
 
 
 def _write(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,38 +11,19 @@ import numpy as np
 
 from ..core.crs import LocalFrame
 from ..core.plots import Plot
+from ..core.progress import Reporter
 from ..core.workspace import Workspace
+from ..geotags.control import ControlPoints
 from ..geotags.stations import Stations
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
+from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm
-from .stages import Steps
+from .stage import Steps
 
 if TYPE_CHECKING:
     from .routes import Preset
     from .settings import PhotosToDbhSettings
-
-
-@dataclass(frozen=True)
-class Run:
-    """What was asked for, how much of the scene that models, where it is kept and which stages are done."""
-
-    settings: PhotosToDbhSettings
-    preset: Preset
-    space: Workspace
-    steps: Steps
-
-    def path(self, name: str) -> Path:
-        """A file of the workspace (:mod:`treedgs_geo.core.workspace` has the names)."""
-        return self.space.path(name)
-
-
-@dataclass(frozen=True)
-class Flight:
-    """What is known before anything is matched: photos with their positions, and the plots (none: all that is seen)."""
-
-    stations: Stations
-    plots: list[Plot]
 
 
 @dataclass(frozen=True)
@@ -70,3 +51,49 @@ class Site:
     def ground(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         """Local x, y (N,) -> local height of the ground, NaN where unknown."""
         return self.dtm.local(self.frame).height
+
+
+@dataclass
+class PhotoJob:
+    """A photo run. What was asked for; then what its stages found, in their order.
+
+    preset: how much of the scene is modelled. space: where the stages are kept, steps: which are done (neither in a
+    dry run). photos: the files; files: by the name that the workspace knows
+    them by. stations: photos with their positions. plots: none = all that is seen. given: the
+    user's terrain model. nothing: why no stem can be measured, empty where one may. aligned, site: ``None`` where
+    nothing was matched. trees: project coordinates. run_id: names what measured them.
+    """
+
+    settings: PhotosToDbhSettings
+    preset: Preset
+    reporter: Reporter
+    space: Workspace = field(init=False)
+    steps: Steps = field(init=False)
+    photos: list[Path] = field(default_factory=list)
+    files: dict[str, Path] = field(default_factory=dict)
+    stations: Stations = field(init=False)
+    control: ControlPoints | None = None
+    plots: list[Plot] = field(default_factory=list)
+    given: Dtm | None = None
+    nothing: str = ""
+    aligned: Aligned | None = None
+    area: Area | None = None
+    site: Site | None = None
+    trees: list[Tree] = field(default_factory=list)
+    run_id: str = ""
+
+    def path(self, name: str) -> Path:
+        """A file of the workspace (:mod:`treedgs_geo.core.workspace` has the names)."""
+        return self.settings.workspace / name
+
+    @property
+    def block(self) -> Aligned:
+        """The registered photos, which have to be there."""
+        assert self.aligned is not None
+        return self.aligned
+
+    @property
+    def place(self) -> Site:
+        """Where stems are looked for, which has to be known."""
+        assert self.site is not None
+        return self.site

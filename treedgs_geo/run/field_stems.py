@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.targeted_fit import GivenStems, partners
 from ..stems.quality.tree import Tree
 from .context import Site
-
-if TYPE_CHECKING:
-    from .settings import PhotosToDbhSettings
 
 COLUMNS = ("field_id", "answer", "tree_id", "gap_m", "dbh_cm", "qc_flag", "qc_reason")
 #: What became of a field stem.
@@ -73,9 +70,9 @@ class Answers:
         return {"field_stems": counts}
 
 
-def read_places(settings: PhotosToDbhSettings, site: Site) -> FieldStems | None:
+def read_places(path: Path | None, site: Site) -> FieldStems | None:
     """The field stems in project coordinates, ``None`` where none are given."""
-    return None if settings.field_stems is None else read_field_stems(settings.field_stems, site.frame.crs)
+    return None if path is None else read_field_stems(path, site.frame.crs)
 
 
 def local_places(xy: np.ndarray, site: Site) -> np.ndarray:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from affine import Affine
 
-from ..core import workspace as names
-from ..core.files import read_json, write_json
 from ..core.progress import Reporter
-from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.canopy import CELL_M, Canopy, canopy_of, finer_tip
@@ -23,11 +20,8 @@ from ..stems.quality.tips import covers, tips_of
 from ..stems.quality.tops import HEIGHT_REASONS, MOVING_SHARE, Joined, join_tops
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm, write_dtm
-from .context import Aligned, Run, Site
-from .stages_before_stems import circles
+from .context import Site
 
-#: Heights of the trees as a run found them, in its workspace.
-KEPT_HEIGHTS = "heights.json"
 #: Pixels of the pictures that are compared, metres at the middle of the crowns.
 PIXEL_M = (0.0735, 0.0367)
 #: Crowns reach over the rim of a plot, and their tops stand beside their stems, metres.
@@ -49,41 +43,20 @@ _MIN_COVER, _MAX_OVER = 0.3, 0.15
 _SUITS = 0.1
 
 
-def with_heights(run: Run, site: Site, aligned: Aligned, trees: list[Tree]) -> list[Tree]:
-    """The trees with ``height_m``, ``height_se_m`` and, where there is no height, ``height_why``; ``chm.tif`` is in the
-    workspace. As they are where heights were not asked for."""
-    wanted = run.settings.heights
-    if wanted == "none" or (wanted == "auto" and not run.preset.heights) or not trees:
-        run.steps.skip("heights")
-        return trees
-    kept, raster = run.path(KEPT_HEIGHTS), run.path(names.CHM)
-    style_raster(raster, "chm")
-
-    def work(reporter: Reporter) -> dict[str, Any]:
-        found, share = _found(run, site, aligned, trees, raster, reporter)
-        write_json(kept, found)
-        n = sum(entry["height_m"] is not None for entry in found.values())
-        if share < MOVING_SHARE:
-            reporter.warn(
-                f"No heights: treetops of {share:.0%} of the trees are seen alike in neighbouring photos, expected at "
-                f"least {MOVING_SHARE:.0%}; crowns that moved, or bare ones, are not. Fly in calm air, or give heights "
-                "to stand-table from a tally."
-            )
-        return {"heights": n, "tops_seen_share": round(share, 3)}
-
-    used: dict[str, Any] = {"places": [[round(tree.x, 2), round(tree.y, 2), tree.dbh_cm] for tree in trees]}
-    used |= {"plots": circles(site.area), "ground": run.space.output_hashes("ground")}
-    run.steps.run("heights", used, [], [kept, raster], work)
-    found = read_json(kept)
-    return [replace(tree, **found[str(tree.tree_id)]) if str(tree.tree_id) in found else tree for tree in trees]
-
-
-def _found(
-    run: Run, site: Site, aligned: Aligned, trees: list[Tree], raster: Any, reporter: Reporter
+def find_heights(
+    site: Site, points: np.ndarray, trees: list[Tree], fits: Path, bh_m: float, raster: Path, reporter: Reporter
 ) -> tuple[dict[str, dict[str, Any]], float]:
-    """By tree number what :func:`with_heights` fills in, and the share of the trees whose top is seen."""
+    """Heights of a run's trees, and ``raster``, a canopy height model of the site.
+
+    points: (N, 3) sparse points, local frame. trees: project coordinates, with a DBH or without. fits: file of the
+    photo fits, for the stems' axes. bh_m: breast height.
+
+    Returns:
+        ``height_m``, ``height_se_m`` and ``height_why`` of each tree, by its number as text; the share of the trees
+        with a DBH whose top is seen alike in neighbouring photos.
+    """
     places = site.frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in trees]))[:, :2]
-    slopes = _slopes(run, trees)
+    slopes = _slopes(fits, trees)
     ground = site.ground
     pieces, found, shares = list(pieces_of(site)), {}, []
     canopies: list[Canopy] = []
@@ -91,13 +64,13 @@ def _found(
         low, high = number / len(pieces), (number + 1) / len(pieces)
         own = [k for k, (x, y) in enumerate(places) if box[0] <= x <= box[2] and box[1] <= y <= box[3]]
         with reporter.stage("canopy", low, low + 0.9 * (high - low)):
-            pictures, canopy = canopy_over(site, views, box, aligned.points, reporter)
+            pictures, canopy = canopy_over(site, views, box, points, reporter)
         canopies.append(canopy)
         tips = tips_of(canopy.x, canopy.y, canopy.height_m)
         if not own:
             continue
         tip_z = np.nan_to_num(ground(tips[:, 0], tips[:, 1])) if len(tips) else np.empty(0)
-        at = places[own][:, None] + slopes[own][:, None] * (tips[None, :, 2:] - run.settings.bh_m)
+        at = places[own][:, None] + slopes[own][:, None] * (tips[None, :, 2:] - bh_m)
         dbh = np.array([np.nan if trees[k].dbh_cm is None else trees[k].dbh_cm for k in own])
         joined = join_tops(at, tips, dbh)
         shares += [joined.share] * int(np.isfinite(dbh).sum())
@@ -141,9 +114,9 @@ def _entry(height_m: float, why: str, se_share: float, apart_m: float = 0.0) -> 
     }
 
 
-def _slopes(run: Run, trees: list[Tree]) -> np.ndarray:
+def _slopes(path: Path, trees: list[Tree]) -> np.ndarray:
     """(T, 2) metres sideways for one metre up along each stem's axis; upright where the photos gave no axis."""
-    fits = read_fits(run.path(names.FITS)).fits
+    fits = read_fits(path).fits
     slopes = np.zeros((len(trees), 2))
     for k, tree in enumerate(trees):
         if tree.tree_id <= len(fits):

@@ -24,11 +24,10 @@ from ..inventory.tree_layer import tree_table, write_table, write_trees
 from ..inventory.tree_reading import LAYER
 from ..inventory.written import COLUMNS
 from ..stems.quality.tree import Tree
-from .context import Run
+from .context import PhotoJob
+from .given_store import read_given
 from .outputs import write_page
-from .stages import Collector
-from .stages_before_stems import Ready
-from .targeted_store import read_given
+from .stage import Collector
 
 if TYPE_CHECKING:
     from pyproj import CRS
@@ -86,30 +85,30 @@ class Change:
     instead: int | None = None
 
 
-def layer_of(run: Run) -> Path | None:
+def layer_of(job: PhotoJob) -> Path | None:
     """The layer that new trees go into: the output if it is there, else the run's own; ``None`` where neither is."""
-    for path in (run.settings.output, run.path(names.TREES)):
+    for path in (job.settings.output, job.path(names.TREES)):
         if path.exists():
             return path
     return None
 
 
-def held_trees(run: Run, trees: list[Tree]) -> list[Held]:
+def held_trees(job: PhotoJob, trees: list[Tree]) -> list[Held]:
     """The rows of the layer that new trees go into. trees: of the run.
 
     Raises:
         InputError: it is the layer of another run, or no tree layer.
     """
-    path = layer_of(run)
+    path = layer_of(job)
     if path is None:
         return [_held_of_tree(tree) for tree in trees]
     table = read_whole(path)
     ids = table.get("run_id", pd.Series([None] * len(table))).dropna().astype(str)
-    others = sorted({value for value in ids if value.strip()} - {run.steps.run_id})
+    others = sorted({value for value in ids if value.strip()} - {job.run_id})
     if others:
         raise InputError(
-            f"{path}: holds trees of another run ({others[0]}), expected those of {run.settings.workspace} "
-            f"({run.steps.run_id}); give another output, or the workspace of that run."
+            f"{path}: holds trees of another run ({others[0]}), expected those of {job.settings.workspace} "
+            f"({job.run_id}); give another output, or the workspace of that run."
         )
     word, taped = decided(table, path)
     dbh = pd.to_numeric(table["dbh_cm"], errors="coerce").to_numpy(float)
@@ -133,7 +132,7 @@ def _held_of_tree(tree: Tree) -> Held:
     return Held(tree.tree_id, tree.x, tree.y, tree.dbh_cm, tree.qc_flag, "", True, tree.qc_reason == "not_found")
 
 
-def merge_layers(run: Run, changed: list[Change], trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
+def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
     """The changed trees into the output and into the run's own layer; nothing else in them changes.
 
     trees: of the run, for a layer that is not there yet.
@@ -141,8 +140,8 @@ def merge_layers(run: Run, changed: list[Change], trees: list[Tree], crs: CRS, r
     Raises:
         OutputError: the output cannot be written; nothing has changed then.
     """
-    output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
-    source = layer_of(run)
+    output, copy, sheets = job.settings.output, job.path(names.TREES), job.path(names.SHEETS)
+    source = layer_of(job)
     kept = copy.exists()
     more: dict[str, Any] = {
         "searched": read_searched(copy) if kept else None,
@@ -200,12 +199,9 @@ def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gp
     return made, sentences
 
 
-def write_given_page(run: Run, ready: Ready, reporter: Collector) -> None:
+def write_given_page(job: PhotoJob, reporter: Collector) -> None:
     """The run's report, with the new trees; trouble with it is a warning: the trees are written."""
-    run_id, folder = run.steps.run_id, run.path(names.SHEETS) / run.steps.run_id
-    found = sorted(folder.glob("*.jpg")) if folder.is_dir() else []
-    sheets = {int(path.stem): path for path in found if path.stem.isdecimal()}
     try:
-        write_page(run, run_id, ready.flight, ready.aligned, read_given(run).trees, sheets, reporter)
+        write_page(job, read_given(job).trees, reporter)
     except (OutputError, InputError) as problem:
         reporter.warn(str(problem))

@@ -3,60 +3,77 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..core import workspace as names
 from ..core.errors import OutputError
 from ..core.files import write_json
 from ..core.geopackage import is_whole, move_aside
 from ..core.progress import Reporter
+from ..inventory.evidence.files import written_sheets
+from ..inventory.readings import readings_table
 from ..inventory.report import write_report
 from ..inventory.reviewed import reviewed
-from ..inventory.searched import read_searched
+from ..inventory.searched import partly_searched, read_searched, searched_table
 from ..inventory.tree_layer import write_trees
 from ..inventory.tree_reading import LAYER
 from ..planning.flown import planned_and_got
+from ..stems.photos.fit_records import read_fits
 from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
-from .context import Aligned, Flight, Run
+from .context import PhotoJob
 from .report_facts import kept_table, photo_facts
-from .stages import Collector
+from .searched import ENOUGH_VIEWS, day_of, seen_in_photos
+from .stage import Collector
 
 if TYPE_CHECKING:
-    import geopandas as gpd
     import pandas as pd
-    from pyproj import CRS
 
 
-def write_layers(
-    run: Run,
-    trees: list[Tree],
-    crs: CRS,
-    reporter: Reporter,
-    searched: gpd.GeoDataFrame | None = None,
-    readings: pd.DataFrame | None = None,
-) -> None:
-    """The layer asked for, and its copy in the workspace. searched, readings: what goes into both
-    (:func:`.inventory.searched.searched_table`, :func:`.inventory.readings.readings_table`)."""
-    output, copy, sheets = run.settings.output, run.path(names.TREES), run.path(names.SHEETS)
-    write_trees(output, trees, crs, reporter=reporter, sheets=sheets, searched=searched, readings=readings)
-    if output.resolve() == copy.resolve():
-        return
-    try:
-        if copy.exists() and not is_whole(copy, LAYER):
-            reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
-        write_trees(copy, trees, crs, copies=(output,), sheets=sheets, searched=searched, readings=readings)
-    except OutputError as problem:  # the result itself is written
-        reporter.warn(str(problem))
+def write_outputs(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
+    """The layer asked for, its copy in the workspace, the comparison with the flight plan, the report."""
+    trees, plots, stations = job.trees, job.plots, job.stations
+    if job.nothing:
+        reporter.warn(f"No stem is measurable: {job.nothing}.")
+    if trees and plots and all(tree.plot_id is None for tree in trees):
+        reporter.warn("All stems found stand outside the plots; check the plot centres.")
+    searched = searched_table(seen_in_photos(job.site, plots), plots, stations.crs, day_of(stations.utc))
+    why = f"elsewhere fewer than {ENOUGH_VIEWS} photos look from the side"
+    for sentence in partly_searched(searched, why) if job.site is not None else []:
+        reporter.warn(sentence)
+    output, copy = job.settings.output, job.path(names.TREES)
+    more = {"sheets": job.path(names.SHEETS), "searched": searched, "readings": _readings(job)}
+    write_trees(output, trees, stations.crs, reporter=reporter, **more)
+    if output.resolve() != copy.resolve():
+        try:
+            if copy.exists() and not is_whole(copy, LAYER):
+                reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
+            write_trees(copy, trees, stations.crs, copies=(output,), **more)
+        except OutputError as problem:  # the result itself is written
+            reporter.warn(str(problem))
+    write_page(job, trees, reporter, _compared_with_plan(job, reporter))
+    return {"report": str(job.path(names.REPORT))}
 
 
-def compare_with_plan(run: Run, aligned: Aligned | None, trees: list[Tree], reporter: Reporter) -> list[str]:
+def _readings(job: PhotoJob) -> pd.DataFrame | None:
+    """What the refused stems were read as, where the run kept its fits."""
+    path = job.path(names.FITS)
+    if not job.trees or not path.exists():
+        return None
+    fits = read_fits(path).fits
+    refused = [tree.tree_id for tree in job.trees if tree.qc_flag == "reject" and 0 < tree.tree_id <= len(fits)]
+    read = [(number, fits[number - 1]) for number in refused]
+    return readings_table([(number, fit.dbh_cm, fit.se_cm) for number, fit in read if np.isfinite(fit.se_cm)])
+
+
+def _compared_with_plan(job: PhotoJob, reporter: Reporter) -> list[str]:
     """``planned.json`` in the workspace and its sentences, where a flight plan was given."""
-    if not run.settings.flight_plan:
+    if not job.settings.flight_plan:
         return []
-    compared = planned_and_got(run.settings.flight_plan, trees, len(aligned.views) if aligned else 0)
-    write_json(run.space.folder / "planned.json", compared)
+    compared = planned_and_got(job.settings.flight_plan, job.trees, len(job.aligned.views) if job.aligned else 0)
+    write_json(job.path("planned.json"), compared)
     said = compared["sentences"]
     reporter.info(said[0])
     for sentence in said[1:]:
@@ -64,46 +81,36 @@ def compare_with_plan(run: Run, aligned: Aligned | None, trees: list[Tree], repo
     return said
 
 
-def write_page(
-    run: Run,
-    run_id: str,
-    flight: Flight,
-    aligned: Aligned | None,
-    trees: list[Tree],
-    sheets: dict[int, Path],
-    reporter: Collector,
-    planned: Sequence[str] = (),
-) -> None:
-    """The report. aligned: ``None`` where nothing was matched. sheets: ``tree_id`` -> evidence sheet. planned:
-    sentences about the flight plan."""
+def write_page(job: PhotoJob, trees: list[Tree], reporter: Collector, planned: Sequence[str] = ()) -> None:
+    """The report. trees: of the run. planned: sentences about the flight plan."""
     stages = {
         name: entry
-        for name, entry in run.space.record["stages"].items()
-        if name != "write" and (aligned or name == "geotag")
+        for name, entry in job.space.record["stages"].items()
+        if name != "write" and (job.aligned or name == "geotag")
     }
-    stations, crs = flight.stations, flight.stations.crs
-    views, sfm = (aligned.views, aligned.report) if aligned else ([], {})
+    crs, copy = job.stations.crs, job.path(names.TREES)
+    views, sfm = (job.aligned.views, job.aligned.report) if job.aligned else ([], {})
     megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
     facts = {
+        **photo_facts(job.stations, job.plots, sfm, job.site, read_searched(copy)),
         "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels"
         if sfm
-        else f"{len(stations)}, not matched",
+        else f"{len(job.stations)}, not matched",
         "method": stages.get("measure", {}).get("result", {}).get("fit", "none"),
-        "breast height": f"{run.settings.bh_m:g} m",
+        "breast height": f"{job.settings.bh_m:g} m",
         "CRS": crs.to_string(),
         "ground": stages["ground"]["result"]["ground"] if sfm else "not looked for",
-        "preset": run.settings.preset,
-        "TreeDGS": run.space.record["version"],
-        "run": run_id,
+        "preset": job.settings.preset,
+        "TreeDGS": job.space.record["version"],
+        "run": job.run_id,
     }
-    facts = photo_facts(run.space, views, flight.plots, sfm, read_searched(run.path(names.TREES))) | facts
     if heights := heights_sentence(trees):
         facts["heights"] = heights
     if planned:
         facts["planned and got"] = planned[0]
-    warnings = run.steps.warnings + reporter.warnings
     # The layer has what a person decided in earlier runs; the page shows what counts.
-    table, review = reviewed(kept_table(run.path(names.TREES), trees, crs), run.settings.output)
+    table, review = reviewed(kept_table(copy, trees, crs), job.settings.output)
     if review.total:
-        facts["decided by a person"] = review.sentences(run.settings.output.name)[0]
-    write_report(run.path(names.REPORT), table, flight.plots, facts, warnings, stages, sheets)
+        facts["decided by a person"] = review.sentences(job.settings.output.name)[0]
+    sheets, warnings = written_sheets(job.path(names.SHEETS), job.run_id), job.steps.warnings + reporter.warnings
+    write_report(job.path(names.REPORT), table, job.plots, facts, warnings, stages, sheets)

@@ -5,6 +5,7 @@ circles, taper. Nothing is looked for in the photos by our own search.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +25,7 @@ from ..stems.quality.priors import BREAST_HEIGHT_M
 from ..stems.quality.tree import Tree
 from ..stems.splats.options import SceneOptions
 from ..terrain.ground import height_above_ground
-from .context import Aligned, Run, Site
+from .context import Site
 from .routes import Found
 
 if TYPE_CHECKING:
@@ -136,17 +137,19 @@ class PublishedTrees:
     facts: dict[str, Any]
 
 
-def published_route(run: Run, site: Site, aligned: Aligned, reporter: Reporter) -> Found:
+def published_route(
+    site: Site, sparse: np.ndarray, asked: Published, path: Callable[[str], Path], reporter: Reporter
+) -> Found:
     """The chain's stage: ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace; the facts say how far
-    the fit came."""
+    the fit came. sparse: as for :func:`published_trees`. path: of a file of the workspace by its name."""
     from ..pointcloud.files import write_cloud
     from ..stems.splats.ply import write_field
 
-    made = published_trees(site, aligned.points, Published.of(run.settings), reporter)
-    write_field(run.path(names.FIELD), made.field, site.frame)
+    made = published_trees(site, sparse, asked, reporter)
+    write_field(path(names.FIELD), made.field, site.frame)
     cloud = made.cloud.with_attribute("tree_id", made.tree_id)
-    write_cloud(run.path(names.SURFACE), cloud)
-    write_cloud(run.path(names.STEMS), cloud.select(made.tree_id > 0))
+    write_cloud(path(names.SURFACE), cloud)
+    write_cloud(path(names.STEMS), cloud.select(made.tree_id > 0))
     return Found(made.trees, KeptFits([]), made.facts)
 
 

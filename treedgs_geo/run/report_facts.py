@@ -9,20 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core import workspace as names
-from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.plots import Plot, plot_cells
-from ..core.workspace import Workspace
-from ..geotags.stations import Stations, read_stations_layer
+from ..geotags.stations import Stations
 from ..inventory.searched import not_seen
 from ..inventory.tree_layer import tree_table
 from ..inventory.tree_reading import read_trees
-from ..reconstruction.area import Area
-from ..reconstruction.cameras import View
-from ..reconstruction.model import FRAME
 from ..stems.quality.tree import Tree
-from ..terrain.dtm import read_dtm
 from .context import Site
 from .searched import ENOUGH_VIEWS, over_ground, photos_looking
 
@@ -32,22 +25,18 @@ if TYPE_CHECKING:
 
 
 def photo_facts(
-    space: Workspace,
-    views: list[View],
+    stations: Stations,
     plots: list[Plot],
     sfm: dict[str, Any],
+    site: Site | None,
     searched: gpd.GeoDataFrame | None = None,
 ) -> dict[str, str]:
     """Rows of the run card: flight, positions, their residuals, ground sample distance, area not seen.
 
     sfm: report of the reconstruction; searched: :func:`.inventory.searched.searched_table`. A row whose figures they
-    (or the workspace) lack is left out.
+    lack is left out.
     """
-    facts: dict[str, str] = {}
-    if space.path(names.GEOTAGS).exists():
-        stations = read_stations_layer(space.path(names.GEOTAGS))
-        facts["flown"] = flown(stations)
-        facts["positions"] = positions(stations)
+    facts = {"flown": flown(stations), "positions": positions(stations)}
     if sfm.get("geotag_rms_e_n_u_m"):
         e, n, u = (100 * float(value) for value in sfm["geotag_rms_e_n_u_m"])
         facts["cameras against their positions"] = (
@@ -56,9 +45,8 @@ def photo_facts(
         )
     if sfm.get("level"):
         facts["photos matched"] = matched(sfm)
-    if views and space.path(names.DTM).exists():
-        frame = LocalFrame.load(space.path(names.SFM) / FRAME)
-        facts["ground sample distance"] = _sample_distance(space, frame, views, plots) if plots else ""
+    if site is not None and plots:
+        facts["ground sample distance"] = _sample_distance(site, plots)
     if plots and searched is not None:
         facts["plot area not seen"] = (
             f"{not_seen(searched)} is seen from the side by fewer than {ENOUGH_VIEWS} photos (trunks and leaves in the "
@@ -101,11 +89,10 @@ def matched(sfm: dict[str, Any]) -> str:
     return text
 
 
-def _sample_distance(space: Workspace, frame: LocalFrame, views: list[View], plots: list[Plot]) -> str:
+def _sample_distance(site: Site, plots: list[Plot]) -> str:
     """Ground sample distance at breast height in the plots; '' without ground."""
-    site = Site(frame, views, read_dtm(space.path(names.DTM), frame.crs), Area.circles(np.empty((0, 2)), np.empty(0)))
     points = over_ground(site, plot_cells(plots, cell_m=2.0)[0])
-    sizes = [] if points is None else photos_looking(views, points)[1]
+    sizes = [] if points is None else photos_looking(site.views, points)[1]
     if not sizes:
         return ""
     low, middle, high = np.percentile(sizes, [5, 50, 95])

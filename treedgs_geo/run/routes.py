@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
 from ..stems.quality.assessment import Assessment
 from ..stems.quality.tree import Tree
-from .context import Run, Site
+from .context import Site
 from .second_measurement import stems_to_measure_again, with_second_measurements
 
 if TYPE_CHECKING:
@@ -63,12 +64,6 @@ CHAIN_PRESETS = {
     "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all", 60),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
-
-
-def preset_of(name: str, stem_network: str) -> Preset:
-    """The preset ``name``, and what the network that tells stems is asked."""
-    preset = CHAIN_PRESETS[name]
-    return replace(preset, stems=replace(preset.stems, stem_network=stem_network))
 
 
 def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None = None) -> Found:
@@ -123,33 +118,42 @@ def measured_again(
     return Found(trees, kept, {"second_measurement": asdict(again)})
 
 
-def splat_route(site: Site, run: Run, reporter: Reporter, given: GivenStems | None = None) -> Found:
+def splat_route(
+    site: Site,
+    preset: Preset,
+    bh_m: float,
+    seed: int,
+    path: Callable[[str], Path],
+    reporter: Reporter,
+    given: GivenStems | None = None,
+) -> Found:
     """Stem primitives and Gaussians in one loop.
 
     Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
-    diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
+    diameters differ). path: of a file of the workspace by its name; ``field.ply``, ``surface.laz`` and ``stems.laz``
+    stay there.
     """
     from ..stems.splats.options import GaussianOptions
     from ..stems.splats.ply import write_field
     from ..stems.splats.train import fit_with_report
     from ..stems.splats.trees import trees_of_primitives
 
-    settings, frame = run.settings, site.frame
+    frame = site.frame
     with reporter.stage("find stems", 0.0, 0.2):
-        looked = photo_route(site, run.preset, settings.bh_m, reporter, given)
+        looked = photo_route(site, preset, bh_m, reporter, given)
     found = looked.trees
     if not found:
         return looked
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
     with reporter.stage("fit Gaussians", 0.2, 0.85):
-        options = GaussianOptions(seed=settings.seed, bh_m=settings.bh_m, threads=available_threads())
+        options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
         field, report = fit_with_report(site.views, frame, site.ground, positions, options, reporter)
-        write_field(run.path(names.FIELD), field, frame)
+        write_field(path(names.FIELD), field, frame)
     with reporter.stage("sample surface", 0.85, 1.0):
-        _write_surface(site, run, field, reporter)
+        _write_surface(site, path, field, seed, reporter)
     second = {number: tree.dbh_cm for number, tree in enumerate(found)}
     soft_cm = {number: fit.soft_cm for number, fit in enumerate(looked.kept.fits)}
-    trees = trees_of_primitives(report.primitives, frame, settings.bh_m, second, soft_cm)
+    trees = trees_of_primitives(report.primitives, frame, bh_m, second, soft_cm)
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [
@@ -160,7 +164,9 @@ def splat_route(site: Site, run: Run, reporter: Reporter, given: GivenStems | No
     return replace(looked, trees=sorted(trees + lost, key=lambda tree: tree.tree_id))
 
 
-def _write_surface(site: Site, run: Run, field: GaussianField, reporter: Reporter) -> None:
+def _write_surface(
+    site: Site, path: Callable[[str], Path], field: GaussianField, seed: int, reporter: Reporter
+) -> None:
     """Sampled points in project coordinates, ``surface.laz`` and ``stems.laz``: stems are measured already, so the
     points are a picture."""
     from ..pointcloud.cloud import PointCloud
@@ -168,11 +174,11 @@ def _write_surface(site: Site, run: Run, field: GaussianField, reporter: Reporte
     from ..stems.splats.options import SampleOptions
     from ..stems.splats.sample import sample_surface
 
-    points = sample_surface(field, site.views, SampleOptions(samples=20, seed=run.settings.seed), reporter)
+    points = sample_surface(field, site.views, SampleOptions(samples=20, seed=seed), reporter)
     cloud = PointCloud(
         site.frame.to_project(points.xyz),
         site.frame.crs,
         {"opacity": points.opacity, "n_views": points.n_views, "tree_id": (points.groups + 1).astype(np.int32)},
     )
-    write_cloud(run.path(names.SURFACE), cloud)
-    write_cloud(run.path(names.STEMS), cloud)
+    write_cloud(path(names.SURFACE), cloud)
+    write_cloud(path(names.STEMS), cloud)

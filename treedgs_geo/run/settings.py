@@ -26,8 +26,8 @@ def sheets_option(auto: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhotosToDbhSettings(KeptWorkspace):
-    """Parameters of the whole chain."""
+class PhotoInputs(KeptWorkspace):
+    """Photos, what is known of them, and where they are reconstructed."""
 
     photos: Path = param(kind="folder", help="Folder with the original drone photos (JPEG) of one plot or block.")
     geotags: Path | None = param(
@@ -51,6 +51,13 @@ class PhotosToDbhSettings(KeptWorkspace):
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
         suffixes=TABLES,
     )
+    workspace: Path = workspace_option()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotosToDbhSettings(PhotoInputs):
+    """Parameters of the whole chain."""
+
     field_stems: Path | None = param(
         None,
         kind="file",
@@ -149,7 +156,6 @@ class PhotosToDbhSettings(KeptWorkspace):
         kind="flag",
         help="Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.",
     )
-    workspace: Path = workspace_option()
     output: Path = param(
         kind="output_file",
         help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -17,7 +14,7 @@ from ..core import workspace as names
 from ..core.errors import OutputError
 from ..core.files import temporary_beside
 from ..core.progress import Reporter
-from ..inventory.evidence.files import sheet_file, sheets_folder, trees_with_sheets, write_sheet, written_sheets
+from ..inventory.evidence.files import sheet_file, trees_with_sheets, write_sheet
 from ..inventory.evidence.photo_sheet import PhotoEvidence, photo_sheet
 from ..reconstruction.area import Area
 from ..stems.photos.deduplicate import known_rows
@@ -28,9 +25,8 @@ from ..stems.photos.search_steps import photos_of
 from ..stems.photos.stem_images import DrawnStem, look_at
 from ..stems.photos.tiles import split
 from ..stems.quality.tree import Tree
-from .context import Run, Site
-from .published_plot import is_published
-from .targeted_store import fits_by_id
+from .context import PhotoJob, Site
+from .given_store import fits_by_id
 
 #: A stem at the rim of a piece of ground may have been found in the next one, metres.
 _RIM_M = 0.6
@@ -38,52 +34,35 @@ _RIM_M = 0.6
 _NEAR_M = 40.0
 
 
-def make_sheets(run: Run, site: Site, trees: list[Tree]) -> dict[int, Path]:
-    """``tree_id`` -> evidence sheet; the trees are written already, so trouble with a sheet is a warning.
-    Stems of the published route were not looked for in the photos: they have none."""
-    wanted = run.settings.sheets
-    chosen = trees_with_sheets(trees, run.preset.sheets if wanted == "auto" else wanted, wanted != "auto")
-    folder = run.path(names.SHEETS)
-    if not chosen or is_published(run.settings):
-        return {}
-
-    def work(reporter: Reporter) -> dict[str, Any]:
-        with sheets_folder(folder, chosen[0].run_id) as made:
-            return {"sheets": draw_sheets(run, site, chosen, made, reporter)}
-
-    text = json.dumps([asdict(tree) for tree in chosen], sort_keys=True)
-    used = {"sheets": run.settings.sheets, "trees": hashlib.sha256(text.encode()).hexdigest()[:16]}
-    try:
-        run.steps.run("sheets", used, [], [sheet_file(folder, tree) for tree in chosen], work)
-    except OutputError as problem:
-        run.steps.reporter.warn(f"No evidence sheets: {problem}")
-        run.steps.warnings.append(f"No evidence sheets: {problem}")
-    return dict(written_sheets(folder, chosen))
+def chosen_trees(job: PhotoJob, trees: list[Tree] | None = None) -> list[Tree]:
+    """Those of the trees, the job's if not given, that get a sheet."""
+    wanted = job.settings.sheets
+    every = job.trees if trees is None else trees
+    return trees_with_sheets(every, job.preset.sheets if wanted == "auto" else wanted, wanted != "auto")
 
 
-def add_sheets(run: Run, site: Site, trees: list[Tree], reporter: Reporter) -> None:
+def add_sheets(job: PhotoJob, trees: list[Tree], reporter: Reporter) -> None:
     """Sheets of more trees beside those of the run (its ``run_id``); trouble with them is a warning."""
-    wanted, folder = run.settings.sheets, run.path(names.SHEETS)
-    chosen = trees_with_sheets(trees, run.preset.sheets if wanted == "auto" else wanted, wanted != "auto")
+    chosen = chosen_trees(job, trees)
     if not chosen:
         return
-    place = sheet_file(folder, chosen[0]).parent
+    place = sheet_file(job.path(names.SHEETS), chosen[0]).parent
     try:
         place.mkdir(parents=True, exist_ok=True)
         with temporary_beside(place) as made:
             made.mkdir()
-            draw_sheets(run, site, chosen, made, reporter)
+            draw_sheets(job, chosen, made, reporter)
             for sheet in made.iterdir():
                 os.replace(sheet, place / sheet.name)
     except (OutputError, OSError) as problem:
         reporter.warn(f"No evidence sheets: {problem}")
 
 
-def draw_sheets(run: Run, site: Site, trees: list[Tree], folder: Path, reporter: Reporter) -> int:
+def draw_sheets(job: PhotoJob, trees: list[Tree], folder: Path, reporter: Reporter) -> int:
     """Sheets of trees of the workspace into a folder; returns how many. Trouble with one is a warning."""
-    kept = fits_by_id(run)
+    site, kept = job.place, fits_by_id(job)
     fits = kept.fits
-    options = replace(run.preset.stems, bh_m=run.settings.bh_m)
+    options = replace(job.preset.stems, bh_m=job.settings.bh_m)
     done = 0
     for piece, members in _by_piece(site, trees, fits, options):
         _, stack = photos_of(site.views, site.ground, piece, options, reporter)

@@ -9,7 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..run.cloud_input import load_cloud, load_ground, tree_summary
+from ..run.cloud_input import load_ground, read_checked, tree_summary
 from ..run.settings import CloudSettings
 from ..stems.cloud.estimate.options import MeasureOptions
 
@@ -29,16 +29,15 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.errors import InputError
     from ..inventory.tree_layer import check_output, write_trees
     from ..pointcloud.file_crs import LOCAL_CRS
+    from ..run.cloud import with_remarks
     from ..stems.cloud.estimate.cloud import measure_stems
     from ..stems.cloud.estimate.foot import with_ground
-    from ..stems.cloud.estimate.rounding import with_rounding
     from ..stems.cloud.estimate.sections import stem_sections
     from ..stems.quality.ground import with_ground_error
-    from ..stems.quality.odd_heights import mark_odd_heights
-    from ..stems.quality.repeated import mark_repeated
 
     check_output(settings.output)
-    cloud = load_cloud(settings, reporter, find_stems=False)
+    with reporter.stage("read cloud", 0.0, 0.15):
+        cloud = read_checked(settings.input, settings.crs, reporter, find_stems=False, dtm=settings.dtm)
     if settings.id_field not in cloud.attributes:
         raise InputError(
             f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
@@ -46,19 +45,16 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         )
     tree_id = np.asarray(cloud.attributes[settings.id_field]).astype(np.int64)
     kept = settings.dtm is None and "height_m" in cloud.attributes
-    ground = _ground_from_heights(cloud) if kept else load_ground(settings, cloud, reporter)
-    dtm = ground.dtm
+    with reporter.stage("ground", 0.15, 0.3):
+        ground = _ground_from_heights(cloud) if kept else load_ground(settings, cloud, reporter)
     with reporter.stage("measure stems", 0.3, 0.95):
-        trees = measure_stems(cloud, tree_id, dtm, settings, reporter)
+        trees = measure_stems(cloud, tree_id, ground.dtm, settings, reporter)
     if kept and "ground_se_m" in cloud.attributes:
         se_m = np.asarray(cloud.attributes["ground_se_m"], float)
         trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max()), "points") for tree in trees]
     else:
         trees = with_ground(trees, ground, cloud.xyz)
-    trees = with_rounding(trees, cloud.xyz, reporter)
-    mark_odd_heights(trees, cloud, dtm, reporter)
-    if said := mark_repeated(trees):
-        reporter.warn(said)
+    trees = with_remarks(trees, cloud, ground, reporter)
     sections = stem_sections(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}

@@ -11,20 +11,12 @@ from ..run.settings import PhotosToDbhSettings
 
 
 def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
-    """Run the chain; finished stages of the same inputs and settings are kept."""
-    if settings.dry_run:
-        from ..run.dry_run import check_photos
+    """Run the chain, only check its inputs, or measure at given places of a finished run."""
+    from ..run.given import measure_given
+    from ..run.photos import check_photos, run_chain
 
-        return check_photos(settings, reporter)
-    if settings.at is not None:
-        from ..run.targeted_run import measure_given
-
-        return measure_given(settings, reporter)
-    from ..run.dry_run import report_kept
-    from ..run.photos import run_chain
-
-    report_kept(settings.workspace, reporter)
-    return run_chain(settings, reporter)
+    chosen = check_photos if settings.dry_run else run_chain if settings.at is None else measure_given
+    return chosen(settings, reporter)
 
 
 COMMAND = Command(

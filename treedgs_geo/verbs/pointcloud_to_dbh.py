@@ -12,13 +12,9 @@ from ..run.settings import PointcloudToDbhSettings
 
 def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
     """Run the chain, or only check its inputs."""
-    if settings.dry_run:
-        from ..run.dry_run import check_cloud
+    from ..run.cloud import check_cloud, run_cloud_chain
 
-        return check_cloud(settings, reporter)
-    from ..run.cloud import run_cloud_chain
-
-    return run_cloud_chain(settings, reporter)
+    return (check_cloud if settings.dry_run else run_cloud_chain)(settings, reporter)
 
 
 COMMAND = Command(

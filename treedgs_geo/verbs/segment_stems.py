@@ -11,7 +11,7 @@ from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..core.shown import count_of
-from ..run.cloud_input import load_cloud, load_ground
+from ..run.cloud_input import load_ground, read_checked
 from ..run.settings import CloudSettings
 from ..stems.cloud.propose.options import (
     SegmentOptions,
@@ -69,10 +69,12 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     from ..stems.cloud.estimate.foot import stem_feet, stem_ground_se
     from ..stems.cloud.propose.segment import find_stems, label_points
 
-    everything = load_cloud(settings, reporter, all_points=True)
+    with reporter.stage("read cloud", 0.0, 0.15):
+        everything = read_checked(settings.input, settings.crs, reporter, dtm=settings.dtm, all_points=True)
     good = usable(everything)
     cloud = everything if good.all() else everything.select(good)
-    ground = load_ground(settings, cloud, reporter)
+    with reporter.stage("ground", 0.15, 0.3):
+        ground = load_ground(settings, cloud, reporter)
     dtm = ground.dtm
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     answers: dict[str, Any] = {}

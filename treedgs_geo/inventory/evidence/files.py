@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from ...core.files import atomic_folder
@@ -60,12 +60,6 @@ def write_sheet(folder: Path, tree: Tree, canvas: Canvas) -> Path:
     return path
 
 
-def written_sheets(folder: Path, trees: list[Tree]) -> Mapping[int, Path]:
-    """``tree_id`` -> sheet, of those that lie there."""
-    found = {}
-    with suppress(OSError):
-        for tree in trees:
-            path = sheet_file(folder, tree)
-            if path.is_file():
-                found[tree.tree_id] = path
-    return found
+def written_sheets(folder: Path, run_id: str) -> dict[int, Path]:
+    """``tree_id`` -> sheet of a run, of those that lie there."""
+    return {int(path.stem): path for path in (folder / (run_id or NO_RUN)).glob("*.jpg") if _SHEET.fullmatch(path.name)}

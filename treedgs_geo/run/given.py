@@ -7,17 +7,21 @@ stem that the run measured already is not measured a second time: one stem, one 
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pyproj
 
 from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.progress import Reporter
+from ..core.settings import to_json
 from ..core.shown import shown_cm
-from ..core.workspace import Workspace, peak_memory_mb
+from ..core.workspace import read_record
 from ..geotags.photos import list_photos
 from ..inventory.tree_layer import check_output
 from ..stems.photos.fit.photo_fit import PhotoFit
@@ -26,21 +30,20 @@ from ..stems.photos.resumed_search import fits_again
 from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
 from ..stems.quality.tree import Tree
-from .context import Run, Site
+from .context import PhotoJob, Site
 from .field_stems import local_places
-from .heights import with_heights
+from .given_store import KeptGiven, fits_by_id, read_given, with_given, write_given
 from .layer_update import Change, Held, held_trees, merge_layers, write_given_page
-from .measure import measure, placed, route_of, with_run_errors
-from .routes import Found, measured_again, preset_of
-from .settings_check import same_run
+from .photos import TREES, held, job_of, placed, result_of, route_of, with_run_errors
+from .routes import Found, measured_again
 from .sheets import add_sheets
-from .stages import Collector, Steps
-from .stages_before_stems import Ready, prepare
-from .targeted_store import KeptGiven, fits_by_id, read_given, with_given, write_given
+from .stage import Collector, NotKept, run_stages
 
 if TYPE_CHECKING:
     from .settings import PhotosToDbhSettings
 
+#: Settings that may differ from the run's: they change no diameter.
+_FREE = frozenset({"output", "workspace", "sheets", "dry_run", "at"})
 #: Two stems overlap up to this share of the sum of their radii, and this far, m: they are one.
 _SAME_SHARE, _SAME_M = 0.7, 0.05
 
@@ -88,61 +91,105 @@ def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
         TreeDGSError: no finished run with these settings in the workspace, no point that can be measured, a layer of
             another run.
     """
-    assert settings.at is not None
+    at = settings.at
+    assert at is not None
     check_output(settings.output)
-    photos = list_photos(settings.photos)
-    settings = same_run(settings)
-    with Workspace.held(settings.workspace) as space:
-        steps = Steps(space, reporter, only_kept=True)
-        run = Run(settings, preset_of(settings.preset, settings.stem_network), space, steps)
-        if route_of(run) not in ("auto", "photos"):
+    had = _run_settings(settings.workspace)
+    if settings.crs is None or _same_crs(settings.crs, had.get("crs")):
+        # Written as the run had it, so that its stages are known again.
+        settings = replace(settings, crs=had.get("crs"))
+    job = job_of(settings, reporter)
+    job.photos = list_photos(settings.photos)
+    with held(job, TREES, only_kept=True):
+        if route_of(job) not in ("auto", "photos"):
             raise InputError(
-                f"{settings.workspace}: its run measured with --fit {route_of(run)}, expected photos or auto; stems at "
+                f"{settings.workspace}: its run measured with --fit {route_of(job)}, expected photos or auto; stems at "
                 "given places are measured straight in the photos only."
             )
-        ready = prepare(run, photos)
-        if ready.site is None or ready.nothing:
-            raise InputError(f"{settings.workspace}: its run could measure no stem: {ready.nothing}.")
-        return _measure_at(run, ready, ready.site)
+        try:
+            run_stages(TREES, job, job.steps)
+        except NotKept:
+            _refuse_other_settings(settings, had)
+            raise
+        job.run_id = job.steps.run_id
+        if job.site is None or job.nothing:
+            raise InputError(f"{settings.workspace}: its run could measure no stem: {job.nothing}.")
+        return _measure_at(job, job.site, at)
 
 
-def _measure_at(run: Run, ready: Ready, site: Site) -> dict[str, Any]:
-    settings, space = run.settings, run.space
-    assert settings.at is not None and ready.aligned is not None
-    reporter = Collector(run.steps.reporter)
-    points = read_field_stems(settings.at, site.frame.crs)
-    before = read_given(run)
-    found = with_heights(run, site, ready.aligned, measure(run, site, ready.aligned))
-    trees = placed(with_given(found, before), ready.flight.plots, run.steps.run_id)
-    held = held_trees(run, trees)
+def _run_settings(folder: Path) -> dict[str, Any]:
+    """The settings of the finished run that a workspace holds.
+
+    Raises:
+        InputError: there is none.
+    """
+    record = read_record(folder) or {"stages": {}}
+    had = record.get("parameters")
+    if not isinstance(had, dict) or record["stages"].get("measure", {}).get("status") != "done":
+        raise InputError(
+            f"{folder}: holds no finished run of photos-to-dbh, which --at measures from; run it once without --at, "
+            "or give the workspace of that run."
+        )
+    return had
+
+
+def _same_crs(one: str, other: object) -> bool:
+    with suppress(pyproj.exceptions.CRSError):
+        return bool(pyproj.CRS.from_user_input(one) == pyproj.CRS.from_user_input(other))
+    return False
+
+
+def _refuse_other_settings(settings: PhotosToDbhSettings, had: dict[str, Any]) -> None:
+    """A stage is not that of the run: which setting differs.
+
+    Raises:
+        InputError: one does, with both values.
+    """
+    now = to_json(settings)
+    # Paths last: a stage knows files by their content.
+    for name in sorted(now, key=lambda name: isinstance(getattr(settings, name), Path)):
+        if name not in _FREE and name in had and now[name] != had[name]:
+            before, value = ("not given" if one is None else one for one in (had[name], now[name]))
+            raise InputError(
+                f"{settings.workspace}: its run had --{name.replace('_', '-')} {before}, now it is {value}; give the "
+                "settings of the run, or run photos-to-dbh once with the new ones and without --at."
+            )
+
+
+def _measure_at(job: PhotoJob, site: Site, at: Path) -> dict[str, Any]:
+    reporter = Collector(job.reporter)
+    points = read_field_stems(at, site.frame.crs)
+    before = read_given(job)
+    trees = placed(with_given(job.trees, before), job)
+    rows = held_trees(job, trees)
     places = _Places(points)
-    _sort(places, run, site, held, trees)
-    used = {"at": str(settings.at), "points": len(points.xy)}
-    with reporter.stage("given stems", 0.2, 0.9), space.running("given", "", used) as facts:
-        new, kept = _measured(run, ready, site, places, held, trees, before, reporter)
+    _sort(places, job, site, rows, trees)
+    used = {"at": str(at), "points": len(points.xy)}
+    with reporter.stage("given stems", 0.2, 0.9), job.space.running("given", "", used) as facts:
+        new, kept = _measured(job, site, places, rows, trees, before, reporter)
         facts |= {"points": len(points.xy), **places.answers, "warnings": reporter.warnings}
     changed = [*places.changes(), *new]
     made = [change.tree for change in changed]
     if changed:
         # The workspace first: what it holds and the layer lacks comes back when it is asked for again.
-        write_given(run, kept)
-        merge_layers(run, changed, trees, site.frame.crs, reporter)
-        add_sheets(run, site, made, reporter)
-        write_given_page(run, ready, reporter)
-    return _result(run, places, made, reporter)
+        write_given(job, kept)
+        merge_layers(job, changed, trees, site.frame.crs, reporter)
+        add_sheets(job, made, reporter)
+        write_given_page(job, reporter)
+    return _result(job, places, made, reporter)
 
 
-def _sort(places: _Places, run: Run, site: Site, held: list[Held], trees: list[Tree]) -> None:
+def _sort(places: _Places, job: PhotoJob, site: Site, held: list[Held], trees: list[Tree]) -> None:
     """Which points are to be measured, which are trees that the run has measured already.
 
     Raises:
         InputError: none of the points can be measured.
     """
-    points, settings = places.points, run.settings
+    points, settings = places.points, job.settings
     local = local_places(points.xy, site)
-    outside = ~site.area.contains(local, run.preset.stems.margin_m)
+    outside = ~site.area.contains(local, job.preset.stems.margin_m)
     bare = ~outside & ~np.isfinite(site.ground(local[:, 0], local[:, 1]))
-    _refuse_outside(places, run, outside, bare, _beyond(site, local))
+    _refuse_outside(places, job, outside, bare, _beyond(site, local))
     there = {tree.tree_id for tree in held}
     for k in np.flatnonzero(~outside & ~bare):
         xy = points.xy[k]
@@ -165,7 +212,7 @@ def _sort(places: _Places, run: Run, site: Site, held: list[Held], trees: list[T
             places.todo.append(int(k))
 
 
-def _refuse_outside(places: _Places, run: Run, outside: np.ndarray, bare: np.ndarray, beyond: np.ndarray) -> None:
+def _refuse_outside(places: _Places, job: PhotoJob, outside: np.ndarray, bare: np.ndarray, beyond: np.ndarray) -> None:
     """One sentence about all points that lie where nothing was measured.
 
     Raises:
@@ -181,13 +228,13 @@ def _refuse_outside(places: _Places, run: Run, outside: np.ndarray, bare: np.nda
     if not parts:
         return
     text = (
-        f"{run.settings.at}: {len(parts)} of {len(name)} points cannot be measured: {'; '.join(parts[:8])}"
+        f"{job.settings.at}: {len(parts)} of {len(name)} points cannot be measured: {'; '.join(parts[:8])}"
         f"{'; …' if len(parts) > 8 else ''}; check their coordinates and CRS, or measure a plot that holds them."
     )
     if len(parts) == len(name):
         raise InputError(text)
-    run.steps.reporter.warn(text)
-    run.steps.warnings.append(text)
+    job.reporter.warn(text)
+    job.steps.warnings.append(text)
 
 
 def _beyond(site: Site, local: np.ndarray) -> np.ndarray:
@@ -197,8 +244,7 @@ def _beyond(site: Site, local: np.ndarray) -> np.ndarray:
 
 
 def _measured(
-    run: Run,
-    ready: Ready,
+    job: PhotoJob,
     site: Site,
     places: _Places,
     held: list[Held],
@@ -207,24 +253,23 @@ def _measured(
     reporter: Reporter,
 ) -> tuple[list[Change], KeptGiven]:
     """The trees at the points still to be measured, and all that is kept of such trees."""
-    assert ready.aligned is not None
     if not places.todo:
         return [], before
-    kept = read_fits(run.path(names.FITS))
+    kept = read_fits(job.path(names.FITS))
     if not kept.looks:
         raise InputError(
-            f"{run.path(names.FITS)}: was written by an earlier version, which did not keep what --at needs; delete "
+            f"{job.path(names.FITS)}: was written by an earlier version, which did not keep what --at needs; delete "
             "the file and run photos-to-dbh once without --at."
         )
-    known = _counting(run, held)
-    given = GivenStems(local_places(places.points.xy[places.todo], site), run.settings.field_error_m)
-    options = replace(run.preset.stems, bh_m=run.settings.bh_m)
+    known = _counting(job, held)
+    given = GivenStems(local_places(places.points.xy[places.todo], site), job.settings.field_error_m)
+    options = replace(job.preset.stems, bh_m=job.settings.bh_m)
     found = fits_again(site.views, site.ground, site.area, options, kept.looks, given, list(known.values()), reporter)
     there = {tree.tree_id for tree in held} | {tree.tree_id for tree in places.back.values()}
     gone = [tree for tree in trees if tree.tree_id not in there and tree.dbh_cm is not None]
     fits = _with_messages(places, site, held, gone, found)
-    made = _as_trees(run, site, list(known.values()), [fit for _, fit in fits], reporter)
-    new = with_run_errors(run, site, ready.aligned, made.trees)
+    made = _as_trees(job, site, list(known.values()), [fit for _, fit in fits], reporter)
+    new = with_run_errors(job, made.trees)
     taken = {tree.tree_id for tree in trees} | {tree.tree_id for tree in held}
     fits_of, second, out = dict(before.fits), dict(before.second_cm), []
     for index, ((k, fit), tree) in enumerate(zip(fits, new, strict=True)):
@@ -239,7 +284,7 @@ def _measured(
         fits_of[own] = fit
         if index in made.kept.second_cm:
             second[own] = made.kept.second_cm[index]
-        tree = placed([replace(tree, tree_id=own)], ready.flight.plots, run.steps.run_id)[0]
+        tree = placed([replace(tree, tree_id=own)], job)[0]
         out.append(Change(tree, None if old is None else old.tree_id))
         places.say(k, "measured" if tree.dbh_cm is not None else "refused", f"tree {own}: {_verdict(tree)}.")
     numbers = {change.tree.tree_id for change in out}
@@ -247,10 +292,10 @@ def _measured(
     return out, KeptGiven([*stays, *(change.tree for change in out)], fits_of, second)
 
 
-def _counting(run: Run, held: list[Held]) -> dict[int, PhotoFit]:
+def _counting(job: PhotoJob, held: list[Held]) -> dict[int, PhotoFit]:
     """Fits whose trees the layer holds and counts, by ``tree_id``: their edges are not another stem's."""
     counting = {tree.tree_id for tree in held if tree.of_run and not tree.set_aside}
-    return {number: fit for number, fit in fits_by_id(run).fits.items() if number in counting}
+    return {number: fit for number, fit in fits_by_id(job).fits.items() if number in counting}
 
 
 def _with_messages(
@@ -288,13 +333,13 @@ def _same(one_m: float, other_m: float) -> float:
     return _SAME_SHARE * (one_m + other_m) + _SAME_M
 
 
-def _as_trees(run: Run, site: Site, known: list[PhotoFit], fits: list[PhotoFit], reporter: Reporter) -> Found:
+def _as_trees(job: PhotoJob, site: Site, known: list[PhotoFit], fits: list[PhotoFit], reporter: Reporter) -> Found:
     """The fits as trees, measured a second time where the run does so. ``second_cm`` is by index of the given fits."""
     every = [*known, *fits]
     found = Found(trees_of_photo_fits(every, site.frame), KeptFits(every))
     asked = range(len(known), len(every))
-    if route_of(run) == "auto":
-        found = measured_again(found, asked, site, run.preset, run.settings.bh_m, run.settings.seed, reporter)
+    if route_of(job) == "auto":
+        found = measured_again(found, asked, site, job.preset, job.settings.bh_m, job.settings.seed, reporter)
     second = {number - len(known): cm for number, cm in found.kept.second_cm.items()}
     return Found(found.trees[len(known) :], KeptFits(fits, second))
 
@@ -307,7 +352,7 @@ def _verdict(tree: Tree) -> str:
     return f"{shown_cm(tree.dbh_cm)} ± {shown_cm(tree.dbh_se_cm or 0.0)} cm ({tree.qc_flag}{reasons})"
 
 
-def _result(run: Run, places: _Places, trees: list[Tree], reporter: Reporter) -> dict[str, Any]:
+def _result(job: PhotoJob, places: _Places, trees: list[Tree], reporter: Collector) -> dict[str, Any]:
     """Say what became of each point; the verb's result."""
     for k in sorted(places.said):
         reporter.info(places.said[k])
@@ -318,20 +363,11 @@ def _result(run: Run, places: _Places, trees: list[Tree], reporter: Reporter) ->
         + (f" ({counts['back']} by the run)" * bool(counts["back"])),
         *(f"{counts[word]} {text}" for word, text in _WORDS.items() if counts[word]),
     ]
-    measured = [tree for tree in trees if tree.dbh_cm is not None]
     return {
-        "output": str(run.settings.output),
-        "report": str(run.path(names.REPORT)),
-        "workspace": str(run.space.folder),
-        "run": str(run.space.folder / "run.json"),
-        "n_trees": len(trees),
-        "n_measured": len(measured),
-        "n_rejected": len(trees) - len(measured),
-        "mean_dbh_cm": round(float(np.mean([tree.dbh_cm for tree in measured])), 2) if measured else None,
+        **result_of(job, trees),
         "status": "; ".join(parts),
         "trees": [[tree.tree_id, tree.dbh_cm, tree.qc_flag, tree.qc_reason] for tree in trees],
-        "warnings": [*run.steps.warnings, *getattr(reporter, "warnings", [])],
-        "peak_memory_mb": peak_memory_mb(),
+        "warnings": [*job.steps.warnings, *reporter.warnings],
     }
 
 

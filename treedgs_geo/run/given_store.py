@@ -12,7 +12,7 @@ from ..core.progress import Reporter
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import fit_of_record, fit_record, read_fits
 from ..stems.quality.tree import Tree
-from .context import Run
+from .context import PhotoJob
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class KeptGiven:
     second_cm: dict[int, float] = field(default_factory=dict)
 
 
-def write_given(run: Run, given: KeptGiven) -> None:
+def write_given(job: PhotoJob, given: KeptGiven) -> None:
     """Keep them, as of this run's measurement."""
     rows = [
         {
@@ -34,21 +34,21 @@ def write_given(run: Run, given: KeptGiven) -> None:
         }
         for tree in given.trees
     ]
-    write_json(run.path(names.GIVEN), {"of": run.space.output_hashes("measure"), "stems": rows})
+    write_json(job.path(names.GIVEN), {"of": job.space.output_hashes("measure"), "stems": rows})
 
 
-def read_given(run: Run, reporter: Reporter | None = None) -> KeptGiven:
+def read_given(job: PhotoJob, reporter: Reporter | None = None) -> KeptGiven:
     """What was kept; nothing where it belongs to another measurement, which the reporter then hears.
 
     Raises:
         InputError: not readable, or of another version.
     """
-    path = run.path(names.GIVEN)
+    path = job.path(names.GIVEN)
     if not path.exists():
         return KeptGiven()
     kept = read_json(path)
     try:
-        if kept["of"] != run.space.output_hashes("measure"):
+        if kept["of"] != job.space.output_hashes("measure"):
             if reporter is not None and kept["stems"]:
                 reporter.warn(
                     f"{path}: {len(kept['stems'])} stems that were measured at given places belong to an earlier "
@@ -83,8 +83,8 @@ class FitsById:
     second_cm: dict[int, float]
 
 
-def fits_by_id(run: Run) -> FitsById:
+def fits_by_id(job: PhotoJob) -> FitsById:
     """Fits by ``tree_id``."""
-    kept, given = read_fits(run.path(names.FITS)), read_given(run)
+    kept, given = read_fits(job.path(names.FITS)), read_given(job)
     fits = dict(enumerate(kept.fits, start=1)) | given.fits
     return FitsById(fits, {number + 1: cm for number, cm in kept.second_cm.items()} | given.second_cm)
