@@ -14,11 +14,11 @@ from synthetic_block import ring
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.core.steps import Steps
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.reconstruction.area import Area, area_seen
 from treedgs_geo.run.forecast import search_of
 from treedgs_geo.run.photos import OUTPUTS, TREES
-from treedgs_geo.run.stage import Steps
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.tiles import split
 

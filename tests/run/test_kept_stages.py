@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 
 from treedgs_geo.core.progress import PlainReporter
+from treedgs_geo.core.steps import Steps
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.photos import list_photos
 from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.run.photos import GEOTAG, held, job_of
 from treedgs_geo.run.settings import PhotosToDbhSettings
-from treedgs_geo.run.stage import Steps, check, run_stages
+from treedgs_geo.run.stage import check, run_stages
 
 ROOT = Path(__file__).resolve().parents[2]
 

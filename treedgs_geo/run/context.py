@@ -12,6 +12,7 @@ import numpy as np
 from ..core.crs import LocalFrame
 from ..core.plots import Plot
 from ..core.progress import Reporter
+from ..core.steps import Steps
 from ..core.workspace import Workspace
 from ..geotags.control import ControlPoints
 from ..geotags.stations import Stations
@@ -19,7 +20,6 @@ from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm
-from .stage import Steps
 
 if TYPE_CHECKING:
     from .routes import Preset

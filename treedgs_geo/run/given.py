@@ -21,9 +21,8 @@ from ..core.field_stems import FieldStems, read_field_stems
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.shown import shown_cm
+from ..core.steps import Collector, NotKept
 from ..core.workspace import read_record
-from ..geotags.photos import list_photos
-from ..inventory.tree_layer import check_output
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import KeptFits, read_fits
 from ..stems.photos.resumed_search import fits_again
@@ -34,10 +33,10 @@ from .context import PhotoJob, Site
 from .field_stems import local_places
 from .given_store import KeptGiven, fits_by_id, read_given, with_given, write_given
 from .layer_update import Change, Held, held_trees, merge_layers, write_given_page
-from .photos import TREES, held, job_of, placed, result_of, route_of, with_run_errors
+from .photos import GEOTAG, TREES, held, job_of, placed, result_of, route_of, with_run_errors
 from .routes import Found, measured_again
 from .sheets import add_sheets
-from .stage import Collector, NotKept, run_stages
+from .stage import check, run_stages
 
 if TYPE_CHECKING:
     from .settings import PhotosToDbhSettings
@@ -93,13 +92,12 @@ def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
     """
     at = settings.at
     assert at is not None
-    check_output(settings.output)
     had = _run_settings(settings.workspace)
     if settings.crs is None or _same_crs(settings.crs, had.get("crs")):
         # Written as the run had it, so that its stages are known again.
         settings = replace(settings, crs=had.get("crs"))
     job = job_of(settings, reporter)
-    job.photos = list_photos(settings.photos)
+    check(GEOTAG, job)
     with held(job, TREES, only_kept=True):
         if route_of(job) not in ("auto", "photos"):
             raise InputError(

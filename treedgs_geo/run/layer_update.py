@@ -14,6 +14,7 @@ from ..core import workspace as names
 from ..core.errors import InputError, OutputError
 from ..core.geopackage import is_whole
 from ..core.progress import Reporter
+from ..core.steps import Collector
 from ..inventory.carried import DECIDED, carried_decision
 from ..inventory.circle_layers import add_layers
 from ..inventory.readings import read_readings
@@ -27,7 +28,6 @@ from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .given_store import read_given
 from .outputs import write_page
-from .stage import Collector
 
 if TYPE_CHECKING:
     from pyproj import CRS

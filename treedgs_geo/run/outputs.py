@@ -12,6 +12,7 @@ from ..core.errors import OutputError
 from ..core.files import write_json
 from ..core.geopackage import is_whole, move_aside
 from ..core.progress import Reporter
+from ..core.steps import Collector
 from ..inventory.evidence.files import written_sheets
 from ..inventory.readings import readings_table
 from ..inventory.report import write_report
@@ -26,7 +27,6 @@ from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .report_facts import kept_table, photo_facts
 from .searched import ENOUGH_VIEWS, day_of, seen_in_photos
-from .stage import Collector
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -21,6 +21,7 @@ from ..core.plots import read_plots
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.shown import count_of
+from ..core.steps import Collector, Steps
 from ..core.workspace import Workspace, in_use, peak_memory_mb, read_record
 from ..geotags.control import read_control
 from ..geotags.photos import list_photos, read_photo
@@ -70,7 +71,7 @@ from .published_plot import Published, check_published, is_published, published_
 from .routes import CHAIN_PRESETS, auto_route, photo_route, splat_route
 from .settings import PhotosToDbhSettings
 from .sheets import chosen_trees, draw_sheets
-from .stage import Collector, Cost, Findings, Key, Stage, Steps, check, check_target, dry_run, run_stages
+from .stage import Cost, Findings, Key, Stage, check, check_target, dry_run, run_stages
 
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0
@@ -87,8 +88,16 @@ def _check_outputs(job: PhotoJob) -> None:
 
 
 def _check_workspace(job: PhotoJob) -> None:
+    """Nobody works there; what an earlier run left in it."""
     if used := in_use(job.settings.workspace):
         raise InputError(used)
+    stages = (read_record(job.settings.workspace) or {"stages": {}})["stages"]
+    done = [name for name, entry in stages.items() if entry.get("status") == "done" and name != "write"]
+    broken = [f"{name} ({entry.get('status')})" for name, entry in stages.items() if entry.get("status") != "done"]
+    if done:
+        job.reporter.info(f"Kept from an earlier run, if inputs and settings are the same: {', '.join(done)}.")
+    if broken:
+        job.reporter.info(f"Ended early in the earlier run and done again: {', '.join(broken)}.")
 
 
 def _check_plan(job: PhotoJob) -> None:
@@ -588,8 +597,9 @@ def held(job: PhotoJob, stages: Sequence[Stage[PhotoJob]], only_kept: bool = Fal
     """The job in its workspace, for this process alone. stages: that will run. only_kept: see :class:`.stage.Steps`.
 
     Raises:
-        InputError: another run works there. OutputError: the folder cannot be written.
+        InputError: another run works there. OutputError: the folder or the tree layer cannot be written.
     """
+    check_output(job.settings.output)
     with Workspace.held(job.settings.workspace) as space:
         job.space = space
         job.steps = Steps(space, job.reporter, {stage.name: stage.share for stage in stages}, only_kept)
@@ -606,8 +616,6 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     job = job_of(settings, reporter)
-    report_kept(settings.workspace, reporter)
-    check_output(settings.output)
     check(GEOTAG, job)
     with held(job, (*TREES, *OUTPUTS)):
         job.space.record["parameters"] = to_json(settings)
@@ -651,14 +659,13 @@ def placed(trees: list[Tree], job: PhotoJob) -> list[Tree]:
 
 
 def _result(job: PhotoJob) -> dict[str, Any]:
-    measured = [tree for tree in job.trees if tree.dbh_cm is not None]
-    status = f"No stem is measurable: {job.nothing}."
-    if measured:
-        status = f"{len(measured)} of the {len(job.trees)} stems found were measured"
+    result, status = result_of(job, job.trees), f"No stem is measurable: {job.nothing}."
+    if result["n_measured"]:
+        status = f"{result['n_measured']} of the {len(job.trees)} stems found were measured"
         if heights := heights_sentence(job.trees):
             job.reporter.info(f"{heights}.")
             status += f"; {heights[0].lower()}{heights[1:].partition(' (')[0]}"
-    return {**result_of(job, job.trees), "status": status, "warnings": job.steps.warnings}
+    return {**result, "status": status, "warnings": job.steps.warnings}
 
 
 def result_of(job: PhotoJob, trees: list[Tree]) -> dict[str, Any]:
@@ -685,16 +692,4 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     """
     findings = Findings(reporter)
     job = job_of(settings, findings)
-    report_kept(settings.workspace, reporter)
     return dry_run(TREES, job, findings, settings.workspace)
-
-
-def report_kept(workspace: Path, reporter: Reporter) -> None:
-    """What an earlier run left in the workspace."""
-    stages = (read_record(workspace) or {"stages": {}})["stages"]
-    done = [name for name, entry in stages.items() if entry.get("status") == "done" and name != "write"]
-    broken = [f"{name} ({entry.get('status')})" for name, entry in stages.items() if entry.get("status") != "done"]
-    if done:
-        reporter.info(f"Kept from an earlier run, if inputs and settings are the same: {', '.join(done)}.")
-    if broken:
-        reporter.info(f"Ended early in the earlier run and done again: {', '.join(broken)}.")

@@ -27,7 +27,7 @@ def sheets_option(auto: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoInputs(KeptWorkspace):
-    """Photos, what is known of them, and where they are reconstructed."""
+    """Photos, and what is known of them and of the place."""
 
     photos: Path = param(kind="folder", help="Folder with the original drone photos (JPEG) of one plot or block.")
     geotags: Path | None = param(
@@ -51,7 +51,6 @@ class PhotoInputs(KeptWorkspace):
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
         suffixes=TABLES,
     )
-    workspace: Path = workspace_option()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,6 +155,7 @@ class PhotosToDbhSettings(PhotoInputs):
         kind="flag",
         help="Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.",
     )
+    workspace: Path = workspace_option()
     output: Path = param(
         kind="output_file",
         help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",

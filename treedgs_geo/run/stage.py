@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import shutil
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
-from .. import __version__
 from ..core.errors import InputError, TreeDGSError
-from ..core.files import check_name, fingerprint
-from ..core.geopackage import ensure_unlocked, move_aside
+from ..core.files import check_name
+from ..core.geopackage import ensure_unlocked
 from ..core.machine import cores
 from ..core.progress import Reporter
-from ..core.workspace import Workspace, peak_memory_mb
+from ..core.steps import Collector, Steps
 from ..inventory.tree_layer import OWN_LAYERS
 
 
@@ -112,6 +108,9 @@ def run_stages(stages: Sequence[Stage[J]], job: J, steps: Steps) -> None:
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     for number, stage in enumerate(stages):
+        if number == 1:
+            for other in stages[1:]:
+                check(other, job)
         if not stage.wanted(job):
             steps.skip(stage.name)
             continue
@@ -126,9 +125,6 @@ def run_stages(stages: Sequence[Stage[J]], job: J, steps: Steps) -> None:
             None if stage.readable is None else partial(stage.readable, job),
         )
         stage.load(job, result)
-        if number == 0:
-            for other in stages[1:]:
-                check(other, job)
 
 
 def dry_run(stages: Sequence[Stage[J]], job: J, findings: Findings, folder: Path) -> dict[str, Any]:
@@ -147,23 +143,6 @@ def dry_run(stages: Sequence[Stage[J]], job: J, findings: Findings, folder: Path
         with findings.stage(stage.name, at / len(stages), (at + 1) / len(stages)):
             total += stage.cost(job, findings)
     return findings.conclude(total, folder)
-
-
-class Collector(Reporter):
-    """Passes everything on and remembers the warnings, for the report and for a resumed run."""
-
-    def __init__(self, inner: Reporter) -> None:
-        super().__init__()
-        self._inner = inner
-        self.warnings: list[str] = []
-
-    def _emit(self, kind: str, body: dict[str, Any]) -> None:
-        if kind == "warn":
-            self.warnings.append(body["message"])
-        if kind != "progress":
-            self._inner._emit(kind, body)
-        else:
-            self._inner.progress(body["fraction"], body["message"])
 
 
 class Findings(Collector):
@@ -237,111 +216,3 @@ def existing(path: Path) -> Path:
     while not os.path.exists(path) and path != path.parent:
         path = path.parent
     return path
-
-
-class NotKept(InputError):
-    """A stage would have to be done again."""
-
-
-class Steps:
-    """Runs stages one after the other; the key of a stage covers everything before it.
-
-    space: where finished stages are kept; without one nothing is. shares: stage -> share of the run's time. only_kept:
-    nothing is done again; a stage that would have to be is an error.
-    """
-
-    def __init__(
-        self, space: Workspace | None, reporter: Reporter, shares: dict[str, float], only_kept: bool = False
-    ) -> None:
-        self.space, self.reporter, self.only_kept = space, reporter, only_kept
-        self._key, self._run, self._at = "", "", 0.0
-        self._left = dict(shares)
-        self.warnings: list[str] = []
-        #: Stage -> seconds and peak memory.
-        self.done: dict[str, dict[str, Any]] = {}
-
-    def weigh(self, name: str, factor: float) -> None:
-        """The stage ``name``, still to come, takes ``factor`` times longer than usual: the progress bar knows it."""
-        self._left[name] *= factor
-
-    def skip(self, name: str) -> None:
-        """The stage ``name`` will not run: the progress bar does not wait for it."""
-        self._left.pop(name, None)
-
-    def run(
-        self,
-        name: str,
-        settings: dict[str, Any],
-        inputs: list[Path],
-        outputs: list[Path],
-        work: Callable[[Collector], dict[str, Any]],
-        always: bool = False,
-        readable: Callable[[], object] | None = None,
-    ) -> dict[str, Any]:
-        """Do ``work(reporter)`` as stage ``name`` unless it is done already; returns its (JSON) result.
-
-        settings, inputs: the :class:`Key`. outputs, always, readable: as a :class:`Stage` has them.
-
-        Raises:
-            NotKept: the stage would have to be done again, and only kept ones are wanted.
-        """
-        share = self._left.pop(name)
-        high = min(self._at + (1.0 - self._at) * share / (share + sum(self._left.values())), 1.0)
-        space = self.space
-        if space is None:
-            collector, began = Collector(self.reporter), time.monotonic()
-            with self.reporter.stage(name, self._at, high):
-                found = work(collector)
-            self.done[name] = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}
-            self._at, self.warnings = high, self.warnings + collector.warnings
-            return found
-        contents = fingerprint(inputs)
-        self._run = _hash(__version__, self._run, settings, contents)
-        # The same folder by another name is no reason to do a stage again.
-        absolute = {k: os.path.abspath(v) if isinstance(v, Path) else v for k, v in settings.items()}
-        self._key = _hash(__version__, self._key, absolute, contents)
-        plain = json.loads(json.dumps(settings, default=str))
-        with self.reporter.stage(name, self._at, high):
-            if not always and self._is_kept(space, name, outputs, readable):
-                self.reporter.info(f"{name}: unchanged since the last run, kept")
-                found = space.result(name)
-            elif self.only_kept:
-                raise NotKept(
-                    f"{space.folder}: the stage {name} of its run is not finished with these inputs and settings; "
-                    "run photos-to-dbh with them once without --at, then give the points again."
-                )
-            else:
-                collector = Collector(self.reporter)
-                edited = outputs if readable else []
-                with space.running(name, self._key, plain, outputs, edited) as found:
-                    found.update(work(collector))
-                    found["warnings"] = list(dict.fromkeys(collector.warnings))
-        # A stage done again may come out otherwise: what follows depends on what is there, not on what was asked for.
-        self._key = _hash(self._key, space.output_hashes(name))
-        self._at = high
-        self.warnings += found.get("warnings", [])
-        return found
-
-    def _is_kept(self, space: Workspace, name: str, outputs: list[Path], readable: Callable[[], object] | None) -> bool:
-        if not space.ran(name, self._key):
-            return False
-        problem = space.damage(name, outputs)
-        aside = ""
-        try:
-            if readable is not None and not problem:
-                readable()
-        except TreeDGSError as trouble:
-            problem = str(trouble)
-            aside = "".join(f" The file is kept as {move_aside(path).name}." for path in outputs)
-        if problem:
-            self.reporter.warn(f"{problem.rstrip('.')}; the stage {name} is done again.{aside}")
-        return not problem
-
-    @property
-    def run_id(self) -> str:
-        """Names the run by its inputs and settings so far: the same inputs give the same id."""
-        return self._run
-
-
-def _hash(*parts: Any) -> str:
-    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
-from ..core.workspace import SFM, TREES
+from ..core.workspace import SFM, TREES, workspace_option
 from ..run.settings import PhotoInputs, PhotosToDbhSettings
 
 
@@ -17,6 +18,7 @@ class ReconstructSettings(PhotoInputs):
     """Parameters of ``reconstruct``."""
 
     dense: bool = param(True, kind="flag", help="Make dense points of the stem band where plots are given.")
+    workspace: Path = workspace_option()
 
 
 def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
@@ -25,7 +27,8 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
     from ..run.stage import check, run_stages
 
     shared = {item.name: getattr(settings, item.name) for item in fields(PhotoInputs)}
-    job = job_of(PhotosToDbhSettings(**shared, output=settings.workspace / TREES), reporter)
+    folder = settings.workspace
+    job = job_of(PhotosToDbhSettings(**shared, workspace=folder, output=folder / TREES), reporter)
     stages = (GEOTAG, RECONSTRUCT, DENSE) if settings.dense and settings.plots else (GEOTAG, RECONSTRUCT)
     check(GEOTAG, job)
     with held(job, stages):
@@ -34,7 +37,7 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         found = job.space.result(DENSE.name) if DENSE in stages else {}
     report = job.block.report
     return {
-        "workspace": str(settings.workspace),
+        "workspace": str(folder),
         "sfm": str(job.path(SFM)),
         "n_photos": report["photos"],
         "n_registered": report["registered"],

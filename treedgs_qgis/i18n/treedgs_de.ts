@@ -2376,18 +2376,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Eingaben: überlappende Drohnenfotos (80 % Überlappung, die meisten schräg) und ihre PPK-, RTK- oder EXIF-Positionen. Alle Flüge enden in einem Rahmen, mit den Geotags als Vorwissen ausgeglichen. Ausgabe im Arbeitsordner: geotags.gpkg, sfm/ (COLMAP-Modell in einem lokalen Rahmen, frame.json mit KBS und Ursprung, report.json) und dense.laz (Stammband der Probeflächen, Projekt-KBS). Ein Block, der seinen Geotags, der Linsenkalibrierung in den Metadaten oder der Flughöhe widerspricht, wird abgelehnt.</translation>
     </message>
     <message>
-      <source>Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
-      <translation>Ordner oder Datei mit MRK und RTKLIB-.pos (PPK), oder eine CSV mit name, lat, lon, h; sonst gelten die Positionen aus EXIF/XMP.</translation>
-    </message>
-    <message>
-      <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is taken from the photos.</source>
-      <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden aus den Fotos genommen.</translation>
-    </message>
-    <message>
-      <source>CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is made dense; without it no dense points are made.</source>
-      <translation>CSV der Probeflächen (plot_id, easting, northing, radius_m oder lon, lat): wo das Stammband verdichtet wird; ohne sie entstehen keine dichten Punkte.</translation>
-    </message>
-    <message>
       <source>Make dense points of the stem band where plots are given.</source>
       <translation>Dichte Punkte des Stammbands erzeugen, wo Probeflächen angegeben sind.</translation>
     </message>

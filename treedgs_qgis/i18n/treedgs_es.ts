@@ -2374,18 +2374,6 @@ cero.&lt;/p&gt;
       <translation>Entradas: fotos de dron con solape (80 %, la mayoría oblicuas) y sus posiciones PPK, RTK o EXIF. Todos los vuelos acaban en un mismo marco, ajustado con las geoetiquetas como información previa. Salida en la carpeta de trabajo: geotags.gpkg, sfm/ (modelo COLMAP en un marco local, frame.json con el SRC y el origen, report.json) y dense.laz (banda de troncos de las parcelas, SRC del proyecto). Se rechaza un bloque que contradiga sus geoetiquetas, la calibración de la lente en los metadatos o la altura de vuelo.</translation>
     </message>
     <message>
-      <source>Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
-      <translation>Carpeta o archivo con MRK y .pos de RTKLIB (PPK), o un CSV con name, lat, lon, h; si falta, valen las posiciones EXIF/XMP.</translation>
-    </message>
-    <message>
-      <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is taken from the photos.</source>
-      <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se toma de las fotos.</translation>
-    </message>
-    <message>
-      <source>CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is made dense; without it no dense points are made.</source>
-      <translation>CSV de parcelas (plot_id, easting, northing, radius_m o lon, lat): dónde se densifica la banda de troncos; sin él no se hacen puntos densos.</translation>
-    </message>
-    <message>
       <source>Make dense points of the stem band where plots are given.</source>
       <translation>Hacer puntos densos de la banda de troncos donde se dan parcelas.</translation>
     </message>
