@@ -204,6 +204,22 @@ def test_model_round_trip(tmp_path: Path) -> None:
     assert len(sparse.xyz) == len(points) and (sparse.rgb == [200, 20, 10]).all() and sparse.error_px.max() < 1e-6
 
 
+@pytest.mark.parametrize(("unchecked", "loaded"), [(80, 120), (150, 200)])
+def test_points_that_only_two_photos_show_count_where_few_others_do(tmp_path: Path, unchecked: int, loaded: int) -> None:
+    import pyproj
+
+    rng = np.random.default_rng(0)
+    views = ring(4)
+    block = block_of(views, rng.uniform([-10, -10, 0], [10, 10, 3], (200, 3)), 0.0, rng)
+    block.keep((block.image < 2) | (block.point >= unchecked))
+    for view in views:
+        cv2.imwrite(str(tmp_path / view.name), np.zeros((960, 1280, 3), np.uint8))
+    names, frame = [v.name for v in views], LocalFrame(pyproj.CRS.from_epsg(6344), np.zeros(3))
+    save_model(tmp_path / "sfm", block, names, [tmp_path / n for n in names], np.zeros(4, int), frame, {}, {})
+    found = load_points(tmp_path / "sfm")
+    assert len(found.xyz) == loaded and (found.track_length.min() >= 3) == (loaded == 120)
+
+
 @pytest.mark.parametrize("travel_m", [0.0, 0.16])
 def test_dense_band_finds_a_textured_wall(tmp_path: Path, travel_m: float) -> None:
     rng = np.random.default_rng(4)

@@ -17,7 +17,7 @@ LATE_SD_S = 0.3
 #: where it is so many standard errors from the exposures ...
 TOLD_M, CERTAIN_SD = 0.05, 6.0
 #: ... and where those of all such flights together are so many standard errors from theirs; else clocks are believed.
-SHOWN_SD = 3.0
+SHOWN_SD = 4.0
 #: Geotags are moved along the velocities by this at least, metres; so large a share of it may be wrong, as the speed
 #: changes meanwhile.
 MIN_M, MOVED_SHARE = 0.02, 0.1

@@ -27,6 +27,10 @@ MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.
 LARGE_PX = 3000
 
 
+#: A sparse point that so many photos show is checked; where so few are, those of two photos count too.
+CHECKED_PHOTOS, MIN_CHECKED_SHARE, MIN_CHECKED = 3, 0.2, 100
+
+
 @dataclass(frozen=True)
 class SparsePoints:
     """xyz (P, 3) local metres, rgb (P, 3) uint8, error_px (P,) mean reprojection error, track_length (P,) int."""
@@ -139,12 +143,16 @@ def load_views(
 
 
 def load_points(sfm_folder: Path) -> SparsePoints:
-    """The sparse points in the local frame.
+    """The sparse points in the local frame that three photos show; all, where these are few. What two photos match
+    wrongly along an epipolar line lies metres off, and no third one contradicts it.
 
     Raises:
         InputError: no model.
     """
     points = list(_open(sfm_folder).points3D.values())
+    checked = [p for p in points if p.track.length() >= CHECKED_PHOTOS]
+    if len(checked) >= max(MIN_CHECKED_SHARE * len(points), MIN_CHECKED):
+        points = checked
     return SparsePoints(
         np.array([p.xyz for p in points], float).reshape(-1, 3),
         np.array([p.color for p in points], np.uint8).reshape(-1, 3),
