@@ -205,7 +205,9 @@ def test_model_round_trip(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("unchecked", "loaded"), [(80, 120), (150, 200)])
-def test_points_that_only_two_photos_show_count_where_few_others_do(tmp_path: Path, unchecked: int, loaded: int) -> None:
+def test_points_that_only_two_photos_show_count_where_few_others_do(
+    tmp_path: Path, unchecked: int, loaded: int
+) -> None:
     import pyproj
 
     rng = np.random.default_rng(0)
