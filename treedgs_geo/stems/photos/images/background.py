@@ -27,7 +27,6 @@ from .background_kernels import (
     grid_contrasts,
     ground_medians,
     likelihoods,
-    ring_of,
 )
 from .crops import GroundGrid, PhotoStack
 
@@ -105,13 +104,6 @@ class Silhouette(NamedTuple):
         top = np.argwhere((score >= maximum_filter(score, size=5)) & (score > share * max(float(score.max()), 1e-6)))
         order = np.argsort(-score[tuple(top.T)], kind="stable")[:most]
         return [np.array([offsets[b], offsets[a], 0.0, 0.0, radii[k]]) for a, b, k in top[order]]
-
-    def between(self, inner: np.ndarray, outer: np.ndarray) -> tuple[float, float]:
-        """What shows between the edges of two explanations, one inside the other: mean ground log likelihood ratio
-        (> 0: ground, so that the outer one is too wide; < 0: not ground, so that the inner one is a part) and how many
-        samples say. Only where ground shows outside both and none inside both."""
-        total, count = ring_of(self, inner, outer)
-        return (float(total / count) if count > 0 else 0.0), float(count)
 
 
 def cut_silhouette(

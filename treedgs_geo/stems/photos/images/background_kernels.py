@@ -39,77 +39,32 @@ UNKNOWN = np.float32(-99.0)
 ROW_M, BLOCK_ROWS = 0.05, 10
 #: Half width of the strips and sample spacing; how far beside the stem the ground is compared, metres.
 REACH_M, STEP_M, BESIDE_M = 0.75, 0.01, 0.25
-#: Blur of an edge: left out between two explanations, metres.
-_CLEAR_M = 0.014
-
-
-@njit(**_FAST)
-def sort_rows(values):
-    """Sort every column of (2^k, N) in place: Batcher's network, whose exchanges are vector code over the columns."""
-    n, width = values.shape
-    p = 1
-    while p < n:
-        k = p
-        while k >= 1:
-            for j in range(k % p, n - k, 2 * k):
-                for i in range(j, min(j + k, n - k)):
-                    if i // (2 * p) == (i + k) // (2 * p):
-                        one, other = values[i], values[i + k]
-                        for c in range(width):
-                            low, high = min(one[c], other[c]), max(one[c], other[c])
-                            one[c] = low
-                            other[c] = high
-            k //= 2
-        p *= 2
 
 
 @njit(parallel=True, **_FAST)
 def ground_medians(photos, x, y, z, lut, least, mean, spread):
     """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
     pixels, start, shape, corner, camera, _ = photos
-    n_views = camera.shape[0]
-    size = 1
-    while size < n_views:
-        size *= 2
-    away = np.float32(1e9)
-    half = np.float32(0.5)
-    for block in prange((x.size + 63) // 64):
-        first = block * 64
-        width = min(64, x.size - first)
-        colours = np.full((3, size, 64), away, np.float32)
-        count = np.zeros(64, np.int64)
+    for i in prange(x.size):
+        colours = np.empty((3, camera.shape[0]), np.float32)
         out = np.empty(3, np.float32)
-        for v in range(n_views):
-            for c in range(width):
-                u, w, depth = project(camera[v], x[first + c], y[first + c], z[first + c])
-                u -= 0.5 + corner[v, 1]
-                w -= 0.5 + corner[v, 0]
-                if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
-                    continue
-                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, out)
-                count[c] += 1
-                for channel in range(3):
-                    colours[channel, v, c] = out[channel]
-        middle = np.empty(64, np.float32)
+        n = 0
+        for v in range(camera.shape[0]):
+            u, w, depth = project(camera[v], x[i], y[i], z[i])
+            u -= 0.5 + corner[v, 1]
+            w -= 0.5 + corner[v, 0]
+            if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+                continue
+            fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, out)
+            colours[:, n] = out
+            n += 1
+        if n < least:
+            mean[i], spread[i] = np.nan, np.nan
+            continue
         for channel in range(3):
-            values = colours[channel]
-            for turn in range(2):
-                sort_rows(values)
-                for c in range(width):
-                    n = count[c]
-                    if n > 0:
-                        middle[c] = half * (values[(n - 1) // 2, c] + values[n // 2, c])
-                    if n < least:
-                        mean[first + c, channel] = np.nan
-                        spread[first + c, channel] = np.nan
-                    elif turn == 0:
-                        mean[first + c, channel] = middle[c]
-                    else:
-                        spread[first + c, channel] = np.float32(1.4826) * middle[c]
-                if turn == 0:
-                    for v in range(size):
-                        for c in range(width):
-                            values[v, c] = abs(values[v, c] - middle[c]) if v < count[c] else away
+            values = colours[channel, :n]
+            mean[i, channel] = np.median(values)
+            spread[i, channel] = np.float32(1.4826) * np.median(np.abs(values - mean[i, channel]))
 
 
 @njit(inline="always", **_FAST)
@@ -253,49 +208,6 @@ def contrast_of(silhouette, p):
             half = widen[v] * max(r + taper * qs[b], 0.015)
             result += step_contrast(total, v, b, c - half, c + half, u0)
     return result
-
-
-@njit(**_FAST)
-def mean_between(total, v, b, a, c, u0):
-    """Mean over the samples from place a to place c (m), NaN outside the strip or with less than half a sample."""
-    if c < a:
-        a, c = c, a
-    low = (a - u0) / STEP_M + 0.5
-    high = (c - u0) / STEP_M + 0.5
-    if low < 0 or high > total.shape[2] - 1 or high - low < 0.5:
-        return np.nan, 0.0
-    return (sum_at(total, v, b, high) - sum_at(total, v, b, low)) / (high - low), high - low
-
-
-@njit(**_FAST)
-def ring_of(silhouette, inner, outer):
-    """Summed ground likelihood ratio between two discs' edges, and how many samples it is of."""
-    total, u0, qs, normal, widen, blind, taper = silhouette
-    summed, count = 0.0, 0.0
-    for v in range(total.shape[0]):
-        if blind[v]:
-            continue
-        nx, ny = normal[v, 0], normal[v, 1]
-        for b in range(total.shape[1]):
-            q = qs[b]
-            ci = (inner[0] + inner[2] * q) * nx + (inner[1] + inner[3] * q) * ny
-            co = (outer[0] + outer[2] * q) * nx + (outer[1] + outer[3] * q) * ny
-            ri = widen[v] * max(inner[4] + taper * q, 0.015)
-            ro = widen[v] * max(outer[4] + taper * q, 0.015)
-            for side in (-1.0, 1.0):
-                ui = ci + side * ri
-                uo = co + side * ro
-                if side * (uo - ui) < _CLEAR_M + 0.012:
-                    continue
-                beyond, _ = mean_between(total, v, b, uo + side * 0.01, uo + side * 0.06, u0)
-                within, _ = mean_between(total, v, b, ui - side * 0.01, ui - side * min(0.06, ri), u0)
-                if not beyond > 1.0 or not within < 1.0:
-                    continue
-                value, samples = mean_between(total, v, b, ui + side * 0.5 * _CLEAR_M, uo - side * 0.5 * _CLEAR_M, u0)
-                if samples > 0.0:
-                    summed += value * samples
-                    count += samples
-    return summed, count
 
 
 @njit(parallel=True, **_FAST)
