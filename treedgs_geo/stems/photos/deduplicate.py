@@ -6,7 +6,7 @@ import numpy as np
 
 from ..quality.limits import judge
 from .fit.photo_fit import PhotoFit
-from .propose.edge_seeds import APART_M
+from .propose.edge_voting import APART_M
 from .quality_control import GAIN_MERGED
 
 #: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).

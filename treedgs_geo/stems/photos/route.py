@@ -20,7 +20,7 @@ from . import search_steps as steps
 from .deduplicate import merge, without_open_diameter
 from .fit.photo_fit import PhotoFit
 from .options import PhotoStemOptions
-from .propose.edge_seeds import UPRIGHT_MAX_DEG
+from .propose.edge_voting import UPRIGHT_MAX_DEG
 from .search_steps import TileSearch
 from .targeted_fit import GivenStems
 from .tile_calibration import Look

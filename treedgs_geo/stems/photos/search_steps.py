@@ -19,7 +19,7 @@ from .images.vertical_rectification import PlumbGrid, plumb_grid
 from .low_confidence import settled_by_network
 from .network.inference import network_maps
 from .options import PhotoStemOptions
-from .propose.edge_seeds import EdgeSeeds, edge_seeds
+from .propose.edge_voting import EdgeSeeds, edge_seeds
 from .propose.network_seeds import network_seeds
 from .propose.space_carving import carved_seeds, hidden_ground, searched
 from .seed_fits import fits_of_edges, fits_of_seeds

@@ -8,8 +8,7 @@ from ...core.progress import Reporter
 from .deduplicate import known_rows, plausible
 from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
-from .propose.edge_seeds import EdgeSeeds
-from .propose.edge_voting import Seed
+from .propose.edge_voting import EdgeSeeds, Seed
 from .stem_fit import Fitter
 
 #: Seeds this far below the threshold are still fitted (log likelihood units), and how many at most.

@@ -21,8 +21,7 @@ from .images.sharpness import soft_px
 from .images.sun import sun_azimuths
 from .network.inference import NetworkMaps
 from .options import PhotoStemOptions
-from .propose.edge_seeds import EdgeSeeds
-from .propose.edge_voting import Seed
+from .propose.edge_voting import EdgeSeeds, Seed
 from .stem_fit import Fitter
 
 #: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.

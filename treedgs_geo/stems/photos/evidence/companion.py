@@ -16,7 +16,7 @@ from numba import njit, prange
 
 from ..fit.pattern_search import pattern_search
 from ..fit.search import Hypothesis, Search, distinct
-from ..fit.search_kernels import SINGLE_WEIGHT, edge_pair, seen_sum
+from ..fit.search_kernels import above_null, edges_between, seen_sum
 from ..images.axis_patches import StemAxis
 from ..images.background import Silhouette
 from ..images.background_kernels import step_contrast
@@ -45,14 +45,10 @@ PAIR_MOVES = 52
 def pair_view_z(edges, null, p, z):
     """z-score of a stem and its companion in every view. p: (10,) x, y, lx, ly, r of the one, then of the other."""
     ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
-    radii, mean, sd = null
     n_views, n_blocks, n_u = ridge.shape
-    step = radii[1] - radii[0]
     for v in range(n_views):
         nx, ny = normal[v, 0], normal[v, 1]
-        t = 0.0
-        n_valid = 0
-        width = 0.0
+        t, n_valid, width = 0.0, 0, 0.0
         for b in range(n_blocks):
             if not valid[v, b]:
                 continue
@@ -63,30 +59,14 @@ def pair_view_z(edges, null, p, z):
             mw = max(p[9] + 0.5 * taper * q[b], 0.006)
             if m - mw < high + OPEN_M and m + mw > low - OPEN_M:
                 low, high = min(low, m - mw), max(high, m + mw)
-            left = (low - u0) / du
-            right = (high - u0) / du
-            i = int(left)
-            j = int(right)
-            if left < 0 or j >= n_u - 1 or right <= left:
+            left, right = (low - u0) / du, (high - u0) / du
+            if left < 0 or int(right) >= n_u - 1 or right <= left:
                 continue
             n_valid += 1
             width += 0.5 * (high - low) / widen[v] - taper * q[b]
-            a = left - i
-            d = right - j
-            e, g = ridge[v, b], unit[v, b]
-            i2 = i + 1 if a > 0.5 else i
-            j2 = j + 1 if d > 0.5 else j
-            score = edge_pair(e, g, i2, j2, terminator[v]) - SINGLE_WEIGHT * (e[i2] + e[j2])
-            el = e[i] * (1 - a) + e[i + 1] * a
-            er = e[j] * (1 - d) + e[j + 1] * d
-            t += score * (el * er) / max(e[i2] * e[j2], 1e-9) + SINGLE_WEIGHT * (el + er)
-        if n_valid < max(2, n_blocks // 3):
-            z[v] = -9.0
-            continue
-        f = min(max((width / n_valid - radii[0]) / step, 0.0), radii.size - 1.001)
-        k = int(f)
-        f -= k
-        z[v] = (t / n_valid - mean[v, k] * (1 - f) - mean[v, k + 1] * f) / (sd[v, k] * (1 - f) + sd[v, k + 1] * f)
+            t += edges_between(ridge, unit, v, b, left, right, terminator[v])
+        enough = n_valid >= max(2, n_blocks // 3)
+        z[v] = above_null(null, v, width / n_valid, t / n_valid) if enough else -9.0
 
 
 @njit(**_FAST)

@@ -13,9 +13,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ..images.axis_patches import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis, fetch, project
+from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at, crop_place, fetch
 from ..images.background import Backdrop
-from ..images.background_kernels import ROW_M, TONES, across_view, behind_on_ground
+from ..images.background_kernels import ROW_M, TONES, behind_on_ground
 from ..images.crops import GroundGrid, PhotoStack
 
 #: No fastmath: places whose ground no photo shows are NaN.
@@ -31,31 +31,26 @@ MIN_HELD = 0.8
 @njit(parallel=True, **_EXACT)
 def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
     """Correlation of luma with the ground's inside an outline, (V,); NaN where a photo holds too little of it."""
-    pixels, start, shape, corner, camera, centre = photos
+    centre = photos.centre
     bx0, by0, bcell, mean, _, layer = backdrop
     rows, columns = mean.shape[1], mean.shape[2]
-    for v in prange(camera.shape[0]):
+    for v in prange(len(centre)):
         colour = np.empty(3, np.float32)
         out[v] = np.nan
-        dx, dy = axis[P_X] - centre[v, 0], axis[P_Y] - centre[v, 1]
-        if dx * dx + dy * dy < 1.0:
+        nx, ny, widen = across_view(axis, centre[v])
+        if nx == 0.0 and ny == 0.0:
             continue
-        nx, ny, widen = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - centre[v, 2])
         asked, n, s, g, ss, gg, sg = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(heights.size):
-            q = heights[i] - axis[BH_M]
-            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
-            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            ax, ay = axis_at(axis, heights[i] - axis[BH_M])
             z = axis[GROUND_Z] + heights[i]
             half = INNER * widen * radii[i]
             steps = int(np.ceil(half / ACROSS_M))
             for j in range(-steps, steps + 1):
                 asked += 1
                 x, y = ax + nx * half * j / steps, ay + ny * half * j / steps
-                u, w, depth = project(camera[v], x, y, z)
-                u -= 0.5 + corner[v, 1]
-                w -= 0.5 + corner[v, 0]
-                if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+                u, w, shown = crop_place(photos, v, x, y, z)
+                if not shown:
                     continue
                 hx, hy = behind_on_ground(ground, centre[v], axis[GROUND_Z], x, y, z)
                 fy, fx = (hy - by0) / bcell, (hx - bx0) / bcell
@@ -69,7 +64,7 @@ def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
                 behind += (m[a + 1, b, 0] * (1 - fx) + m[a + 1, b + 1, 0] * fx) * fy
                 if not (behind > -9.0 and behind < 9.0):
                     continue
-                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
+                fetch(photos, v, u, w, lut, colour)
                 n += 1
                 s += colour[0]
                 g += behind

@@ -50,29 +50,62 @@ class Null(NamedTuple):
     sd: np.ndarray
 
 
-@njit(**_FAST)
-def edge_pair(e, g, i, j, terminator):
-    """Score of the left edge at sample i and the right edge at sample j of one block.
+@njit(inline="always", **_FAST)
+def edge_factor(ridge, unit, v, b, i, j, terminator):
+    """By what the product of two edges counts more or less, of view ``v`` and block ``b``: the left one at sample i,
+    the right one at sample j.
 
     Opposite colour gradients (dark stem on light ground or the reverse) count more. Equal ones do so only where the
     border of light and shade on the bark lies between them, at ``terminator`` (share of the radius; 2 = unknown), and
     turns the other way: without this the shaded part of a stem alone beats the whole stem.
     """
-    dot = g[i, 0] * g[j, 0] + g[i, 1] * g[j, 1] + g[i, 2] * g[j, 2]
+    gi0, gi1, gi2 = unit[v, b, i, 0], unit[v, b, i, 1], unit[v, b, i, 2]
+    gj0, gj1, gj2 = unit[v, b, j, 0], unit[v, b, j, 1], unit[v, b, j, 2]
+    dot = gi0 * gj0 + gi1 * gj1 + gi2 * gj2
     factor = 1.0 - SIGN_WEIGHT * dot
-    if dot > 0.1 and terminator < 0.9 and terminator > -0.9 and e[i] * e[j] > 0.01:
+    if dot > 0.1 and terminator < 0.9 and terminator > -0.9 and ridge[v, b, i] * ridge[v, b, j] > 0.01:
         m = int(0.5 * (i + j) + 0.5 * terminator * (j - i) + 0.5)
         best = 0.0
-        for k in (m - 2, m - 1, m, m + 1, m + 2):
-            if k <= i + 2 or k >= j - 2:
-                continue
+        for k in range(max(m - 2, i + 3), min(m + 3, j - 2)):
             turn = -0.5 * (
-                g[k, 0] * (g[i, 0] + g[j, 0]) + g[k, 1] * (g[i, 1] + g[j, 1]) + g[k, 2] * (g[i, 2] + g[j, 2])
+                unit[v, b, k, 0] * (gi0 + gj0) + unit[v, b, k, 1] * (gi1 + gj1) + unit[v, b, k, 2] * (gi2 + gj2)
             )
-            if turn * e[k] > best:
-                best = turn * e[k]
+            best = max(best, turn * ridge[v, b, k])
         factor += 2 * SIGN_WEIGHT * dot * best
-    return e[i] * e[j] * factor + SINGLE_WEIGHT * (e[i] + e[j])
+    return factor
+
+
+@njit(inline="always", **_FAST)
+def edge_pair(ridge, unit, v, b, i, j, terminator):
+    """Score of a pair of edges at whole samples (:func:`edge_factor`)."""
+    one, other = ridge[v, b, i], ridge[v, b, j]
+    return one * other * edge_factor(ridge, unit, v, b, i, j, terminator) + SINGLE_WEIGHT * (one + other)
+
+
+@njit(inline="always", **_FAST)
+def edges_between(ridge, unit, v, b, left, right, terminator):
+    """Score of a pair of edges at places between samples, whose colours are those of the nearest ones."""
+    i, j = int(left), int(right)
+    a, d = left - i, right - j
+    i2 = i + 1 if a > 0.5 else i
+    j2 = j + 1 if d > 0.5 else j
+    factor = edge_factor(ridge, unit, v, b, i2, j2, terminator)
+    el = ridge[v, b, i] * (1 - a) + ridge[v, b, i + 1] * a
+    er = ridge[v, b, j] * (1 - d) + ridge[v, b, j + 1] * d
+    product = ridge[v, b, i2] * ridge[v, b, j2]
+    if product < 1e-9:
+        factor *= product * 1e9
+    return factor * (el * er) + SINGLE_WEIGHT * (el + er)
+
+
+@njit(inline="always", **_FAST)
+def above_null(null, v, radius, score):
+    """z-score of a view's mean score of edge pairs this far apart (half of it, m) against those of chance."""
+    radii, mean, sd = null
+    f = min(max((radius - radii[0]) / (radii[1] - radii[0]), 0.0), radii.size - 1.001)
+    k = int(f)
+    f -= k
+    return (score - mean[v, k] * (1 - f) - mean[v, k + 1] * f) / (sd[v, k] * (1 - f) + sd[v, k + 1] * f)
 
 
 @njit(inline="always", **_FAST)
@@ -113,7 +146,7 @@ def null_scores(ridge, unit, terminator, u0, du, centres, radii, total, square, 
                 j = int((centres[k] + radii[m] - u0) / du + 0.5)
                 t = 0.0
                 for b in range(n_blocks):
-                    t += edge_pair(ridge[v, b], unit[v, b], i, j, terminator[v])
+                    t += edge_pair(ridge, unit, v, b, i, j, terminator[v])
                 t /= n_blocks
                 total[v, m] += t
                 square[v, m] += t * t
@@ -121,8 +154,9 @@ def null_scores(ridge, unit, terminator, u0, du, centres, radii, total, square, 
 
 
 @njit(**_FAST)
-def pair_table(e, g, terminator, first, last, widest, table):
+def pair_table(ridge, unit, v, b, terminator, first, last, widest, table):
     """:func:`edge_pair` of every left edge in ``first <= i < last``, every width up to ``widest`` samples: (D, U)."""
+    e, g = ridge[v, b], unit[v, b]
     n_u = e.size
     sign, single, one = np.float32(SIGN_WEIGHT), np.float32(SINGLE_WEIGHT), np.float32(1.0)
     red, green, blue = g[:, 0].copy(), g[:, 1].copy(), g[:, 2].copy()
@@ -143,7 +177,7 @@ def pair_table(e, g, terminator, first, last, widest, table):
         if lit:
             for k in range(n):
                 if dot[k] > np.float32(0.1) and e1[k] * e2[k] > np.float32(0.01):
-                    out[k] = edge_pair(e, g, first + k, first + k + d, terminator)
+                    out[k] = edge_pair(ridge, unit, v, b, first + k, first + k + d, terminator)
 
 
 @njit(parallel=True, **_FAST)
@@ -177,7 +211,7 @@ def table_scores(edges, null, leans, offsets, gain, table):
             high = offsets[-1] + most * abs(q[b])
             first = max(int((low - u0) / du - half[n_r - 1]) - 1, 0)
             last = min(int((high - u0) / du - half[0]) + 3, n_u)
-            pair_table(ridge[v, b], unit[v, b], terminator[v], first, last, int(2 * half[n_r - 1]) + 2, pairs)
+            pair_table(ridge, unit, v, b, terminator[v], first, last, int(2 * half[n_r - 1]) + 2, pairs)
             for m in range(leans.shape[0]):
                 slope = leans[m, 0] * normal[v, 0] + leans[m, 1] * normal[v, 1]
                 for k in range(offsets.size):
@@ -221,67 +255,23 @@ def sum_scores(table, normal, xs, ys, c0, dc, score, best_lean):
                         best_lean[a, b, r] = m
 
 
-@njit(inline="always", **_FAST)
-def pair_at(ridge, unit, v, b, i, j, terminator):
-    """:func:`edge_pair` of one view and block without the product of the edges' strengths: the factor alone."""
-    gi0, gi1, gi2 = unit[v, b, i, 0], unit[v, b, i, 1], unit[v, b, i, 2]
-    gj0, gj1, gj2 = unit[v, b, j, 0], unit[v, b, j, 1], unit[v, b, j, 2]
-    dot = gi0 * gj0 + gi1 * gj1 + gi2 * gj2
-    factor = 1.0 - SIGN_WEIGHT * dot
-    if dot > 0.1 and terminator < 0.9 and terminator > -0.9 and ridge[v, b, i] * ridge[v, b, j] > 0.01:
-        m = int(0.5 * (i + j) + 0.5 * terminator * (j - i) + 0.5)
-        best = 0.0
-        for k in range(max(m - 2, i + 3), min(m + 3, j - 2)):
-            turn = -0.5 * (
-                unit[v, b, k, 0] * (gi0 + gj0) + unit[v, b, k, 1] * (gi1 + gj1) + unit[v, b, k, 2] * (gi2 + gj2)
-            )
-            best = max(best, turn * ridge[v, b, k])
-        factor += 2 * SIGN_WEIGHT * dot * best
-    return factor
-
-
 @njit(**_FAST)
 def view_z(edges, null, p, z):
     """z-score of one explanation, (5,) x, y, lx, ly, r, in every view; a view without data gets -9."""
     ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
-    radii, mean, sd = null
-    x, y, lx, ly, radius = p[0], p[1], p[2], p[3], p[4]
     n_views, n_blocks, n_u = ridge.shape
-    step = radii[1] - radii[0]
-    f = min(max((radius - radii[0]) / step, 0.0), radii.size - 1.001)
-    near = int(f)
-    f -= near
     for v in range(n_views):
-        t = 0.0
-        n_valid = 0
-        middle = (x * normal[v, 0] + y * normal[v, 1] - u0) / du
-        slope = (lx * normal[v, 0] + ly * normal[v, 1]) / du
+        t, n_valid = 0.0, 0
+        middle = (p[0] * normal[v, 0] + p[1] * normal[v, 1] - u0) / du
+        slope = (p[2] * normal[v, 0] + p[3] * normal[v, 1]) / du
         for b in range(n_blocks):
             c = middle + slope * q[b]
-            w = widen[v] * (radius + taper * q[b]) / du
-            left = c - w
-            right = c + w
-            i = int(left)
-            j = int(right)
-            if left < 0 or j >= n_u - 1 or right <= left or not valid[v, b]:
+            w = widen[v] * (p[4] + taper * q[b]) / du
+            if c - w < 0 or int(c + w) >= n_u - 1 or w <= 0 or not valid[v, b]:
                 continue
             n_valid += 1
-            a = left - i
-            d = right - j
-            i2 = i + 1 if a > 0.5 else i
-            j2 = j + 1 if d > 0.5 else j
-            factor = pair_at(ridge, unit, v, b, i2, j2, terminator[v])
-            el = ridge[v, b, i] * (1 - a) + ridge[v, b, i + 1] * a
-            er = ridge[v, b, j] * (1 - d) + ridge[v, b, j + 1] * d
-            product = ridge[v, b, i2] * ridge[v, b, j2]
-            if product < 1e-9:
-                factor *= product * 1e9
-            t += factor * (el * er) + SINGLE_WEIGHT * (el + er)
-        if n_valid < max(2, n_blocks // 3):
-            z[v] = -9.0
-            continue
-        k = near
-        z[v] = (t / n_valid - mean[v, k] * (1 - f) - mean[v, k + 1] * f) / (sd[v, k] * (1 - f) + sd[v, k + 1] * f)
+            t += edges_between(ridge, unit, v, b, c - w, c + w, terminator[v])
+        z[v] = above_null(null, v, p[4], t / n_valid) if n_valid >= max(2, n_blocks // 3) else -9.0
 
 
 @njit(**_FAST)

@@ -49,15 +49,26 @@ def project(cam, x, y, z):
 
 
 @njit(inline="always", **_FAST)
-def fetch(pixels, start, rows, columns, u, v, lut, out):
-    """Bilinear colour at crop coordinates (pixel centres at integers) -> three channels; edges are clamped."""
+def crop_place(photos, v, x, y, z):
+    """Where photo ``v`` shows a point, u and v in pixels of its crop, and whether it does."""
+    u, w, depth = project(photos.camera[v], x, y, z)
+    u -= 0.5 + photos.corner[v, 1]
+    w -= 0.5 + photos.corner[v, 0]
+    return u, w, depth >= 1.0 and u >= 1.0 and w >= 1.0 and u <= photos.shape[v, 1] - 2 and w <= photos.shape[v, 0] - 2
+
+
+@njit(inline="always", **_FAST)
+def fetch(photos, view, u, v, lut, out):
+    """Bilinear colour at coordinates of a photo's crop (pixel centres at integers) -> three channels; edges are
+    clamped."""
+    pixels, rows, columns = photos.pixels, photos.shape[view, 0], photos.shape[view, 1]
     u = min(max(u, 0.0), columns - 1.001)
     v = min(max(v, 0.0), rows - 1.001)
     i = int(v)
     j = int(u)
     a = np.float32(v - i)
     b = np.float32(u - j)
-    k = start + (i * columns + j) * 3
+    k = photos.start[view] + (i * columns + j) * 3
     m = k + columns * 3
     one = np.float32(1.0)
     blue = (lut[pixels[k]] * (one - b) + lut[pixels[k + 3]] * b) * (one - a) + (
@@ -154,31 +165,28 @@ class _Sampling(NamedTuple):
 
 
 @njit(inline="always", **_FAST)
-def _across(axis, camera, centre):
-    """How a photo sees an axis: direction across the view, silhouette half width over radius, metres per pixel; no
-    direction where the photo stands above the stem."""
-    dx = axis[P_X] - centre[0]
-    dy = axis[P_Y] - centre[1]
-    dz = axis[GROUND_Z] + axis[BH_M] - centre[2]
-    flat = np.sqrt(dx * dx + dy * dy)
-    if flat < 1.0:
-        return 0.0, 0.0, 1.0, 0.0
-    nx = -dy / flat
-    ny = dx / flat
-    # Silhouette of a leaning cylinder: the axis seen along the view ray.
-    far = np.sqrt(flat * flat + dz * dz)
-    ex, ey, ez = dx / far, dy / far, dz / far
-    along = axis[S_X] * ex + axis[S_Y] * ey + ez
-    ax, ay, az = axis[S_X] - along * ex, axis[S_Y] - along * ey, 1.0 - along * ez
-    a2 = ax * ax + ay * ay + az * az
-    an = ax * nx + ay * ny
-    widen = np.sqrt(a2 / max(a2 - an * an, 1e-9))
-    _, _, depth = project(camera, axis[P_X], axis[P_Y], axis[GROUND_Z] + axis[BH_M])
-    return nx, ny, widen, depth / camera[FX]
+def axis_at(axis, q):
+    """x and y of an axis row ``q`` above breast height."""
+    return axis[P_X] + axis[S_X] * q + axis[C_X] * q * q, axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
 
 
 @njit(inline="always", **_FAST)
-def _derivative(sigma, half, rise):
+def across_view(axis, centre):
+    """How a camera at ``centre`` sees an axis row: direction across the view, nx and ny, and silhouette half width over
+    radius (lean); no direction where it stands above the stem."""
+    dx, dy, dz = axis[P_X] - centre[0], axis[P_Y] - centre[1], axis[GROUND_Z] + axis[BH_M] - centre[2]
+    flat = np.sqrt(dx * dx + dy * dy)
+    if flat < 1.0:
+        return 0.0, 0.0, 1.0
+    nx, ny = -dy / flat, dx / flat
+    along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / np.sqrt(flat * flat + dz * dz)
+    a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
+    across = axis[S_X] * nx + axis[S_Y] * ny
+    return nx, ny, np.sqrt(a2 / max(a2 - across * across, 1e-9))
+
+
+@njit(inline="always", **_FAST)
+def derivative(sigma, half, rise):
     """(2 half + 1,) taps of a Gaussian derivative whose response to a ramp is its rise over ``rise`` samples."""
     taps = np.empty(2 * half + 1, np.float32)
     total = 0.0
@@ -255,9 +263,7 @@ def _read_row(photos, v, axis, h, across, lut, line, at, share):
     nx, ny, first, reach = across
     cam, corner = photos.camera[v], photos.corner[v]
     rows, columns = photos.shape[v, 0], photos.shape[v, 1]
-    q = h - axis[BH_M]
-    x = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
-    y = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+    x, y = axis_at(axis, h - axis[BH_M])
     z = axis[GROUND_Z] + h
     ua, va, _ = project(cam, x + first * nx, y + first * ny, z)
     ub, vb, _ = project(cam, x + (first + reach) * nx, y + (first + reach) * ny, z)
@@ -311,18 +317,18 @@ def _strips_kernel(photos, wanted, axis, sampling, strips):
     px_m, widen = strips.px_m, strips.widen
     n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
-        nx, ny, wider, px = _across(axis, camera[v], centre[v])
+        nx, ny, widen[v] = across_view(axis, centre[v])
         if nx == 0.0 and ny == 0.0:
             continue
-        normal[v, 0] = nx
-        normal[v, 1] = ny
-        widen[v] = wider
+        normal[v, 0], normal[v, 1] = nx, ny
+        _, _, depth = project(camera[v], axis[P_X], axis[P_Y], axis[GROUND_Z] + axis[BH_M])
+        px = depth / camera[v, FX]
         px_m[v] = px
         if not wanted[v]:
             continue
         sigma = sigma_px * px / du
         half = int(np.ceil(3.0 * sigma))
-        taps = _derivative(sigma, half, px / du)
+        taps = derivative(sigma, half, px / du)
         wide = n_u + 2 * half
         line = np.empty((3, wide), np.float32)
         at, share = np.empty((2, wide), np.int32), np.empty((2, wide), np.float32)
@@ -379,33 +385,38 @@ def cut_strips(stack: PhotoStack, axis: StemAxis, layout: StripLayout, wanted: n
     return strips
 
 
+@njit(inline="always", **_FAST)
+def draw_row(e, gradient, width, ridge, unit):
+    """Local maxima of a row's coherence (U,) as Gaussians ``width`` samples wide, with their colour direction, of
+    gradients (U, 3)."""
+    n_u, reach = e.size, int(np.ceil(3 * width))
+    for i in range(1, n_u - 1):
+        peak = e[i]
+        if peak < 0.05 or e[i - 1] > peak or e[i + 1] >= peak:
+            continue
+        g0, g1, g2 = gradient[i, 0], gradient[i, 1], gradient[i, 2]
+        norm = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) + 1e-9
+        curve = e[i - 1] - 2 * peak + e[i + 1]
+        shift = 0.5 * (e[i - 1] - e[i + 1]) / curve if curve < -1e-9 else 0.0
+        for j in range(max(0, i - reach), min(n_u, i + reach + 1)):
+            t = (j - i - shift) / width
+            value = peak * np.exp(-0.5 * t * t)
+            if value > ridge[j]:
+                ridge[j] = value
+                unit[j, 0] = g0 / norm
+                unit[j, 1] = g1 / norm
+                unit[j, 2] = g2 / norm
+
+
 @njit(parallel=True, **_FAST)
-def _ridges_kernel(coherence, gradient, radius, width, floor, ridge, unit):
-    n_views, n_blocks, n_u = coherence.shape
+def _ridges_kernel(coherence, gradient, width, ridge, unit):
+    n_views, n_blocks, _ = coherence.shape
     for v in prange(n_views):
         for b in range(n_blocks):
-            e = coherence[v, b]
-            for i in range(1, n_u - 1):
-                peak = e[i]
-                if peak < floor or e[i - 1] > peak or e[i + 1] >= peak:
-                    continue
-                g0, g1, g2 = gradient[v, b, i, 0], gradient[v, b, i, 1], gradient[v, b, i, 2]
-                norm = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) + 1e-9
-                curve = e[i - 1] - 2 * peak + e[i + 1]
-                shift = 0.5 * (e[i - 1] - e[i + 1]) / curve if curve < -1e-9 else 0.0
-                for j in range(max(0, i - radius), min(n_u, i + radius + 1)):
-                    t = (j - i - shift) / width
-                    value = peak * np.exp(-0.5 * t * t)
-                    if value > ridge[v, b, j]:
-                        ridge[v, b, j] = value
-                        unit[v, b, j, 0] = g0 / norm
-                        unit[v, b, j, 1] = g1 / norm
-                        unit[v, b, j, 2] = g2 / norm
+            draw_row(coherence[v, b], gradient[v, b], width, ridge[v, b], unit[v, b])
 
 
-def draw_ridges(
-    coherence: np.ndarray, gradient: np.ndarray, width_samples: float, floor: float = 0.05
-) -> tuple[np.ndarray, np.ndarray]:
+def draw_ridges(coherence: np.ndarray, gradient: np.ndarray, width_samples: float) -> tuple[np.ndarray, np.ndarray]:
     """Keep the local maxima of the coherence along u, redrawn as narrow Gaussians, with the maxima's colour direction.
 
     Without this, one thick ridge serves as both edges of a stem. Returns ridge (V, B, U) float32 and unit gradient
@@ -413,7 +424,7 @@ def draw_ridges(
     """
     ridge = np.zeros_like(coherence)
     unit = np.zeros_like(gradient)
-    _ridges_kernel(coherence, gradient, int(np.ceil(3 * width_samples)), width_samples, floor, ridge, unit)
+    _ridges_kernel(coherence, gradient, width_samples, ridge, unit)
     return ridge, unit
 
 
@@ -426,8 +437,9 @@ def _known_kernel(strips, axis, centre, known, margin):
         nx, ny = normal[v, 0], normal[v, 1]
         dx, dy = ny, -nx
         for b in range(n_blocks):
-            x = axis[P_X] + axis[S_X] * q[b] + axis[C_X] * q[b] * q[b] - centre[v, 0]
-            y = axis[P_Y] + axis[S_Y] * q[b] + axis[C_Y] * q[b] * q[b] - centre[v, 1]
+            x, y = axis_at(axis, q[b])
+            x -= centre[v, 0]
+            y -= centre[v, 1]
             z = axis[GROUND_Z] + axis[BH_M] + q[b] - centre[v, 2]
             own = x * dx + y * dy
             side = x * nx + y * ny

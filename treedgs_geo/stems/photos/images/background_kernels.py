@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from .axis_patches import BH_M, C_X, C_Y, GROUND_Z, LUT_GAMMA, P_X, P_Y, S_X, S_Y, fetch, project
+from .axis_patches import BH_M, GROUND_Z, LUT_GAMMA, across_view, axis_at, crop_place, fetch
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Photos a flight needs for a ground of its own, and how many of a flight are used at most.
@@ -44,18 +44,15 @@ REACH_M, STEP_M, BESIDE_M = 0.75, 0.01, 0.25
 @njit(parallel=True, **_FAST)
 def ground_medians(photos, x, y, z, lut, least, mean, spread):
     """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
-    pixels, start, shape, corner, camera, _ = photos
     for i in prange(x.size):
-        colours = np.empty((3, camera.shape[0]), np.float32)
+        colours = np.empty((3, photos.start.size), np.float32)
         out = np.empty(3, np.float32)
         n = 0
-        for v in range(camera.shape[0]):
-            u, w, depth = project(camera[v], x[i], y[i], z[i])
-            u -= 0.5 + corner[v, 1]
-            w -= 0.5 + corner[v, 0]
-            if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+        for v in range(photos.start.size):
+            u, w, shown = crop_place(photos, v, x[i], y[i], z[i])
+            if not shown:
                 continue
-            fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, out)
+            fetch(photos, v, u, w, lut, out)
             colours[:, n] = out
             n += 1
         if n < least:
@@ -84,18 +81,6 @@ def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
 
 
 @njit(inline="always", **_FAST)
-def across_view(axis, dx, dy, dz):
-    """Direction across the view of an axis row, nx and ny, and silhouette half width over radius (lean); dx, dy, dz:
-    from the camera to breast height, metres."""
-    flat = np.sqrt(dx * dx + dy * dy)
-    nx, ny = -dy / flat, dx / flat
-    along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / np.sqrt(flat * flat + dz * dz)
-    a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
-    across = axis[S_X] * nx + axis[S_Y] * ny
-    return nx, ny, np.sqrt(a2 / max(a2 - across * across, 1e-9))
-
-
-@njit(inline="always", **_FAST)
 def behind_on_ground(ground, centre, start_z, x, y, z):
     """x and y where the viewing ray through a point meets the ground behind it. start_z: a first guess of its height;
     centre: (3,) of the camera."""
@@ -115,35 +100,28 @@ def behind_on_ground(ground, centre, start_z, x, y, z):
 @njit(parallel=True, **_FAST)
 def likelihoods(photos, ground, backdrop, tones, axis, heights, us, silhouette):
     """Fill ``silhouette`` (a :class:`.background.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
-    pixels, start, shape, corner, camera, centre = photos
+    centre = photos.centre
     lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
     bx0, by0, bcell, mean, spread, layer = backdrop
     total, normal, widen, blind = silhouette.total, silhouette.normal, silhouette.widen, silhouette.blind
     per_block = heights.size // total.shape[1]
     rows, columns = mean.shape[1], mean.shape[2]
-    for v in prange(camera.shape[0]):
+    for v in prange(len(centre)):
         colour = np.empty(3, np.float32)
         sums = np.zeros(us.size)
-        dx = axis[P_X] - centre[v, 0]
-        dy = axis[P_Y] - centre[v, 1]
-        flat = np.sqrt(dx * dx + dy * dy)
-        if flat < 1.0:
+        nx, ny, widen[v] = across_view(axis, centre[v])
+        normal[v, 0], normal[v, 1] = nx, ny
+        if nx == 0.0 and ny == 0.0:
             blind[v] = True
             continue
-        nx, ny, widen[v] = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - centre[v, 2])
-        normal[v, 0], normal[v, 1] = nx, ny
         for i in range(heights.size):
-            q = heights[i] - axis[BH_M]
-            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
-            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            ax, ay = axis_at(axis, heights[i] - axis[BH_M])
             z = axis[GROUND_Z] + heights[i]
             for j in range(us.size):
                 x = ax + us[j] * nx
                 y = ay + us[j] * ny
-                u, w, depth = project(camera[v], x, y, z)
-                u -= 0.5 + corner[v, 1]
-                w -= 0.5 + corner[v, 0]
-                if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
+                u, w, shown = crop_place(photos, v, x, y, z)
+                if not shown:
                     blind[v] = True
                     break
                 hx, hy = behind_on_ground(ground, centre[v], axis[GROUND_Z], x, y, z)
@@ -152,7 +130,7 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, silhouette):
                 if a < 0 or b < 0 or a >= rows or b >= columns:
                     blind[v] = True
                     break
-                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
+                fetch(photos, v, u, w, lut, colour)
                 value = ground_ratio(colour, mean, spread, layer[v], a, b, floor, ceiling, ratio)
                 if value == UNKNOWN:
                     blind[v] = True

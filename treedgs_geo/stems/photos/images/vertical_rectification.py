@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from .axis_patches import LUT_GAMMA, fetch, project
+from .axis_patches import LUT_GAMMA, derivative, draw_row, fetch, project
 from .crops import FX, GroundGrid, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
@@ -65,19 +65,6 @@ class _Filter(NamedTuple):
 
 
 @njit(inline="always", **_FAST)
-def _derivative(sigma, half):
-    """(2 half + 1,) taps of a Gaussian derivative whose response to a ramp is its rise per column."""
-    taps = np.empty(2 * half + 1, np.float32)
-    total = 0.0
-    for k in range(2 * half + 1):
-        t = (k - half) / sigma
-        taps[k] = t * np.exp(-0.5 * t * t)
-        total += taps[k] * (k - half)
-    taps /= np.float32(total)
-    return taps
-
-
-@njit(inline="always", **_FAST)
 def row_knots(cam, corner, centre, angle, azimuth0, step_a, wide):
     """Crop columns and rows of every 16th of ``wide`` columns of a map's row at a nadir angle; between them, linear."""
     n_knots = wide // 16 + 2
@@ -106,7 +93,7 @@ def _read_row(photos, view, centre, angle, azimuth0, step_a, half, lut, line, go
         if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
             continue
         good[j] = True
-        fetch(photos.pixels, photos.start[view], rows, columns, u, v, lut, colour)
+        fetch(photos, view, u, v, lut, colour)
         line[0, j] = colour[0]
         line[1, j] = colour[1]
         line[2, j] = colour[2]
@@ -132,27 +119,6 @@ def _coherence(slope, energy, inside, low, high, tau, mean, e):
             e[j] = m2 / (power[j] / n + np.float32(tau * tau))
 
 
-@njit(inline="always", **_FAST)
-def _draw_ridges(e, mean, width, drawn, unit):
-    """Local maxima of the coherence as narrow Gaussians (columns,), with their colour direction (columns, 3)."""
-    n_cols = e.size
-    spread = int(np.ceil(3 * width))
-    for j in range(1, n_cols - 1):
-        peak = e[j]
-        if peak < 0.05 or e[j - 1] > peak or e[j + 1] >= peak:
-            continue
-        norm = np.sqrt(mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) + 1e-9
-        curve = e[j - 1] - 2 * peak + e[j + 1]
-        shift = 0.5 * (e[j - 1] - e[j + 1]) / curve if curve < -1e-9 else 0.0
-        for m in range(max(0, j - spread), min(n_cols, j + spread + 1)):
-            t = (m - j - shift) / width
-            value = peak * np.exp(-0.5 * t * t)
-            if value > drawn[m]:
-                drawn[m] = value
-                for ch in range(3):
-                    unit[m, ch] = int(np.round(127 * mean[ch, j] / norm))
-
-
 @njit(parallel=True, **_FAST)
 def _map_kernel(photos, view, plumb, filters):
     """Fill the ridge and the colour directions of ``plumb`` (a :class:`PlumbMap`) from one photo."""
@@ -161,7 +127,7 @@ def _map_kernel(photos, view, plumb, filters):
     sigma, tau, window_m, below, width, lut = filters
     n_rows, n_cols = ridge.shape
     half = int(np.ceil(3 * sigma))
-    taps = _derivative(sigma, half)
+    taps = derivative(sigma, half, 1.0)
     wide = n_cols + 2 * half
     slope = np.zeros((n_rows, 3, n_cols), np.float32)
     energy = np.empty((n_rows, n_cols), np.float32)
@@ -193,10 +159,12 @@ def _map_kernel(photos, view, plumb, filters):
         mean = np.zeros((3, n_cols), np.float32)
         e = np.zeros(n_cols, np.float32)
         _coherence(slope, energy, inside, low, high, tau, mean, e)
-        drawn = np.zeros(n_cols, np.float32)
-        _draw_ridges(e, mean, width, drawn, unit[i])
+        drawn, colour = np.zeros(n_cols, np.float32), np.zeros((n_cols, 3), np.float32)
+        draw_row(e, mean.T, width, drawn, colour)
         for j in range(n_cols):
             ridge[i, j] = int(min(drawn[j], 1.0) * 255 + 0.5)
+            for ch in range(3):
+                unit[i, j, ch] = int(np.round(127 * colour[j, ch]))
 
 
 def plumb_grid(stack: PhotoStack, view: int, points: np.ndarray) -> PlumbGrid:

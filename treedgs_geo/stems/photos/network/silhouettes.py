@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ..images.axis_patches import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
+from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at
 from ..images.background import BAND, Silhouette, blank
-from ..images.background_kernels import across_view
 from ..images.crops import GroundGrid
 from .inference import OUTSIDE, STEPS, NetworkMaps, OddsMaps
 
@@ -57,17 +56,13 @@ def _cut(maps, axis, heights, us, silhouette):
     per_block = heights.size // total.shape[1]
     for v in prange(maps.centre.shape[0]):
         sums = np.zeros(us.size)
-        dx, dy = axis[P_X] - maps.centre[v, 0], axis[P_Y] - maps.centre[v, 1]
-        flat = np.sqrt(dx * dx + dy * dy)
-        if flat < 1.0:
+        nx, ny, widen[v] = across_view(axis, maps.centre[v])
+        normal[v, 0], normal[v, 1] = nx, ny
+        if nx == 0.0 and ny == 0.0:
             blind[v] = True
             continue
-        nx, ny, widen[v] = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2])
-        normal[v, 0], normal[v, 1] = nx, ny
         for i in range(heights.size):
-            q = heights[i] - axis[BH_M]
-            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
-            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            ax, ay = axis_at(axis, heights[i] - axis[BH_M])
             for j in range(us.size):
                 value = odds_at(maps, v, ax + us[j] * nx, ay + us[j] * ny, axis[GROUND_Z] + heights[i])
                 if not (value > -99.0):
@@ -101,12 +96,9 @@ def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
 @njit(parallel=True, **_FAST)
 def _shares(maps, axis, radii, heights, across, share):
     for v in prange(share.shape[0]):
-        dx, dy = axis[P_X] - maps.centre[v, 0], axis[P_Y] - maps.centre[v, 1]
-        nx, ny, _ = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2])
+        nx, ny, _ = across_view(axis, maps.centre[v])
         for i in range(heights.size):
-            q = heights[i] - axis[BH_M]
-            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
-            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            ax, ay = axis_at(axis, heights[i] - axis[BH_M])
             total = 0.0
             for j in range(across.size):
                 u = across[j] * radii[i]

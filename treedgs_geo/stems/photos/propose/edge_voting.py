@@ -14,11 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
+from scipy.ndimage import maximum_filter
 from scipy.special import ndtri
 
+from ....reconstruction.area import Area
 from ..fit.search_kernels import SIGN_WEIGHT, SINGLE_WEIGHT
-from ..images.crops import GroundGrid
-from ..images.vertical_rectification import PlumbMap
+from ..images.crops import GroundGrid, PhotoStack
+from ..images.vertical_rectification import PlumbGrid, PlumbMap, make_map
+from ..options import PhotoStemOptions
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -32,6 +35,16 @@ RING_M = 0.18
 #: Of so many rings one is counted for the ranks of scores, in so many parts at once.
 _RINGS_COUNTED, _PARTS = 3, 8
 T_MAX = 2.2
+#: Seeds are this far apart, m; those beside a found stem, which may be a second one, this far.
+APART_M, BESIDE_M = 0.4, 0.2
+#: A lean costs seeds this much (log likelihood units per (m/m)^2).
+LEAN_COST = 60.0
+#: The search for edges takes leans up to this, degrees; the rest is for :mod:`.space_carving`.
+UPRIGHT_MAX_DEG = 10.0
+#: The threshold lies this far above the best decoy, and never below the minimum (log likelihood units).
+ABOVE_CHANCE, MIN_THRESHOLD = 3.0, 8.0
+#: Cells around the area, m: leaning stems carry their upper layers there.
+_EDGE_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -46,6 +59,17 @@ class Seed:
     r: float
     score: float
     sure: bool = False
+
+
+class EdgeSeeds(NamedTuple):
+    """What the edges propose, clearest first."""
+
+    #: In and near the area, :data:`APART_M` apart.
+    seeds: list[Seed]
+    #: The same, :data:`BESIDE_M` apart, wherever they are.
+    beside: list[Seed]
+    #: Score (log likelihood units) that chance hardly reaches.
+    threshold: float
 
 
 class _Rings(NamedTuple):
@@ -276,102 +300,91 @@ def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
     return grid[np.argsort(np.hypot(grid[:, 0], grid[:, 1]), kind="stable")]
 
 
-def _rings_of(plumb: PlumbMap) -> _Rings:
-    first = float(plumb.distance[0])
-    return _Rings(first, RING_M, int((plumb.distance[1] - first) / RING_M) + 2)
+def best_lines(
+    layers: np.ndarray, mask: np.ndarray, leans: np.ndarray, lever: np.ndarray, cell: float, penalty: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Best sum of (M, rows, columns, R) layers along a line through every cell of ``mask``, which of the (K, 2) leans
+    that is, and which of the R radii.
 
-
-@dataclass
-class Detector:
-    """The evidence of all views on one tile of ground.
-
-    maps: of each view; each is read once, so that they need not all be in memory.
+    lever: (M,) heights of the layers above breast height, m. penalty: of a lean, per (m/m)^2.
     """
+    best = np.full(mask.shape, -np.inf, np.float32)
+    lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
+    _lines(layers, mask, leans, lever, cell, penalty, best, lean, radius)
+    return best, lean, radius
 
-    maps: Iterable[PlumbMap]
-    radii: np.ndarray
-    ground: GroundGrid
-    x0: float
-    y0: float
-    cell: float
-    mask: np.ndarray
-    bh_m: float
 
-    @property
-    def block_heights(self) -> np.ndarray:
-        """(layers * BLOCKS,) heights above ground."""
-        n = N_LAYERS * BLOCKS
-        return LAYER_LOW + (np.arange(n) + 0.5) * LAYER_M / BLOCKS
+def edge_seeds(
+    stack: PhotoStack,
+    ground: GroundGrid,
+    plumbs: list[PlumbGrid],
+    area: Area,
+    box: tuple[float, float, float, float],
+    options: PhotoStemOptions,
+    rng: np.random.Generator,
+) -> EdgeSeeds:
+    """Seeds of a piece of ground. plumbs: one a photo. box: x0, y0, x1, y1 of the piece, m, local frame."""
+    cell, x0, y0 = options.cell_m, box[0] - _EDGE_M, box[1] - _EDGE_M
+    columns, rows = (int((box[k + 2] - box[k] + 2 * _EDGE_M) / cell) + 1 for k in (0, 1))
+    gx, gy = np.meshgrid(x0 + cell * np.arange(columns), y0 + cell * np.arange(rows))
+    mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + _EDGE_M).reshape(gx.shape)
+    radii = np.arange(0.04, options.max_dbh_cm / 200 + 0.01, 0.025)
+    maps = (make_map(stack, view, ground, plumb) for view, plumb in enumerate(plumbs))
+    leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MAX_DEG))
+    lever = LAYER_LOW + (np.arange(N_LAYERS) + 0.5) * LAYER_M - options.bh_m
 
-    @property
-    def lever(self) -> np.ndarray:
-        """(layers,) layer centres above breast height."""
-        return LAYER_LOW + (np.arange(N_LAYERS) + 0.5) * LAYER_M - self.bh_m
-
-    def accumulate(self, rng: np.random.Generator, decoy: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Sum the views' evidence: (ny, nx, layers, radii) and the same for shifted views (decoys)."""
-        shape = (*self.mask.shape, N_LAYERS, len(self.radii))
-        total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
-        tile = _Tile(self.x0, self.y0, self.cell, self.mask)
-        # One photo's ratios at a time, in memory that is kept from one to the next.
-        each = N_LAYERS * len(self.radii)
-        store = np.empty(0, np.float32)
-        for plumb in self.maps:
-            rings, n_cols = _rings_of(plumb), plumb.ridge.shape[1]
-            if rings.n * n_cols * each > store.size:
-                store = np.empty(rings.n * n_cols * each, np.float32)
-            scores = plumb, rings, self.block_heights, BLOCKS, self.radii, self.ground
-            counts = np.zeros((_PARTS, N_LAYERS, len(self.radii), N_BINS), np.int64)
-            _count_scores(*scores, _RINGS_COUNTED, counts)
-            lut = rank_lut(counts.sum(axis=0))
-            by_layer = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, N_LAYERS, len(self.radii))
-            _ratios(*scores, lut, by_layer)
-            llr = by_layer.reshape(rings.n, n_cols, each)
-            unknown = lut[..., N_BINS].ravel()
-            where = llr, unknown, plumb, rings, tile
-            _accumulate(*where, 0.0, 0.0, total.reshape(*self.mask.shape, -1))
-            if decoy:
-                angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
-                _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance.reshape(*self.mask.shape, -1))
-        return total, chance
-
-    def seeds(
-        self, total: np.ndarray, leans: np.ndarray, apart_m: float = 0.4, penalty: float = 60.0, most: int = 400
-    ) -> list[Seed]:
-        """Local maxima of the line sums, best first."""
-        return self.peaks(self.lines(total, leans, penalty), leans, apart_m, most)
-
-    def lines(self, total: np.ndarray, leans: np.ndarray, penalty: float) -> tuple[np.ndarray, ...]:
-        """Best sum of layers along a line through every cell, and the index of its lean and of its radius.
-
-        The radius may fall one step above breast height + 1 m.
-        """
-        best = np.full(self.mask.shape, -np.inf, np.float32)
-        lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
+    def lines(total: np.ndarray) -> tuple[np.ndarray, ...]:
         layers = np.ascontiguousarray(total.transpose(2, 0, 1, 3))
-        for layer, lever in zip(layers, self.lever, strict=False):
-            if lever > 1.0:
-                np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
-        _lines(layers, self.mask, leans, self.lever, self.cell, penalty, best, lean, radius)
-        return best, lean, radius
+        for layer in layers[lever > 1.0]:
+            # A metre above breast height the stem may be one radius thinner.
+            np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
+        return best_lines(layers, mask, leans, lever, cell, LEAN_COST)
 
-    def peaks(self, lines: tuple[np.ndarray, ...], leans: np.ndarray, apart_m: float, most: int = 400) -> list[Seed]:
-        """Local maxima of :meth:`lines`, best first, at least half of ``apart_m`` apart along each axis."""
-        from scipy.ndimage import maximum_filter
-
-        best, lean, radius = lines
-        size = 2 * int(apart_m / self.cell / 2) + 1
-        peaks = np.argwhere((best >= maximum_filter(best, size)) & np.isfinite(best))
-        values = best[tuple(peaks.T)]
-        order = np.argsort(-values, kind="stable")[:most]
+    def peaks(found: tuple[np.ndarray, ...], apart_m: float) -> list[Seed]:
+        """Local maxima, best first, at least half of ``apart_m`` apart along each axis."""
+        best, lean, radius = found
+        tops = np.argwhere((best >= maximum_filter(best, 2 * int(apart_m / cell / 2) + 1)) & np.isfinite(best))
+        order = np.argsort(-best[tuple(tops.T)], kind="stable")[:400]
         return [
             Seed(
-                self.x0 + j * self.cell,
-                self.y0 + i * self.cell,
-                float(leans[lean[i, j]][0]),
-                float(leans[lean[i, j]][1]),
-                float(self.radii[radius[i, j]]),
-                float(best[i, j]),
+                x0 + j * cell, y0 + i * cell, *leans[lean[i, j]].tolist(), float(radii[radius[i, j]]), float(best[i, j])
             )
-            for i, j in peaks[order]
+            for i, j in tops[order]
         ]
+
+    total, chance = _votes(maps, radii, ground, _Tile(x0, y0, cell, mask), rng)
+    found = lines(total)
+    seeds, beside = (peaks(found, apart) for apart in (APART_M, BESIDE_M))
+    decoys = peaks(lines(chance), APART_M)
+    threshold = max(MIN_THRESHOLD, decoys[0].score + ABOVE_CHANCE if decoys else 0.0)
+    near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
+    return EdgeSeeds([seed for seed, keep in zip(seeds, near, strict=True) if keep], beside, threshold)
+
+
+def _votes(
+    maps: Iterable[PlumbMap], radii: np.ndarray, ground: GroundGrid, tile: _Tile, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """The views' evidence, (rows, columns, layers, radii), and the same of views shifted at random (decoys). maps: of
+    each view; each is read once, so that they need not all be in memory."""
+    each = N_LAYERS * len(radii)
+    total, chance = (np.zeros((*tile.mask.shape, each), np.float32) for _ in range(2))
+    heights = LAYER_LOW + (np.arange(N_LAYERS * BLOCKS) + 0.5) * LAYER_M / BLOCKS
+    # One photo's ratios at a time, in memory that is kept from one to the next.
+    store = np.empty(0, np.float32)
+    for plumb in maps:
+        first, n_cols = float(plumb.distance[0]), plumb.ridge.shape[1]
+        rings = _Rings(first, RING_M, int((plumb.distance[1] - first) / RING_M) + 2)
+        if rings.n * n_cols * each > store.size:
+            store = np.empty(rings.n * n_cols * each, np.float32)
+        scores = plumb, rings, heights, BLOCKS, radii, ground
+        counts = np.zeros((_PARTS, N_LAYERS, len(radii), N_BINS), np.int64)
+        _count_scores(*scores, _RINGS_COUNTED, counts)
+        lut = rank_lut(counts.sum(axis=0))
+        llr = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, each)
+        _ratios(*scores, lut, llr.reshape(rings.n, n_cols, N_LAYERS, len(radii)))
+        where = llr, lut[..., N_BINS].ravel(), plumb, rings, tile
+        _accumulate(*where, 0.0, 0.0, total)
+        angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
+        _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance)
+    shape = (*tile.mask.shape, N_LAYERS, len(radii))
+    return total.reshape(shape), chance.reshape(shape)

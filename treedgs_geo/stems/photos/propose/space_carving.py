@@ -14,15 +14,16 @@ from collections.abc import Callable
 
 import numpy as np
 from numba import njit, prange
+from scipy.ndimage import maximum_filter, uniform_filter
 
 from ....reconstruction.area import Area
 from ..fit.pattern_search import DISC_MOVES, disc_step, pattern_search
-from ..images.axis_patches import StemAxis, fetch, project
+from ..images.axis_patches import StemAxis, crop_place, fetch
 from ..images.background import Backdrop, Silhouette
 from ..images.background_kernels import TONES, UNKNOWN, contrast_of, ground_ratio
 from ..images.crops import GroundGrid, PhotoStack
 from ..options import PhotoStemOptions
-from .edge_voting import Seed, lean_grid
+from .edge_voting import Seed, best_lines, lean_grid
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Layers above ground, metres; cell of the grid; width of the surroundings that a point is compared with.
@@ -45,8 +46,6 @@ FIRST_RADIUS_M, RADIUS_M = 0.12, (0.03, 0.45)
 @njit(parallel=True, **_FAST)
 def _ground_shown(photos, v, ground, backdrop, tones, shown):
     """Log likelihood ratio of "photo ``v`` shows the ground" at every cell of ``ground``; 0 where nothing is known."""
-    camera, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
-    pixels, start = photos.pixels, photos.start[v]
     lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
     x0, y0, cell, z = ground
     mean, spread, layer = backdrop.mean, backdrop.spread, backdrop.layer[v]
@@ -54,12 +53,10 @@ def _ground_shown(photos, v, ground, backdrop, tones, shown):
         colour = np.empty(3, np.float32)
         for j in range(z.shape[1]):
             shown[i, j] = 0.0
-            u, w, depth = project(camera, x0 + j * cell, y0 + i * cell, z[i, j])
-            u -= 0.5 + corner[1]
-            w -= 0.5 + corner[0]
-            if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[1] - 2 or w > shape[0] - 2:
+            u, w, inside = crop_place(photos, v, x0 + j * cell, y0 + i * cell, z[i, j])
+            if not inside:
                 continue
-            fetch(pixels, start, shape[0], shape[1], u, w, lut, colour)
+            fetch(photos, v, u, w, lut, colour)
             value = ground_ratio(colour, mean, spread, layer, i, j, floor, ceiling, ratio)
             if value != UNKNOWN:
                 shown[i, j] = value
@@ -92,29 +89,6 @@ def _carve(shown, centre, ground, gx0, gy0, gcell, heights, total):
                     total[m, i, j] += shown[a, b]
 
 
-@njit(parallel=True, **_FAST)
-def _lines(layers, leans, lever, cell, best, which):
-    """Best sum of (layers, rows, columns) along straight lines through every cell, and which lean that is."""
-    n_y, n_x = best.shape
-    for i in prange(n_y):
-        line = np.empty(n_x, np.float32)
-        for k in range(leans.shape[0]):
-            line[:] = 0.0
-            for m in range(lever.size):
-                aside = int(np.round(leans[k, 0] * lever[m] / cell))
-                a = i + int(np.round(leans[k, 1] * lever[m] / cell))
-                first, last = max(0, -aside), min(n_x, n_x - aside)
-                if a < 0 or a >= n_y or last <= first:
-                    continue
-                to, values = line[first:last], layers[m, a, first + aside : last + aside]
-                for c in range(values.size):
-                    to[c] += values[c]
-            for j in range(n_x):
-                if line[j] > best[i, j]:
-                    best[i, j] = line[j]
-                    which[i, j] = k
-
-
 @njit(**_FAST)
 def _clearest(silhouette, p, r_low, r_high):
     """Pattern search for the clearest silhouette over place, lean and radius; p is changed in place."""
@@ -137,35 +111,36 @@ def carved_seeds(
     silhouette_of: an axis -> its silhouette. known: (K, 10) rows of found stems, which are left out. chance: contrast
     that places without a stem reach.
     """
-    x0, y0 = corner
-    clear_known(layers, known, x0, y0, options.bh_m)
+    clear_known(layers, known, *corner, options.bh_m)
     leans = lean_grid(options.max_lean_deg + LEAN_MARGIN_DEG, LEAN_STEP)
-    best, which = lines_through(layers, leans, options.bh_m)
-    from scipy.ndimage import maximum_filter
-
-    peaks = np.argwhere(best >= maximum_filter(best, int(APART_M / CELL_M)))
-    places = np.column_stack([x0 + CELL_M * peaks[:, 1], y0 + CELL_M * peaks[:, 0]])
-    peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
-    score = best[tuple(peaks.T)]
-    order = np.argsort(-score, kind="stable")
-    order = order[score[order] > STANDS_OUT * np.median(score)][:MAX_LINES] if len(score) else order
-    seeds = []
-    for place, lean in zip(places[order], leans[which[tuple(peaks[order].T)]], strict=True):
-        foot = float(ground.at(place[:1], place[1:])[0])
-        axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
-        seeds.append(clearest(silhouette_of(axis), axis, chance))
+    lines = lines_through(layers, leans, corner, area, ground, options)
+    bar = STANDS_OUT * float(np.median([score for score, _ in lines])) if lines else 0.0
     steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
+    seeds = [clearest(silhouette_of(axis), axis, chance) for score, axis in lines[:MAX_LINES] if score > bar]
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
     seeds = [seed for seed in seeds if seed.score > max(MIN_CONTRAST, CONTRAST_A_M * seed.r)]
     return sorted(seeds, key=lambda seed: -seed.score)[:MAX_SEEDS]
 
 
-def lines_through(layers: np.ndarray, leans: np.ndarray, bh_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """(layers, rows, columns) of evidence at :data:`HEIGHTS` -> best sum along a line through every cell at breast
-    height, and which of the (K, 2) leans that is."""
-    best, which = np.full(layers.shape[1:], -np.inf, np.float32), np.zeros(layers.shape[1:], np.int64)
-    _lines(layers, leans, HEIGHTS - bh_m, CELL_M, best, which)
-    return best, which
+def lines_through(
+    layers: np.ndarray,
+    leans: np.ndarray,
+    corner: tuple[float, float],
+    area: Area,
+    ground: GroundGrid,
+    options: PhotoStemOptions,
+) -> list[tuple[float, StemAxis]]:
+    """The clearest lines of their surroundings through (layers, rows, columns) of evidence at :data:`HEIGHTS`, in and
+    near an area: sum and axis, best first. leans: (K, 2). corner: x and y of the first cell."""
+    mask = np.ones(layers.shape[1:], bool)
+    best, which, _ = best_lines(layers[..., None], mask, leans, HEIGHTS - options.bh_m, CELL_M)
+    peaks = np.argwhere(best >= maximum_filter(best, int(APART_M / CELL_M)))
+    places = np.array(corner) + CELL_M * peaks[:, ::-1]
+    peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
+    score, feet = best[tuple(peaks.T)], ground.at(places[:, 0], places[:, 1])
+    lean, still = leans[which[tuple(peaks.T)]], np.zeros(2)
+    order = np.argsort(-score, kind="stable")
+    return [(float(score[k]), StemAxis(places[k], lean[k], still, float(feet[k]), options.bh_m)) for k in order]
 
 
 def searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:
@@ -179,8 +154,6 @@ def hidden_ground(
 ) -> np.ndarray:
     """(layers, rows, columns) how much less ground shows through points above the ground than through those around
     them, summed over the photos; rows from ``y0``, columns from ``x0``, every :data:`CELL_M`."""
-    from scipy.ndimage import uniform_filter
-
     ny, nx = backdrop.mean.shape[1:3]
     gx, gy = np.meshgrid(backdrop.x0 + backdrop.cell * np.arange(nx), backdrop.y0 + backdrop.cell * np.arange(ny))
     z = grid.at(gx.ravel(), gy.ravel()).reshape(ny, nx).astype(np.float32)
