@@ -25,7 +25,7 @@ from ..core.steps import Collector, NotKept
 from ..core.workspace import read_record
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import KeptFits, read_fits
-from ..stems.photos.resumed_search import fits_again
+from ..stems.photos.route import fits_again
 from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
 from ..stems.quality.tree import Tree

@@ -8,13 +8,13 @@ from clear_fit import clear_photo_fit
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.stems.photos.evidence.taper_prior import stand_taper
 from treedgs_geo.stems.photos.evidence.upper_band import averaged, weight_above
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit_records import fit_of_record, fit_record
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.photos.upper_stem import stand_taper
 from treedgs_geo.stems.quality.priors import TAPER_SD, USUAL_TAPER
 
 #: The second stands in a thicket that is 3.2 m high and wider than any stem that is looked for.

@@ -12,6 +12,7 @@ from listener import Listener
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.stems.photos.fit_records import look_of_record, look_record
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.images.sharpness import SOFT_PX, edge_sharpness, soft_px
 from treedgs_geo.stems.photos.options import PhotoStemOptions
@@ -90,9 +91,9 @@ def test_every_diameter_of_soft_photos_has_a_wider_interval(scene, tmp_path):
 
 
 def test_what_is_kept_of_a_search_keeps_it_and_older_records_have_none():
-    look = Look("ivy", np.array([0.3, np.nan]), 0.15, 0.05, 0.4, 12.0, np.zeros((2, 2)), 0.31)
-    again = Look.of_record(look.record())
-    assert again.soft_px == 0.31 and again.gate == look.gate
-    old = look.record()
+    look = Look("full", np.array([0.3, np.nan]), 0.15, 0.05, np.inf, np.zeros((2, 2)), 0.31)
+    again = look_of_record(look_record(look))
+    assert again.soft_px == 0.31 and np.isinf(again.chance) and np.isnan(again.sun[1])
+    old = look_record(look)
     del old["soft_px"]
-    assert Look.of_record(old).soft_px == 0.0
+    assert look_of_record(old).soft_px == 0.0

@@ -47,6 +47,21 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
     return PhotoFit(**_numbers(record) | parts)
 
 
+def look_record(look: Look) -> dict[str, Any]:
+    """What a search learnt of a piece of ground, as JSON."""
+    return _plain(asdict(look))
+
+
+def look_of_record(record: dict[str, Any]) -> Look:
+    """What :func:`look_record` wrote.
+
+    Raises:
+        KeyError, TypeError, ValueError: another record.
+    """
+    sun, places = np.array(record["sun"], float), np.array(record["places"], float).reshape(-1, 2)
+    return Look(**_numbers(record) | {"sun": sun, "places": places})
+
+
 def _plain(value: Any) -> Any:
     """The same in types of JSON."""
     if isinstance(value, dict):
@@ -78,7 +93,7 @@ class KeptFits:
 def write_fits(path: Path, kept: KeptFits) -> None:
     """Keep the fits of a run."""
     second = {str(number): round(value, 3) for number, value in kept.second_cm.items()}
-    looks = [None if look is None else look.record() for look in kept.looks]
+    looks = [None if look is None else look_record(look) for look in kept.looks]
     write_json(path, {"fits": [fit_record(fit) for fit in kept.fits], "second_cm": second, "looks": looks})
 
 
@@ -91,7 +106,7 @@ def read_fits(path: Path) -> KeptFits:
     kept = read_json(path)
     try:
         second = {int(number): float(value) for number, value in kept["second_cm"].items()}
-        looks = [None if look is None else Look.of_record(look) for look in kept.get("looks", [])]
+        looks = [None if look is None else look_of_record(look) for look in kept.get("looks", [])]
         return KeptFits([fit_of_record(record) for record in kept["fits"]], second, looks)
     except (KeyError, TypeError, ValueError, AttributeError) as problem:
         raise InputError(

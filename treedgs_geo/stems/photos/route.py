@@ -8,7 +8,7 @@ A seed becomes a fit in :mod:`.stem_fit` (search, adjustment, selection among ex
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -129,6 +129,45 @@ def search_photos(
             found += search.fits
             looks.append(search.calibration())
     return Searched([without_open_diameter(fit) for fit in merge(found)], looks)
+
+
+def fits_again(
+    views: list[View],
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    area: Area,
+    options: PhotoStemOptions,
+    looks: list[Look | None],
+    given: GivenStems,
+    known: list[PhotoFit],
+    reporter: Reporter,
+) -> list[PhotoFit | None]:
+    """Stems at given places of an area that was searched before: one fit a place, in their order, measured or refused;
+    ``None`` where too few photos see the ground or the place lies outside.
+
+    views, ground, area, options, looks: those of the search (:func:`search_photos`). known: fits of the stems
+    that are there already.
+    """
+    pieces = split(area, options.margin_m)
+    if len(pieces) != len(looks):
+        raise ValueError(f"{len(looks)} looks for {len(pieces)} pieces of ground")
+    found: list[PhotoFit | None] = [None] * len(given.xy)
+    left = np.ones(len(given.xy), bool)
+    for (tile, box), learnt in zip(pieces, looks, strict=True):
+        x, y = given.xy.T
+        inside = left & (x >= box[0]) & (x <= box[2]) & (y >= box[1]) & (y <= box[3])
+        left &= ~inside
+        own = np.flatnonzero(inside)
+        if learnt is None or not len(own):
+            continue
+        here = replace(given, xy=given.xy[own])
+        search = TileSearch(views, ground, area, tile, box, options, reporter, here, known)
+        steps.load_photos(search)
+        steps.recall(search, learnt)
+        run_steps(GIVEN, search, 0.1)
+        known = [*known, *(fit for fit in search.fits if fit.measured)]
+        for k, fit in zip(own, search.fits, strict=True):
+            found[int(k)] = without_open_diameter(fit)
+    return found
 
 
 def run_steps(order: tuple[Step, ...], search: TileSearch, done: float) -> None:

@@ -11,23 +11,27 @@ from ...core.intervals import HALF_WIDTH_SE
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
-from .deduplicate import known_rows, looked_at_twice, merge, not_swallowed
+from .deduplicate import known_rows, looked_at_twice, merge, not_swallowed, plausible
 from .evidence.ivy import without_covered
+from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
 from .images.crops import GroundGrid, PhotoStack, load_stack
 from .images.vertical_rectification import PlumbGrid, plumb_grid
 from .low_confidence import settled_by_network
 from .network.inference import network_maps
 from .options import PhotoStemOptions
-from .propose.edge_voting import EdgeSeeds, edge_seeds
+from .propose.edge_voting import EdgeSeeds, Seed, edge_seeds
 from .propose.network_seeds import network_seeds
 from .propose.space_carving import carved_seeds, hidden_ground, searched
-from .seed_fits import fits_of_edges, fits_of_seeds
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
 from .upper_stem import carried_down
 
+#: Seeds this far below the threshold are still fitted (log likelihood units), and how many at most.
+REACH_BELOW, MAX_SEEDS = 22.0, 90
+#: Second stems are looked for this close to a found one, m, at so many places at most.
+BESIDE_MAX_M, MAX_BESIDE = 0.6, 40
 #: Stems farther from a given place than this hide nothing there, m.
 _NEAR_M = 40.0
 
@@ -70,7 +74,7 @@ class TileSearch:
 
     def calibration(self) -> Look:
         """What was learnt of the piece, for stems that are asked for later."""
-        return look_of(self.fitter, self.network, self.edges.threshold, self.places)
+        return look_of(self.fitter, self.network, self.places)
 
 
 def load_photos(search: TileSearch) -> None:
@@ -180,6 +184,43 @@ def _asked(search: TileSearch) -> str:
         f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well."
     )
     return "full"
+
+
+def fits_of_seeds(
+    fitter: Fitter, seeds: list[Seed], threshold: float, reporter: Reporter, known: np.ndarray = NO_STEMS
+) -> list[PhotoFit]:
+    """The seeds that are stems. threshold: score that chance hardly reaches. known: (K, 10) stems that stand there."""
+    fits: list[PhotoFit] = []
+    waiting = [seed for seed in seeds if seed.score > threshold - REACH_BELOW][:MAX_SEEDS]
+    for tried, seed in enumerate(waiting):
+        reporter.progress(tried / len(waiting))
+        if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
+            continue
+        fit = fitter.fit(seed, known)
+        if fit is None and seed.sure:
+            fit = fitter.refused(seed)
+        if fit is None or not (seed.sure or plausible(fit, threshold)):
+            continue
+        fits.append(fit)
+        if fit.measured:
+            known = np.vstack([known, fit.row])
+    return fits
+
+
+def fits_of_edges(fitter: Fitter, seen: list[Seed], edges: EdgeSeeds, reporter: Reporter) -> list[PhotoFit]:
+    """Stems at what the network sees, at what edges propose, and second ones beside them (limbs of low forks, twins),
+    which the first round's spacing passed over."""
+    fits = fits_of_seeds(fitter, seen, 1.0, reporter)
+    fits += fits_of_seeds(fitter, edges.seeds, edges.threshold, reporter, known_rows(fits))
+    known = known_rows(fits)
+    done = np.array([(seed.x, seed.y) for seed in edges.seeds]).reshape(-1, 2)
+    close = []
+    for seed in edges.beside:
+        gap = np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y)
+        again = (np.hypot(done[:, 0] - seed.x, done[:, 1] - seed.y) < 0.02).any()
+        if seed.score > edges.threshold and not again and (gap < BESIDE_MAX_M).any():
+            close.append(seed)
+    return fits + fits_of_seeds(fitter, close[:MAX_BESIDE], edges.threshold, reporter, known)
 
 
 def photos_of(

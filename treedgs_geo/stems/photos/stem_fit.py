@@ -16,9 +16,8 @@ from .evidence.upper_band import reading_above
 from .fit.edge_adjustment import NO_STEMS, FineFit, Sighting, refine
 from .fit.null_model import BREAST, coarse_strips
 from .fit.photo_fit import PhotoFit, seen_probability
-from .fit.search import Hypothesis, Search, distinct
+from .fit.search import Hypothesis, Search, distinct, moved_to_edges
 from .fit.selection import Explanation, choose
-from .fit.silhouette_search import moved_to_edges
 from .images.axis_patches import StemAxis
 from .images.background import Silhouette, cut_silhouette
 from .measurement import Fitted, Shared, measured

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -35,47 +34,21 @@ BACKDROP_MARGIN_M = 3.0
 
 @dataclass(frozen=True)
 class Look:
-    """Of one piece of ground. network: what the network was asked in the end (``off``, ``ivy``, ``low-confidence`` or
-    ``full``). sun: (flights,) azimuth, rad from east, NaN = unknown. r, r_sd: of the stand's radii at breast height, m.
-    chance: silhouette contrast that places without a stem reach, infinite where silhouettes say nothing. gate: score
-    from which a seed counts. places: (N, 2) random places that chance is measured at, local frame. soft_px: of the
-    photos (:func:`.images.sharpness.soft_px`)."""
+    """Of one piece of ground."""
 
+    #: What the network was asked in the end: ``off``, ``low-confidence`` or ``full``.
     network: str
+    #: (flights,) azimuth of the sun, rad from east, NaN = unknown.
     sun: np.ndarray
+    #: Radius of the stand's stems at breast height and its standard deviation, m.
     r: float
     r_sd: float
+    #: Silhouette contrast that places without a stem reach, infinite where silhouettes say nothing.
     chance: float
-    gate: float
+    #: (N, 2) random places that chance is measured at, local frame.
     places: np.ndarray
+    #: Of the photos (:func:`.images.sharpness.soft_px`), px.
     soft_px: float = 0.0
-
-    def record(self) -> dict[str, Any]:
-        """As JSON."""
-        return {
-            "network": self.network,
-            "sun": [None if np.isnan(value) else float(value) for value in self.sun],
-            "r": self.r,
-            "r_sd": self.r_sd,
-            "chance": self.chance if np.isfinite(self.chance) else None,
-            "gate": self.gate,
-            "places": self.places.tolist(),
-            "soft_px": self.soft_px,
-        }
-
-    @classmethod
-    def of_record(cls, plain: dict[str, Any]) -> Look:
-        """What :meth:`record` wrote.
-
-        Raises:
-            KeyError, TypeError, ValueError: another record.
-        """
-        sun = np.array([np.nan if value is None else value for value in plain["sun"]], float)
-        chance = np.inf if plain["chance"] is None else float(plain["chance"])
-        numbers = (float(plain["r"]), float(plain["r_sd"]), chance, float(plain["gate"]))
-        places = np.array(plain["places"], float).reshape(-1, 2)
-        # Records from before it was measured: their stems were fitted without.
-        return cls(str(plain["network"]), sun, *numbers, places, float(plain.get("soft_px", 0.0)))
 
     def fitter(
         self,
@@ -94,10 +67,10 @@ class Look:
         return Fitter(*known, soft_px=self.soft_px)
 
 
-def look_of(fitter: Fitter, network: str, gate: float, places: np.ndarray) -> Look:
+def look_of(fitter: Fitter, network: str, places: np.ndarray) -> Look:
     """What to keep of a search. network: what it was asked. places: (N, 2) at which its null scores were measured."""
     prior = fitter.prior
-    return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), gate, places, fitter.soft_px)
+    return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), places, fitter.soft_px)
 
 
 def first_look(
@@ -124,7 +97,7 @@ def first_look(
     if len(radii) >= 6:
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
     soft = soft_px(stack, reporter)
-    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, edges.threshold, places, soft)
+    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, places, soft)
     return with_chance(look.fitter(stack, grid, tile, options), places)
 
 

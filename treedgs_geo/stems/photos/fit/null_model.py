@@ -11,7 +11,8 @@ from ..images.background import BAND
 from ..images.crops import GroundGrid, PhotoStack
 from ..options import PhotoStemOptions
 from .edge_adjustment import NO_STEMS
-from .search import Null, NullBuilder, terminators
+from .search import terminators
+from .search_kernels import Null, null_scores
 
 
 class Bands(NamedTuple):
@@ -51,11 +52,20 @@ def coarse_strips(
 def build_null(
     stack: PhotoStack, ground: GroundGrid, places: np.ndarray, options: PhotoStemOptions, sun: np.ndarray
 ) -> Null:
-    """Null scores at (N, 2) random places."""
+    """Null scores at (N, 2) random places: mean and sd per view and radius; a view with too few places takes those of
+    all views."""
     radii = np.arange(0.03, options.max_dbh_cm / 200 + 0.005, 0.01)
-    builder = NullBuilder(len(stack), radii)
-    for place in places:
-        z = float(ground.at(place[:1], place[1:])[0])
-        axis = StemAxis(place, np.zeros(2), np.zeros(2), z, options.bh_m)
-        builder.add(*coarse_strips(stack, axis, options, sun))
-    return builder.finish()
+    total, square, count = np.zeros((len(stack), len(radii))), np.zeros((len(stack), len(radii))), np.zeros(len(stack))
+    for place, z in zip(places, ground.at(places[:, 0], places[:, 1]), strict=True):
+        axis = StemAxis(place, np.zeros(2), np.zeros(2), float(z), options.bh_m)
+        strips, ridge, unit, border = coarse_strips(stack, axis, options, sun)
+        reach = -strips.u[0] - radii.max() - 0.01
+        centres = np.arange(-reach, reach + 1e-6, 0.04)
+        null_scores(ridge, unit, border, strips.u[0], strips.u[1] - strips.u[0], centres, radii, total, square, count)
+    n, pooled = count[:, None], max(float(count.sum()), 1.0)
+    mean_all = total.sum(axis=0) / pooled
+    sd_all = np.sqrt(np.maximum(square.sum(axis=0) / pooled - mean_all**2, 1e-8))
+    own = total / np.maximum(n, 1)
+    own_sd = np.sqrt(np.maximum(square / np.maximum(n, 1) - own**2, 1e-8))
+    mean, sd = np.where(n >= 100, own, mean_all), np.where(n >= 100, own_sd, sd_all)
+    return Null(radii, mean, np.maximum(sd, 0.25 * sd_all))

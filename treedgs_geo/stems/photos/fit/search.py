@@ -10,14 +10,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
+from scipy.ndimage import maximum_filter
 
 from ...quality.priors import START_TAPER
 from ..images.axis_patches import Strips
+from ..images.background import Silhouette
+from ..images.background_kernels import contrast_of
+from .pattern_search import DISC_MOVES, disc_step, pattern_search
 from .search_kernels import (
     GAIN,
     Edges,
     Null,
-    null_scores,
     objective,
     polish_many,
     score_many,
@@ -25,6 +29,10 @@ from .search_kernels import (
     table_scores,
     view_z,
 )
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+#: Edge score (log likelihood units) that one unit of silhouette contrast (what chance reaches) is worth here.
+PULL = 400.0
 
 
 @dataclass(frozen=True)
@@ -42,40 +50,6 @@ class Hypothesis:
     def vector(self) -> np.ndarray:
         """(5,) x, y, lx, ly, r."""
         return np.array([self.x, self.y, self.lx, self.ly, self.r])
-
-
-class NullBuilder:
-    """Gathers null scores from strips at random places."""
-
-    def __init__(self, n_views: int, radii: np.ndarray) -> None:
-        self.radii = radii
-        self._total = np.zeros((n_views, len(radii)))
-        self._square = np.zeros((n_views, len(radii)))
-        self._count = np.zeros(n_views)
-
-    def add(self, strips: Strips, ridge: np.ndarray, unit: np.ndarray, terminator: np.ndarray) -> None:
-        """Add one random place."""
-        reach = -strips.u[0] - self.radii.max() - 0.01
-        centres = np.arange(-reach, reach + 1e-6, 0.04)
-        du = strips.u[1] - strips.u[0]
-        total, square = np.zeros_like(self._total), np.zeros_like(self._total)
-        count = np.zeros(len(self._count))
-        null_scores(ridge, unit, terminator, strips.u[0], du, centres, self.radii, total, square, count)
-        self._total += total
-        self._square += square
-        self._count += count
-
-    def finish(self) -> Null:
-        """Mean and sd per view and radius; a view with too few places takes those of all views."""
-        n = self._count[:, None]
-        pooled = max(float(n.sum()), 1.0)
-        mean_all = self._total.sum(axis=0) / pooled
-        sd_all = np.sqrt(np.maximum(self._square.sum(axis=0) / pooled - mean_all**2, 1e-8))
-        enough = n >= 100
-        mean = np.where(enough, self._total / np.maximum(n, 1), mean_all)
-        variance = self._square / np.maximum(n, 1) - (self._total / np.maximum(n, 1)) ** 2
-        sd = np.where(enough, np.sqrt(np.maximum(variance, 1e-8)), sd_all)
-        return Null(self.radii, mean, np.maximum(sd, 0.25 * sd_all))
 
 
 @dataclass(frozen=True)
@@ -145,8 +119,6 @@ class Search:
         gx, gy = np.meshgrid(xs, xs)
         score -= 0.5 * ((gx**2 + gy**2) / self.prior.xy_sd**2)[..., None].astype(np.float32)
         score -= (0.5 * ((radii - self.prior.r) / self.prior.r_sd) ** 2).astype(np.float32)
-        from scipy.ndimage import maximum_filter
-
         peaks = np.argwhere((score >= maximum_filter(score, size=(5, 5, 5))) & np.isfinite(score))
         values = score[tuple(peaks.T)]
         order = np.argsort(-values, kind="stable")[:n_hypotheses]
@@ -220,3 +192,26 @@ def distinct(hypotheses: list[Hypothesis], apart_m: float = 0.03, apart_r: float
         ):
             kept.append(hypothesis)
     return kept
+
+
+@njit(**_FAST)
+def _value(data, p):
+    edges, silhouette, pull = data
+    return objective(edges, p) + pull * contrast_of(silhouette, p)
+
+
+@njit(**_FAST)
+def _move_to_edges(data, p, r_low, r_high):
+    """Pattern search over place, lean and radius; p is changed in place."""
+    return pattern_search(_value, data, disc_step, DISC_MOVES, p, r_low, r_high, (1.0, 0.5, 0.25), 10)
+
+
+def moved_to_edges(search: Search, silhouette: Silhouette, chance: float, shape: np.ndarray) -> np.ndarray:
+    """(5,) the silhouette ``shape`` moved to where it and the edges are clearest. chance: contrast chance reaches.
+
+    Polished on edges alone (:meth:`Search.polish_all`) a silhouette slides to the strongest pair of edges, which may be
+    a lit half. Here both witnesses pull at once, the silhouette much harder."""
+    p = np.array(shape, float)
+    radii = search.null.radii
+    _move_to_edges((search.data, silhouette, PULL / chance), p, float(radii[0]), float(radii[-1]))
+    return p
