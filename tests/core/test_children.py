@@ -133,14 +133,13 @@ def test_typed_with_m(hostile):
     assert done.returncode == 0, done.stderr
 
 
-def test_matching_processes(hostile, tmp_path, monkeypatch):
+def test_mapping_processes(hostile, tmp_path, monkeypatch):
     from treedgs_geo.core.errors import ReconstructionError
-    from treedgs_geo.core.progress import Reporter
-    from treedgs_geo.reconstruction.features import run_task
+    from treedgs_geo.reconstruction.colmap_process import run_task
 
     monkeypatch.chdir(hostile)
     with pytest.raises(ReconstructionError, match="no-such-task"):
-        run_task("no-such-task", {}, tmp_path, Reporter())
+        run_task("no-such-task", {}, tmp_path)
     assert executed(hostile) == [] and "KeyError" in (tmp_path / "no-such-task.log").read_text()
 
 

@@ -15,7 +15,7 @@ from treedgs_geo.reconstruction import matching_strategy, outlier_photos
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
-from treedgs_geo.reconstruction.features import FeatureStore
+from treedgs_geo.reconstruction.sift import FeatureStore
 from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
 from treedgs_geo.reconstruction.incremental_block import Joined
 from treedgs_geo.reconstruction.matching_levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
@@ -57,7 +57,7 @@ def _store(seed: int, views, points: np.ndarray, clutter: int) -> SimpleNamespac
             )
         )
         numbers.append(np.concatenate([seen, np.full(clutter, -1)])[order])
-    store = FeatureStore.of(found)
+    store = FeatureStore(found)
     return SimpleNamespace(**vars(store), numbers=numbers)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
-from treedgs_geo.reconstruction.features import FeatureStore
+from treedgs_geo.reconstruction.sift import FeatureStore
 from treedgs_geo.reconstruction.guided_matching import match_guided
 from treedgs_geo.reconstruction.matching_strategy import Work, _as_stored, _guide
 from treedgs_geo.reconstruction.options import ReconstructOptions
@@ -24,7 +24,7 @@ def test_pictures_stored_turned_are_found_by_their_matches(simulated_plot: Path,
     over = np.where(np.arange(len(stations)) % every == 0, 180.0, 0.0)
     stations = replace(stations, roll_deg=stations.roll_deg + over)
     work = Work(stations, ReconstructOptions(), survey_of(stations, None, None), tmp_path / "sfm")
-    store = FeatureStore.of(extract(stations.paths, 2000, 3000, 2, tmp_path, Reporter()))
+    store = FeatureStore(extract(stations.paths, 2000, 3000, 2, tmp_path, Reporter()))
     pairs = select_pairs(right.known.xyz, right.rotations, right.ground, 0.1, 6)
     match_guided(store, pairs, _guide(right), 0, 2, Reporter())
     matched = set(store.matches)

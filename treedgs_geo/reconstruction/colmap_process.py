@@ -7,58 +7,19 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 import threading
 import time
 from pathlib import Path
 from typing import Any
 
+from ..core.children import python_command, was_killed
+from ..core.errors import ReconstructionError
+from ..core.files import write_json
+
 #: Mappers adjust, and sums over several threads come out differently each time (:func:`.adjustment.adjust`).
 MAPPER_THREADS = 1
-
-
-def _extract(job: dict[str, Any]) -> None:
-    import pycolmap
-
-    reader = pycolmap.ImageReaderOptions()
-    reader.camera_model, reader.camera_params = "OPENCV", job["camera_params"]
-    if not Path(job["database"]).exists():
-        pycolmap.Database.open(job["database"]).close()
-        # Numbers of photos in the order of their names, not in the order in which threads finish: pairs, and all
-        # random draws over them, follow from the numbers.
-        pycolmap.import_images(
-            job["database"],
-            job["photos"],
-            camera_mode=pycolmap.CameraMode.SINGLE,
-            image_names=job["names"],
-            options=reader,
-        )
-    options = pycolmap.FeatureExtractionOptions()
-    options.num_threads, options.use_gpu, options.max_image_size = job["threads"], False, job["max_image_size"]
-    options.sift.first_octave, options.sift.max_num_features = job["first_octave"], job["max_features"]
-    options.sift.peak_threshold = job["peak_threshold"]
-    pycolmap.extract_features(
-        job["database"],
-        job["photos"],
-        image_names=job["names"],
-        camera_mode=pycolmap.CameraMode.SINGLE,
-        reader_options=reader,
-        extraction_options=options,
-        device=pycolmap.Device.cpu,
-    )
-
-
-def _match(job: dict[str, Any]) -> None:
-    import pycolmap
-
-    options = pycolmap.FeatureMatchingOptions()
-    options.num_threads, options.use_gpu = 1, False  # see :mod:`.matching`
-    pairing = pycolmap.ImportedPairingOptions()
-    pairing.match_list_path = job["pair_list"]
-    pairing.block_size = 64
-    verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = job["seed"]
-    pycolmap.match_image_pairs(job["database"], options, pairing, verification, device=pycolmap.Device.cpu)
 
 
 def _map_global(job: dict[str, Any]) -> None:
@@ -88,7 +49,28 @@ def _map_incremental(job: dict[str, Any]) -> None:
     pycolmap.incremental_mapping(job["database"], job["photos"], job["output"], options)
 
 
-TASKS = {"extract": _extract, "match": _match, "map_global": _map_global, "map_incremental": _map_incremental}
+TASKS = {"map_global": _map_global, "map_incremental": _map_incremental}
+
+
+def run_task(task: str, job: dict[str, Any], cache: Path) -> None:
+    """Run one of :data:`TASKS` in a child to its end; cancelling this process ends it at once.
+
+    Raises:
+        MemoryError: the child was killed by the system. ReconstructionError: it crashed (the log file is named).
+    """
+    job_file, log_file = cache / f"{task}.json", cache / f"{task}.log"
+    write_json(job_file, {"task": task, **job})
+    command = python_command("treedgs_geo.reconstruction.colmap_process", job_file)
+    with open(log_file, "wb") as log:
+        code = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, check=False).returncode
+    if was_killed(code):
+        raise MemoryError
+    if code:
+        tail = log_file.read_text(errors="replace").strip().splitlines()[-1:] or ["no message"]
+        raise ReconstructionError(
+            f"{log_file}: the step {task!r} of structure from motion stopped with code {code} "
+            f"({tail[0][:200]}); run again, and report it if it stays."
+        )
 
 
 def _watch_parent(parent: int) -> None:

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.progress import Reporter
 from ..geotags.stations import PRECISE_GEOTAG_M, Stations
 from .calibration import Calibration
 from .cameras import Camera
 from .colmap import camera_from_colmap
-from .features import run_task
+from .colmap_process import run_task
 from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
@@ -47,7 +46,6 @@ def place_photos(
     gimbal: np.ndarray,
     free_focal: bool,
     seed: int,
-    reporter: Reporter,
 ) -> Placement:
     """Map the photos, fit every model to the geotags, and fill the gaps from geotag + gimbal.
 
@@ -69,23 +67,11 @@ def place_photos(
         left = [i for i in range(count) if not placement.mapped[i]]
         if len(left) < 3 or (task == "map_incremental" and gimbal_known[left].all() and placement.mapped.any()):
             break
-        progress = 0
-        for ids, camera, rotations, centres in _run_mapper(
-            task,
-            database,
-            cache,
-            [stations.names[i] for i in left],
-            stations.names,
-            free_focal,
-            seed,
-            reporter,
-        ):
+        names = [stations.names[i] for i in left]
+        for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, free_focal, seed):
             accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
-            progress += accepted
             if accepted > best:
                 best, placement.camera = accepted, camera
-        if task == "map_incremental" or not progress:
-            continue
     _fill_from_gimbal(placement, xyz, gimbal, gimbal_known)
     return placement
 
@@ -102,53 +88,29 @@ def place_by_gimbal(camera: Camera, xyz: np.ndarray, gimbal: np.ndarray) -> Plac
 
 
 def _run_mapper(
-    task: str,
-    database: Path,
-    cache: Path,
-    names: list[str],
-    all_names: list[str],
-    free_focal: bool,
-    seed: int,
-    reporter: Reporter,
+    task: str, database: Path, cache: Path, names: list[str], free_focal: bool, seed: int
 ) -> list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]:
-    """Photo numbers, camera, rotations and centres of each model found, largest first."""
+    """Photo numbers, camera, rotations and centres of each model found, largest first. database: of
+    :func:`.matching.match_all`."""
     import pycolmap
 
     output = cache / "models"
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir()
-    run_task(
-        task,
-        {
-            "database": str(database),
-            "photos": str(cache),
-            "output": str(output),
-            "names": names,
-            "free_focal": free_focal,
-            "seed": seed,
-        },
-        cache,
-        reporter,
-    )
-    number = {name: i for i, name in enumerate(all_names)}
+    job = {"database": str(database), "photos": str(cache), "output": str(output)}
+    run_task(task, job | {"names": names, "free_focal": free_focal, "seed": seed}, cache)
     found = []
     for folder in sorted(output.iterdir()):
         if not (folder / "images.bin").exists():
             continue
         model = pycolmap.Reconstruction(str(folder))
-        images = [image for image in model.images.values() if image.has_pose and image.name in number]
-        images.sort(key=lambda image: number[image.name])
+        images = sorted((image for image in model.images.values() if image.has_pose), key=lambda each: each.image_id)
         if len(images) < 3:
             continue
         poses = np.array([image.cam_from_world().matrix() for image in images])
-        found.append(
-            (
-                np.array([number[image.name] for image in images]),
-                camera_from_colmap(model.camera(images[0].camera_id)),
-                poses[:, :, :3],
-                np.array([image.projection_center() for image in images]),
-            )
-        )
+        ids = np.array([image.image_id - 1 for image in images])
+        camera = camera_from_colmap(model.camera(images[0].camera_id))
+        found.append((ids, camera, poses[:, :, :3], np.array([image.projection_center() for image in images])))
     return sorted(found, key=lambda model: -len(model[0]))
 
 

@@ -17,15 +17,15 @@ from numba import njit
 
 from ..core.progress import Reporter
 from .cameras import Camera, View
-from .features import FeatureStore
 from .predicted_points import Features, kinds, one_to_one, search
+from .sift import FeatureStore
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
 #: The same of poses that matches have made sure: 10 px of a narrow lens, for what moves and for a shutter that rolls.
 FINE_REACH_DEG = 0.15
 #: A match is believed when the second best in its reach is this much farther, as COLMAP's matcher does.
-_RATIO = 0.8
+RATIO = 0.8
 #: Matches that a verified pair has; so many standard deviations more than chance would give.
 _LEAST, _CHANCE_SD = 15, 6.0
 #: The direction of a feature in the other photo is that of a step of so many pixels along the ground.
@@ -118,7 +118,7 @@ def match_guided(
         one, other = photos[i].features, photos[j].features
         first, second = photos[i], photos[j]
         ends, turned = _expected(first.rays, first.steps, first.centre, second.row, guide.low_m, guide.high_m)
-        best, distance = search(ends, one.described, one.square, other, reach_px, _RATIO, kinds(turned, first.bright))
+        best, distance = search(ends, one.described, one.square, other, reach_px, RATIO, kinds(turned, first.bright))
         found = one_to_one(best, distance)
         rows = np.column_stack([found, best[found]])
         rng = np.random.default_rng([seed, i, j])

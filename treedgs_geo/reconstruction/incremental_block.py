@@ -15,12 +15,12 @@ from .bundle import GOOD, LAST
 from .camera_model import Sensor
 from .control import align_to_control
 from .covariance import posterior_of
-from .features import FeatureStore
 from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .outlier_photos import leave_out, leave_out_loose, set_loose
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
 from .rolling_shutter import settle_lens, settle_shutter
+from .sift import FeatureStore
 from .texture_ties import GreyPhotos
 from .tracks import Block, triangulate
 

@@ -1,111 +1,103 @@
-"""Matching of photo pairs in processes of one thread each.
+"""Matching of photo pairs where nothing says where to look: every feature of the one with every feature of the other.
 
-COLMAP's matcher looks descriptors up in indices that its threads share, and then finds a few other matches in one run
-out of three (4,000 and more features a photo); with one thread it repeats to the bit, whatever the order of the pairs.
+Squared distances of whole numbers below 2^24 are exact in float32, whatever the order of their sums: the matches repeat
+to the bit on any number of threads.
 """
 
 from __future__ import annotations
 
-import shutil
-import sqlite3
-from contextlib import closing
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from ..core.files import read_json, write_json
 from ..core.progress import Reporter
-from .features import count_rows, run_tasks
+from .cameras import Camera
+from .colmap import camera_to_colmap
+from .guided_matching import RATIO
+from .sift import FeatureStore
 
-#: Fewer pairs than this are not worth a process of their own; and each process copies the features that it needs.
-MIN_PAIRS, MAX_PROCESSES = 20, 16
-#: What matching writes; all else is its input.
-_RESULTS = ("matches", "two_view_geometries")
+#: Rows of a table of distances at once: 30 MB of 8,000 features.
+_ROWS = 1024
 
 
-def match_pairs(
-    database: Path, cache: Path, names: list[str], pairs: np.ndarray, threads: int, seed: int, reporter: Reporter
+def match_all(
+    store: FeatureStore,
+    names: list[str],
+    pairs: np.ndarray,
+    camera: Camera,
+    database: Path,
+    seed: int,
+    threads: int,
+    reporter: Reporter,
 ) -> None:
-    """Match photos and verify the matches, into ``database``; pairs that it holds are not matched again.
+    """Match photos and verify the matches, in place of ``store.matches``; both go into ``database`` for a mapper.
 
-    pairs: (K, 2) numbers of photos in ``names``. cache: holds the work of unfinished processes, which a later call
-    with as many threads goes on from.
-
-    Raises:
-        MemoryError, ReconstructionError: as :func:`.features.run_tasks`.
+    pairs: (K, 2) numbers of photos in ``names``.
     """
-    done = _matched(database)
-    todo = [(names[i], names[j]) for i, j in pairs if frozenset((names[i], names[j])) not in done]
-    if not todo:
-        return
-    count = int(np.clip(len(todo) // MIN_PAIRS, 1, np.clip(threads, 1, MAX_PROCESSES)))
-    folder = cache / "matching"
-    layout = {"pairs": todo, "processes": count, "seed": seed}
-    if folder.exists() and not _is_same(folder / "layout.json", layout):
-        shutil.rmtree(folder)
-    folder.mkdir(exist_ok=True)
-    write_json(folder / "layout.json", layout)
-    jobs, counts = [], []
-    # Neighbours in the list share photos: each process gets a run of it, and only its photos.
-    for number, own in enumerate(np.array_split(np.arange(len(todo)), count)):
-        part, listing = folder / f"{number}.db", folder / f"{number}.txt"
-        chosen = [todo[k] for k in own]
-        if not part.exists():
-            _copy_photos(database, part, sorted({name for pair in chosen for name in pair}))
-        listing.write_text("".join(f"{one} {two}\n" for one, two in chosen), encoding="utf-8")
-        jobs.append({"database": str(part), "pair_list": str(listing), "seed": seed})
-        counts.append(count_rows(part, _RESULTS[1], len(todo)))
-    run_tasks("match", jobs, cache, reporter, lambda: sum(rows() for rows in counts))
-    with closing(sqlite3.connect(database)) as whole:
-        for job in jobs:
-            whole.execute("ATTACH ? AS part", (job["database"],))
-            for table in _RESULTS:
-                whole.execute(f"INSERT OR REPLACE INTO main.{table} SELECT * FROM part.{table}")
-            whole.commit()
-            whole.execute("DETACH part")
-    shutil.rmtree(folder)
+    import pycolmap
+
+    options, lens = pycolmap.TwoViewGeometryOptions(), camera_to_colmap(camera)
+    options.ransac.random_seed = seed
+    geometries: dict[tuple[int, int], Any] = {}
+
+    def work(pair: np.ndarray) -> Any:
+        i, j = pair.tolist()
+        rows = nearest(store.descriptors[i], store.descriptors[j]).astype(np.uint32)
+        return pycolmap.estimate_two_view_geometry(lens, store.keypoints[i], lens, store.keypoints[j], rows, options)
+
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(max_workers=threads) as workers:
+        for count, (pair, geometry) in enumerate(zip(pairs.tolist(), workers.map(work, pairs), strict=True)):
+            if len(geometry.inlier_matches):
+                geometries[pair[0], pair[1]] = geometry
+            reporter.progress(count / len(pairs))
+    store.matches = {pair: np.asarray(each.inlier_matches, np.int64) for pair, each in geometries.items()}
+    _write(database, store, names, lens, geometries)
 
 
-def _is_same(path: Path, layout: dict) -> bool:
+def nearest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(M, 2) numbers of descriptors (K, 128), (L, 128) uint8 that are each other's nearest, with the second nearest
+    clearly farther."""
+    if len(one) < 2 or len(other) < 2:
+        return np.zeros((0, 2), int)
+    a, b = one.astype(np.float32), other.astype(np.float32)
+    length_a, length_b = (np.einsum("kd,kd->k", each, each) for each in (a, b))
+    best, clear = np.empty(len(a), int), np.empty(len(a), bool)
+    back, least = np.zeros(len(b), int), np.full(len(b), np.inf, np.float32)
+    for start in range(0, len(a), _ROWS):
+        here = slice(start, start + _ROWS)
+        square = length_a[here, None] + length_b - 2 * (a[here] @ b.T)
+        row, column = square.argmin(axis=0), square.argmin(axis=1)
+        nearer = square[row, np.arange(len(b))] < least
+        back[nearer], least[nearer] = start + row[nearer], square[row, np.arange(len(b))][nearer]
+        first = square[np.arange(len(square)), column]
+        square[np.arange(len(square)), column] = np.inf
+        best[here], clear[here] = column, first < RATIO**2 * square.min(axis=1)
+    kept = np.flatnonzero(clear & (back[best] == np.arange(len(a))))
+    return np.column_stack([kept, best[kept]])
+
+
+def _write(database: Path, store: FeatureStore, names: list[str], lens: Any, geometries: dict) -> None:
+    """A new database with keypoints and verified matches; photo i of ``names`` has the number i + 1."""
+    import pycolmap
+
+    database.unlink(missing_ok=True)
+    into = pycolmap.Database.open(str(database))
     try:
-        kept = read_json(path)
-    except (OSError, ValueError):
-        return False
-    return kept == {**layout, "pairs": [list(pair) for pair in layout["pairs"]]}
-
-
-def _matched(database: Path) -> set[frozenset[str]]:
-    """Pairs of names that the database holds the verified matches of, be they none."""
-    import pycolmap
-
-    with closing(sqlite3.connect(database)) as whole:
-        name = dict(whole.execute("SELECT image_id, name FROM images"))
-        rows = whole.execute(f"SELECT pair_id FROM {_RESULTS[1]}").fetchall()
-    pairs = [pycolmap.pair_id_to_image_pair(pair) for (pair,) in rows]
-    return {frozenset((name[one], name[two])) for one, two in pairs}
-
-
-def _copy_photos(database: Path, target: Path, names: list[str]) -> None:
-    """A database with the features of some photos and no matches; it appears when it is whole."""
-    import pycolmap
-
-    unfinished = target.with_suffix(".part")
-    unfinished.unlink(missing_ok=True)
-    pycolmap.Database.open(str(unfinished)).close()
-    with closing(sqlite3.connect(unfinished)) as part:
-        part.execute("ATTACH ? AS whole", (str(database),))
-        part.execute("CREATE TEMP TABLE wanted (name TEXT)")
-        part.executemany("INSERT INTO wanted VALUES (?)", [(name,) for name in names])
-        tables = part.execute(
-            "SELECT name FROM whole.sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'"
-        ).fetchall()
-        for (table,) in tables:
-            if table in _RESULTS:
-                continue
-            some = ""
-            if table in ("keypoints", "descriptors"):
-                some = " WHERE image_id IN (SELECT image_id FROM whole.images JOIN wanted USING (name))"
-            part.execute(f"INSERT OR REPLACE INTO main.{table} SELECT * FROM whole.{table}{some}")
-        part.commit()
-        part.execute("DETACH whole")
-    unfinished.replace(target)
+        into.write_camera(lens, True)
+        rig = pycolmap.Rig(rig_id=1)
+        rig.add_ref_sensor(lens.sensor_id)
+        into.write_rig(rig, True)
+        for number, (name, keypoints) in enumerate(zip(names, store.keypoints, strict=True), start=1):
+            image = pycolmap.Image(name=name, camera_id=lens.camera_id, image_id=number)
+            frame = pycolmap.Frame(frame_id=number, rig_id=1)
+            frame.add_data_id(image.data_id)
+            into.write_image(image, True)
+            into.write_frame(frame, True)
+            into.write_keypoints(number, keypoints.astype(np.float32))
+        for (i, j), geometry in geometries.items():
+            into.write_two_view_geometry(i + 1, j + 1, geometry)
+    finally:
+        into.close()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,19 +15,17 @@ from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..geotags.own_tags import OVERHEAD_DEG
 from ..geotags.stations import Stations
-from .calibration import Calibration
 from .checks import check_block
 from .covariance import posterior_of
-from .features import FeatureStore, count_rows, run_task
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided
 from .incremental_block import Joined, from_gimbal, join_photos
-from .matching import match_pairs
+from .matching import match_all
 from .matching_levels import KEPT_SHARE, KEPT_SURE_PX, Held, Level, better, not_enough
 from .options import ReconstructOptions
 from .pairs import select_pairs
 from .prior_knowledge import Survey
-from .sift import SMALL_PHOTO_PX, extract
+from .sift import FeatureStore, extract
 
 #: Part of the work left that a level is where it is not enough; only the progress bar depends on it.
 FIRST_PART = 0.4
@@ -108,18 +104,16 @@ def at_level(
     stations, options, survey = work.stations, work.options, work.survey
     cache, timing, began = work.cache, dict[str, float](), time.monotonic()
     cache.mkdir(parents=True, exist_ok=True)
-    database = cache / "features.db"
+    database = cache / "matches.db"
 
     def timed(name: str) -> None:
         timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
 
     with reporter.stage("features", 0.0, 0.30):
-        if level.guided:
-            most = min(options.max_features, level.features)
-            found = extract(stations.paths, most, options.max_image_size, work.threads, cache / "own", reporter)
-            store = FeatureStore.of(found)
-        else:
-            extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
+        most = min(options.max_features, level.features) if level.guided else options.max_features
+        store = FeatureStore(
+            extract(stations.paths, most, options.max_image_size, work.threads, cache / "features", reporter)
+        )
     timed("features")
     camera = survey.calibration.camera
     half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
@@ -131,8 +125,7 @@ def at_level(
             if not level.again:
                 guide = _as_stored(store, pairs, guide, work, reporter)
         else:
-            match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
-            store = FeatureStore.read(database, stations.names)
+            match_all(store, stations.names, pairs, camera, database, options.seed, work.threads, reporter)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
         if (kept := kept_poses(former, survey, level.again)) is not None:
@@ -150,7 +143,6 @@ def at_level(
                 survey.rotations,
                 survey.free_focal,
                 options.seed,
-                reporter,
             )
     timed("mapping")
     with reporter.stage("adjustment", 0.85, 1.0):
@@ -217,52 +209,3 @@ def _guide(survey: Survey, former: Joined | None = None) -> Guide:
 def _gimbal(survey: Survey, former: Joined | None) -> np.ndarray:
     """(N, 3, 3) what the gimbals say, of pictures as they are stored where a block tells that."""
     return survey.rotations if former is None or former.known.gimbal is None else former.known.gimbal
-
-
-def _photo_root(stations: Stations, cache: Path) -> Path:
-    """The folder in which the photos have their names: their own, or one of links where they were renamed."""
-    path, name = stations.paths[0], stations.names[0]
-    root = Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
-    if all(root / name == path for name, path in zip(stations.names, stations.paths, strict=True)):
-        return root
-    for name, path in zip(stations.names, stations.paths, strict=True):
-        link = cache / "photos" / name
-        link.parent.mkdir(parents=True, exist_ok=True)
-        link.unlink(missing_ok=True)
-        try:
-            os.link(path, link)
-        except OSError:  # another disk
-            shutil.copyfile(path, link)
-    return cache / "photos"
-
-
-def extract_features(
-    database: Path,
-    cache: Path,
-    stations: Stations,
-    calibration: Calibration,
-    options: ReconstructOptions,
-    threads: int,
-    reporter: Reporter,
-) -> None:
-    """SIFT of every photo into ``database`` (made if missing); ``cache`` holds the child's job and log.
-
-    Raises:
-        MemoryError, ReconstructionError: as :func:`.features.run_task`.
-    """
-    camera = calibration.camera
-    job = {
-        "database": str(database),
-        "photos": str(_photo_root(stations, cache)),
-        "names": stations.names,
-        "threads": threads,
-        "camera_params": ",".join(
-            f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4])
-        ),
-        "max_image_size": options.max_image_size,
-        "max_features": options.max_features,
-        # Doubling the photos (octave -1) costs five times more and adds weak features; small ones need them.
-        "first_octave": -1 if camera.width * camera.height < SMALL_PHOTO_PX else 0,
-        "peak_threshold": 0.0067,
-    }
-    run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))

@@ -166,3 +166,16 @@ def _of_file(path: Path, most: int, largest_px: int) -> PhotoFeatures:
     found = features_of(resized, most, max(factor, 1.0) * OWN_SIGMA)
     back = np.array([width / resized.shape[1], height / resized.shape[0]])
     return replace(found, keypoints=found.keypoints * back)
+
+
+class FeatureStore:
+    """Features and verified matches of N photos.
+
+    keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8; both grow by ties that are none
+    of the photos' own features (``own``). matches: (i, j) with i < j -> (M, 2) numbers of their keypoints.
+    """
+
+    def __init__(self, own: list[PhotoFeatures]) -> None:
+        self.own = own
+        self.keypoints, self.descriptors = [each.keypoints for each in own], [each.described for each in own]
+        self.matches: dict[tuple[int, int], np.ndarray] = {}
