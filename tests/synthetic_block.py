@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from treedgs_geo.reconstruction.adjustment import Known
-from treedgs_geo.reconstruction.camera_model import Sensor
-from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.cameras import Camera, Sensor, View
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.tracks import Block
 

@@ -21,8 +21,7 @@ from treedgs_geo.reconstruction.adjustment import (
     adjust_roughly,
 )
 from treedgs_geo.reconstruction.bundle import LAST, State, _cauchy, _soft_l1, camera_of, shared_of
-from treedgs_geo.reconstruction.camera_model import Sensor
-from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.cameras import Camera, Sensor, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
 from treedgs_geo.reconstruction.covariance import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored

@@ -19,7 +19,7 @@ from treedgs_geo.geotags.readout import Readout
 from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
-from treedgs_geo.reconstruction.camera_model import Sensor
+from treedgs_geo.reconstruction.cameras import Sensor
 from treedgs_geo.reconstruction.checks import check_block
 from treedgs_geo.reconstruction.geotag_errors import as_photos_say
 from treedgs_geo.reconstruction.incremental_block import Joined

@@ -11,7 +11,7 @@ from synthetic_block import block_of, ring
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.dense import densify_band, vote
-from treedgs_geo.reconstruction.images import pinhole_crop, undistort_view
+from treedgs_geo.reconstruction.images import pinhole_maps
 from treedgs_geo.reconstruction.model import load_points, load_views, point_colours, save_model
 from treedgs_geo.reconstruction.pairs import select_pairs
 from treedgs_geo.reconstruction.poses import fit_similarity_robust, rotation_angle_deg, rotation_from_gimbal
@@ -145,9 +145,9 @@ def test_undistortion_keeps_the_pixel_convention(tmp_path: Path) -> None:
     for x, y in pixels:
         image += 255 * np.exp(-((u - x) ** 2 + (v - y) ** 2) / 18)
     image = np.repeat(np.clip(image, 0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
-    flat, plain = undistort_view(view, image)
-    crop, k = pinhole_crop(view, (50, 40, 390, 290), image, scale=2.0)
-    for wanted, picture, matrix in ((target, flat, plain.camera.matrix), (target[:1], crop, k)):
+    for wanted, box, scale in ((target, (0, 0, 400, 300), 1.0), (target[:1], (50, 40, 390, 290), 2.0)):
+        map_x, map_y, matrix = pinhole_maps(camera, box, scale)
+        picture = cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR)
         expected = (wanted @ matrix.T)[:, :2]
         for x, y in expected:
             c, r = int(x), int(y)

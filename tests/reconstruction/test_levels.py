@@ -15,12 +15,11 @@ from treedgs_geo.reconstruction import matching_strategy, outlier_photos
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
-from treedgs_geo.reconstruction.sift import FeatureStore
 from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
 from treedgs_geo.reconstruction.incremental_block import Joined
-from treedgs_geo.reconstruction.matching_levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
+from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
-from treedgs_geo.reconstruction.sift import PhotoFeatures
+from treedgs_geo.reconstruction.sift import FeatureStore, PhotoFeatures
 
 GOOD = {
     "photos": 62,

@@ -8,13 +8,12 @@ import pytest
 
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
-from treedgs_geo.reconstruction.sift import FeatureStore
 from treedgs_geo.reconstruction.guided_matching import match_guided
 from treedgs_geo.reconstruction.matching_strategy import Work, _as_stored, _guide
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pairs import select_pairs
 from treedgs_geo.reconstruction.prior_knowledge import survey_of
-from treedgs_geo.reconstruction.sift import extract
+from treedgs_geo.reconstruction.sift import FeatureStore, extract
 
 
 @pytest.mark.parametrize("every", [1, 2], ids=["all", "half"])

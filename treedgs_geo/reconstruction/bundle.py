@@ -19,8 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from . import bundle_kernels as kernels
 from .bundle_kernels import CX, FIRST_FLIGHT, LOG_ASPECT, LOG_F, N_POSE, READOUT
-from .camera_model import Sensor
-from .cameras import Camera
+from .cameras import Camera, Sensor
 
 #: Standard deviations at which a pixel's loss turns from a parabola: soft L1 on the way, Cauchy at the end, where the
 #: wrong matches are out and what is left moves in the wind, each point as much as its plant.

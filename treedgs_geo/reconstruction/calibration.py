@@ -11,8 +11,7 @@ import numpy as np
 
 from ..core.errors import InputError, ReconstructionError
 from ..geotags.photos import Photo
-from .camera_model import Sensor
-from .cameras import Camera
+from .cameras import Camera, Sensor
 
 #: Sensor widths in mm (maker's data sheets) and the nominal focal length that the entry holds for.
 SENSOR_WIDTHS_MM = {

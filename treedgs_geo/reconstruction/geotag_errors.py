@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .adjustment import Adjusted, Known
-from .camera_model import Sensor
+from .cameras import Sensor
 from .covariance import Posterior
 
 #: By how much a flight's geotags may be those of another instant than its exposures, seconds: what positions of metres

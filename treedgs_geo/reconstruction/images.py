@@ -1,4 +1,5 @@
-"""Photos as arrays: loading, undistorting, pinhole crops. Pixel convention as in :mod:`.cameras`."""
+"""Photos as arrays: loading, maps without distortion, photos finer than a stem needs as those of a coarser sensor.
+Pixel convention as in :mod:`.cameras`."""
 
 from __future__ import annotations
 
@@ -11,6 +12,11 @@ import numpy as np
 from ..core.errors import InputError
 from .cameras import Camera, View
 
+#: Linear light of a photo's 0..1 values is their power of this (as the fit takes them).
+GAMMA = 2.2
+#: Finer pixels on the ground than this (m) are averaged, two by two or more: a stem's edges are found to a fraction of
+#: a pixel anyway, and four times the pixels cost four times the memory.
+FINEST_GSD_M = 0.008
 #: How a photo is read at a share of its size: JPEG decoders take the less time the smaller it is.
 _READ = {1: cv2.IMREAD_COLOR, 4: cv2.IMREAD_REDUCED_COLOR_4}
 
@@ -63,27 +69,29 @@ def pinhole_maps(
     )
 
 
-def pinhole_crop(
-    view: View,
-    box: tuple[float, float, float, float],
-    image: np.ndarray | None = None,
-    scale: float = 1.0,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Undistorted window of a photo and its calibration matrix (see :func:`pinhole_maps`).
-
-    Args:
-        image: the loaded photo; None loads it.
-
-    Returns:
-        (h, w, 3) uint8 (black outside the photo) and K (3, 3). The view's rotation and translation hold unchanged.
-    """
-    pixels = load_image(view) if image is None else image
-    map_x, map_y, k = pinhole_maps(view.camera, box, scale)
-    return cv2.remap(pixels, map_x, map_y, cv2.INTER_AREA if scale < 0.5 else cv2.INTER_LINEAR), k
+def shrink_factor(camera: Camera, depth_m: float) -> int:
+    """By how much a photo is reduced: whole pixels that fit into :data:`FINEST_GSD_M` at a depth; 1 = as it is."""
+    return max(int(FINEST_GSD_M * max(camera.fx, camera.fy) / max(depth_m, 1e-6)), 1)
 
 
-def undistort_view(view: View, image: np.ndarray | None = None) -> tuple[np.ndarray, View]:
-    """The whole photo without distortion, and the view with a pinhole camera that belongs to it."""
-    camera = view.camera
-    pixels, k = pinhole_crop(view, (0, 0, camera.width, camera.height), image)
-    return pixels, replace(view, camera=Camera(camera.width, camera.height, k[0, 0], k[1, 1], k[0, 2], k[1, 2]))
+def shrunk_camera(camera: Camera, k: int) -> Camera:
+    """The camera of a photo whose pixels were averaged k by k (pixel centres are at +0.5, so all scales alike)."""
+    return replace(
+        camera,
+        width=camera.width // k,
+        height=camera.height // k,
+        fx=camera.fx / k,
+        fy=camera.fy / k,
+        cx=camera.cx / k,
+        cy=camera.cy / k,
+    )
+
+
+def shrink(image: np.ndarray, k: int) -> np.ndarray:
+    """(H, W, 3) uint8 -> (H / k, W / k, 3) uint8, contiguous: means of k x k pixels in linear light, as a coarser
+    sensor would have counted them. H and W are multiples of k."""
+    if k == 1:
+        return np.ascontiguousarray(image)
+    linear = cv2.LUT(image, ((np.arange(256) / 255.0) ** GAMMA).astype(np.float32))
+    small = cv2.resize(linear, (image.shape[1] // k, image.shape[0] // k), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(np.rint(255.0 * small ** (1 / GAMMA)).astype(np.uint8))

@@ -12,7 +12,7 @@ from ..core.progress import Reporter
 from ..geotags.stations import Stations
 from .adjustment import Adjusted, Known, adjust, adjust_roughly, geotags_are_precise, prune, typical_px
 from .bundle import GOOD, LAST
-from .camera_model import Sensor
+from .cameras import Sensor
 from .control import align_to_control
 from .covariance import posterior_of
 from .georeference import Placement, as_stored

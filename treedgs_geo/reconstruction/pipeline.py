@@ -13,8 +13,7 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from .calibration import calibration_record
-from .matching_levels import levels_of
-from .matching_strategy import Work, climb
+from .matching_strategy import Work, climb, levels_of
 from .model import save_model
 from .options import ReconstructOptions
 from .prior_knowledge import survey_of

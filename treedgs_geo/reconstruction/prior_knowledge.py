@@ -14,9 +14,9 @@ from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations
 from .adjustment import Known, geotags_are_precise
 from .calibration import Calibration, calibration_of
-from .camera_model import Sensor
+from .cameras import Sensor
 from .geotag_errors import LATE_SD_S
-from .matching_levels import can_guide
+from .matching_strategy import can_guide
 from .pairs import ground_below
 from .poses import rotation_from_gimbal
 from .rolling_shutter import free_shutter, lens_sd, sensor_of

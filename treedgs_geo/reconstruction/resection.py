@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from ..core.machine import available_threads
 from .adjustment import Known
-from .camera_model import Sensor
+from .cameras import Sensor
 from .predicted_points import PointMatches, find_points, turn_to_points
 from .sift import FeatureStore
 from .texture_ties import GreyPhotos, Ties, ground_surface, tie_photo

@@ -13,8 +13,7 @@ from .adjustment import PARTS, Known, adjust, geotags_are_precise
 from .bundle import GOOD, PIXEL_LOSS
 from .bundle_kernels import FIRST_FLIGHT, READOUT
 from .calibration import Calibration
-from .camera_model import Sensor
-from .cameras import Camera
+from .cameras import Camera, Sensor
 from .covariance import Posterior
 from .tracks import Block, intersect
 

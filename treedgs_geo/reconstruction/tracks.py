@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from .camera_model import Sensor
-from .cameras import Camera, View
+from .cameras import Camera, Sensor, View
 
 
 class Rays(NamedTuple):

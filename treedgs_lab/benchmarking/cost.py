@@ -17,7 +17,7 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.files import atomic_path, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.tables import safe_frame
-from treedgs_geo.reconstruction.matching_levels import GUIDED_NEIGHBOURS
+from treedgs_geo.reconstruction.matching_strategy import GUIDED_NEIGHBOURS
 from treedgs_geo.report.blocks import Block, Column, Paragraph, Table
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart, write_chart
 from treedgs_geo.report.markdown import markdown

@@ -58,7 +58,7 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
     import shutil
 
     from treedgs_geo.core.machine import available_threads
-    from treedgs_geo.reconstruction.matching_levels import GUIDED_FEATURES
+    from treedgs_geo.reconstruction.matching_strategy import GUIDED_FEATURES
     from treedgs_geo.reconstruction.options import ReconstructOptions
     from treedgs_geo.reconstruction.sift import extract
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from rendered_stems import Stem, oblique_views, render
 
-from treedgs_geo.reconstruction import downsampling
+from treedgs_geo.reconstruction import images
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import Camera
-from treedgs_geo.reconstruction.downsampling import shrink, shrink_factor, shrunk_camera
+from treedgs_geo.reconstruction.images import shrink, shrink_factor, shrunk_camera
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
@@ -52,7 +52,7 @@ def test_reduced_photos_take_a_quarter_of_the_memory_and_give_the_diameter(tmp_p
     area = Area.circle(0.0, 0.0, 0.5)
     grid = GroundGrid.sample(flat, area, 3.0)
     full = load_stack(views, area, grid, 96, 0.8).pixels.size
-    monkeypatch.setattr(downsampling, "FINEST_GSD_M", 0.028)
+    monkeypatch.setattr(images, "FINEST_GSD_M", 0.028)
     assert load_stack(views, area, grid, 96, 0.8).pixels.size < 0.3 * full
     fits = stems_from_photos(views, flat, area, PhotoStemOptions(margin_m=0.2))
     nearest = min(fits, key=lambda f: np.hypot(f.axis.p[0] - stem.x, f.axis.p[1] - stem.y))

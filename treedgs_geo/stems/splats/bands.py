@@ -14,8 +14,7 @@ import numpy as np
 from ...core.errors import InputError
 from ...core.progress import Reporter
 from ...reconstruction.cameras import View
-from ...reconstruction.downsampling import shrink, shrink_factor, shrunk_camera
-from ...reconstruction.images import load_image
+from ...reconstruction.images import load_image, shrink, shrink_factor, shrunk_camera
 from .crops import (
     Crop,
     CropCamera,
@@ -195,7 +194,7 @@ def cut_bands(
 def averaged_photos(
     views: Sequence[View], origins: Sequence[np.ndarray], load: Callable[[View], np.ndarray]
 ) -> tuple[Sequence[View], Callable[[View], np.ndarray]]:
-    """Photos much finer at the stems (``origins``: (3,) local) than :data:`.downsampling.FINEST_GSD_M` as a coarser
+    """Photos much finer at the stems (``origins``: (3,) local) than :data:`.images.FINEST_GSD_M` as a coarser
     sensor would have taken them: their cameras, and how to read them. The others stay as they are."""
     whole: dict[str, tuple[View, int]] = {}
     coarse = []

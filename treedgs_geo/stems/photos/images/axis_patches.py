@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from ....reconstruction.downsampling import GAMMA
+from ....reconstruction.images import GAMMA
 from .crops import CX, CY, FX, FY, K1, K2, K3, P1, P2, ROW_0, ROW_X, ROW_Y, ROW_Z, TX, TY, TZ, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}

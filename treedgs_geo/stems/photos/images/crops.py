@@ -14,7 +14,7 @@ from ....core.errors import InputError
 from ....core.progress import Reporter
 from ....reconstruction.area import Area
 from ....reconstruction.cameras import View
-from ....reconstruction.downsampling import shrink, shrink_factor, shrunk_camera
+from ....reconstruction.images import shrink, shrink_factor, shrunk_camera
 
 #: Oblique enough: sine of the nadir angle at which a photo sees the plot centre.
 MIN_SIN_NADIR = 0.3
@@ -177,7 +177,7 @@ def load_stack(
     top_m: float = 6.0,
 ) -> PhotoStack:
     """Read the crops that cover the area from the ground to ``top_m``. Unreadable photos are reported and left out;
-    pixels much finer than :data:`.downsampling.FINEST_GSD_M` are averaged.
+    pixels much finer than :data:`.images.FINEST_GSD_M` are averaged.
 
     Raises:
         InputError: a photo whose size differs from its camera's.
