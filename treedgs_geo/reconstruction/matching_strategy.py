@@ -15,7 +15,7 @@ from ..core.files import fingerprint
 from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..geotags.own_tags import OVERHEAD_DEG
-from ..geotags.stations import Stations, are_precise
+from ..geotags.stations import Stations
 from .checks import check_block
 from .covariance import posterior_of
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
@@ -27,8 +27,6 @@ from .pairs import select_pairs
 from .prior_knowledge import Survey
 from .sift import FeatureStore, extract
 
-#: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
-GUIDED_SHARE = 0.9
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
 GUIDED_NEIGHBOURS = 12
 #: Places described in a photo at most there (:mod:`.sift`).
@@ -68,18 +66,8 @@ class Level:
     again: bool = False
 
 
-def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
-    """Whether geotags and gimbals say where to look for a feature of one photo in another.
-
-    xyz, sd: (N, 3) geotags and their standard errors, metres. rotations: (N, 3, 3) of the gimbals. ground: height,
-    metres. NaN is unknown.
-    """
-    known = np.isfinite(rotations).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
-    return bool(known.mean() >= GUIDED_SHARE) and are_precise(xyz, sd) and bool(np.isfinite(ground))
-
-
 def levels_of(neighbours: int, guidable: bool) -> list[Level]:
-    """The levels that a block may take, the cheapest first. guidable: :func:`can_guide`."""
+    """The levels that a block may take, the cheapest first. guidable: :func:`.prior_knowledge.can_guide`."""
     full = Level("full", "without a guide", neighbours)
     fewer = min(neighbours, GUIDED_NEIGHBOURS)
     guided = Level("guided", "guided by geotags and gimbals", fewer, True, GUIDED_FEATURES)

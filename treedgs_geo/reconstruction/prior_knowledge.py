@@ -11,15 +11,17 @@ from ..core.crs import LocalFrame, grid_convergence_deg
 from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.readout import Readout, readout_of
-from ..geotags.stations import Stations
+from ..geotags.stations import Stations, are_precise
 from .adjustment import Known, geotags_are_precise
 from .calibration import Calibration, calibration_of
 from .cameras import Sensor
 from .geotag_errors import LATE_SD_S
-from .matching_strategy import can_guide
 from .pairs import ground_below
 from .poses import rotation_from_gimbal
 from .rolling_shutter import free_shutter, lens_sd, sensor_of
+
+#: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
+GUIDED_SHARE = 0.9
 
 
 @dataclass(frozen=True)
@@ -128,3 +130,13 @@ def _readout(stations: Stations, calibration: Calibration) -> Readout:
 
 def _local(control: ControlPoints | None, frame: LocalFrame) -> ControlPoints | None:
     return None if control is None else replace(control, xyz=frame.to_local(control.xyz))
+
+
+def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
+    """Whether geotags and gimbals say where to look for a feature of one photo in another.
+
+    xyz, sd: (N, 3) geotags and their standard errors, metres. rotations: (N, 3, 3) of the gimbals. ground: height,
+    metres. NaN is unknown.
+    """
+    known = np.isfinite(rotations).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
+    return bool(known.mean() >= GUIDED_SHARE) and are_precise(xyz, sd) and bool(np.isfinite(ground))

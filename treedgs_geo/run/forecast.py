@@ -27,7 +27,8 @@ from ..reconstruction.options import ReconstructOptions
 from ..reconstruction.pairs import ground_below, select_pairs
 from ..reconstruction.prior_knowledge import gimbal_rotations
 from ..stems.photos.options import PhotoStemOptions
-from ..stems.photos.tiles import TILE_M, split
+from ..stems.photos.tiles import split
+from ..stems.photos.tuned import TILE_M
 from ..terrain.dtm import Dtm
 from .stage import Cost, Findings
 

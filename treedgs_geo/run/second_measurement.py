@@ -16,7 +16,7 @@ import numpy as np
 
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.low_confidence import may_be_settled
-from ..stems.photos.quality_control import GAIN_LOW_CONFIDENCE
+from ..stems.photos.tuned import GAIN_LOW_CONFIDENCE
 from ..stems.quality.assessment import Assessment
 from ..stems.quality.limits import judge
 from ..stems.quality.tree import Tree

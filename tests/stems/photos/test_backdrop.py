@@ -12,6 +12,7 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.stems.photos.fit.null_model import BREAST
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.background import cut_silhouette, make_backdrop
 from treedgs_geo.stems.photos.images.crops import GroundGrid, PhotoStack, load_stack
@@ -58,7 +59,7 @@ def test_silhouettes_are_as_wide_as_the_stems(scene):
     errors = []
     for stem in stems:
         xy = np.array([float(stem["x_bh"]), float(stem["y_bh"])])
-        outline = cut_silhouette(stack, backdrop, ground, _axis(ground, xy + [0.05, -0.03]))
+        outline = cut_silhouette(stack, backdrop, ground, _axis(ground, xy + [0.05, -0.03]), BREAST.silhouette)
         shapes = outline.peaks(RADII)
         # The stem is among the silhouettes proposed: right place, right width.
         near = [abs(200 * s[4] - float(stem["dbh_cm"])) for s in shapes if np.hypot(s[0] + 0.05, s[1] - 0.03) < 0.06]
@@ -76,7 +77,7 @@ def test_stems_stand_out_from_open_ground(scene):
     assert len(open_ground) >= 5
 
     def best(xy: np.ndarray) -> float:
-        outline = cut_silhouette(stack, backdrop, ground, _axis(ground, xy))
+        outline = cut_silhouette(stack, backdrop, ground, _axis(ground, xy), BREAST.silhouette)
         return max((outline.contrast(shape) for shape in outline.peaks(RADII, most=1)), default=0.0)
 
     assert np.median([best(xy) for xy in true]) > 1.5 * np.median([best(xy) for xy in open_ground])

@@ -10,18 +10,13 @@ from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.fit.edge_adjustment import NO_STEMS
+from treedgs_geo.stems.photos.fit.null_model import BREAST
 from treedgs_geo.stems.photos.images.background import cut_silhouette, make_backdrop
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.propose.space_carving import (
-    CELL_M,
-    HEIGHTS,
-    carved_seeds,
-    clear_known,
-    hidden_ground,
-    searched,
-)
+from treedgs_geo.stems.photos.propose.space_carving import carved_seeds, clear_known, hidden_ground, searched
 from treedgs_geo.stems.photos.tile_calibration import chance_contrast
+from treedgs_geo.stems.photos.tuned import CELL_M, HEIGHTS
 
 AREA, BOX = Area.circle(0, 0, 2.2), (-2.5, -2.5, 2.5, 2.5)
 UPRIGHT = Stem(1.0, 0.8, 0.12)
@@ -39,7 +34,7 @@ def seen(folder: Path, stems: list[Stem]) -> tuple:
     stack = load_stack(views, AREA, grid, 96, 2.0)
     backdrop = make_backdrop(stack, grid, AREA.bounds(3.0))
     places = np.array([[-1.5, 1.2], [0.2, 1.9], [1.6, -1.1], [0.4, -1.8], [-1.9, 0.3]])
-    outline_of = lambda axis: cut_silhouette(stack, backdrop, grid, axis)  # noqa: E731
+    outline_of = lambda axis: cut_silhouette(stack, backdrop, grid, axis, BREAST.silhouette)  # noqa: E731
     return stack, grid, backdrop, chance_contrast(outline_of, grid, places, np.arange(0.03, 0.3, 0.02), 1.37)
 
 
@@ -47,7 +42,7 @@ def seeds_of(scene: tuple, known: np.ndarray = NO_STEMS, **options: float) -> li
     stack, grid, backdrop, chance = scene
     x0, y0, rows, columns = searched(BOX)
     layers = hidden_ground(stack, grid, backdrop, x0, y0, rows, columns)
-    outline_of = lambda axis: cut_silhouette(stack, backdrop, grid, axis)  # noqa: E731
+    outline_of = lambda axis: cut_silhouette(stack, backdrop, grid, axis, BREAST.silhouette)  # noqa: E731
     wanted = PhotoStemOptions(margin_m=0.3, **options)
     return carved_seeds(layers, (x0, y0), grid, outline_of, AREA, wanted, known, chance)
 

@@ -18,8 +18,9 @@ from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, Evidence, quality_control
+from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
 SAPLING = Stem(0.5 + 0.185 * np.cos(0.8), 0.3 + 0.185 * np.sin(0.8), 0.035)

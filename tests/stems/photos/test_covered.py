@@ -11,11 +11,12 @@ from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run.second_measurement import stems_to_measure_again
-from treedgs_geo.stems.photos.evidence.ivy import COVER_CM, with_cover
+from treedgs_geo.stems.photos.evidence.ivy import with_cover
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_geo.stems.photos.search_steps import certain_stems
+from treedgs_geo.stems.photos.tuned import COVER_CM
 from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot

@@ -10,7 +10,7 @@ import pytest
 from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.stems.photos.evidence.diameter_uncertainty import AMBIGUOUS_SE
+from treedgs_geo.stems.photos.fit.null_model import BREAST
 from treedgs_geo.stems.photos.low_confidence import HOPELESS, may_be_settled, settled_by_network, with_unclear_edges
 from treedgs_geo.stems.photos.network.inference import network_maps
 from treedgs_geo.stems.photos.network.pieces import About, of_all_photos, piece_odds, piece_of
@@ -19,6 +19,7 @@ from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.search_steps import grids_of, photos_of
 from treedgs_geo.stems.photos.tiles import split
+from treedgs_geo.stems.photos.tuned import AMBIGUOUS_SE
 from treedgs_lab.benchmarks.rendered import plot_inputs
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
@@ -52,8 +53,8 @@ def test_the_pieces_of_a_stem_say_what_the_whole_maps_say(scene):
     pieces = [piece for piece in found if piece is not None]
     assert len(pieces) > 5 and all(piece.size % 64 == 0 for piece in pieces)
     bark = [bark for (bark,) in piece_odds(pieces, scene.stack, scene.plumbs, ("stem",))]
-    part = cut_bark(of_all_photos(pieces, bark, scene.stack), axis)
-    whole = cut_bark(network_maps(scene.stack, scene.plumbs).bark, axis)
+    part = cut_bark(of_all_photos(pieces, bark, scene.stack), axis, BREAST.silhouette)
+    whole = cut_bark(network_maps(scene.stack, scene.plumbs).bark, axis, BREAST.silhouette)
     shown = ~part.blind & ~whole.blind
     assert shown.sum() > 5 and part.total.shape == whole.total.shape
     # A photo without a piece shows nothing.

@@ -10,13 +10,14 @@ from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed, without_open_diameter
-from treedgs_geo.stems.photos.evidence.diameter_uncertainty import PAIR_SE_CM, Mixture, Others
+from treedgs_geo.stems.photos.evidence.diameter_uncertainty import Mixture, Others
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Choice, Explanation
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
-from treedgs_geo.stems.photos.quality_control import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
+from treedgs_geo.stems.photos.quality_control import companion_share
+from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, PAIR_SE_CM
 from treedgs_geo.stems.quality.tree import Tree, with_block_errors
 
 

@@ -10,7 +10,8 @@ from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit, _damping, _sol
 from treedgs_geo.stems.photos.fit.edge_points import gathered
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis, Strips
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import DISAGREE_SHARE, Evidence, quality_control, widened_cm
+from treedgs_geo.stems.photos.quality_control import Evidence, quality_control, widened_cm
+from treedgs_geo.stems.photos.tuned import DISAGREE_SHARE
 
 
 def oval_edges(direction: np.ndarray, oval: np.ndarray) -> tuple[Strips, np.ndarray]:

@@ -8,13 +8,14 @@ from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.stems.photos.evidence.opacity_test import SEEN_CORRELATION, ground_correlation, share_through
+from treedgs_geo.stems.photos.evidence.opacity_test import ground_correlation, share_through
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.background import make_backdrop
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.photos.tuned import SEEN_CORRELATION
 
 PHOTOS = 18
 #: Photos that have a stem before the middle of the plot, where none stands; 1.6 m before it, as thick as the others.

@@ -14,10 +14,11 @@ from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.stems.photos.fit_records import look_of_record, look_record
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
-from treedgs_geo.stems.photos.images.sharpness import SOFT_PX, edge_sharpness, soft_px
+from treedgs_geo.stems.photos.images.sharpness import edge_sharpness, soft_px
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.tile_calibration import Look
+from treedgs_geo.stems.photos.tuned import SOFT_PX
 from treedgs_lab.benchmarking.plot import TruePlot
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.stems.photos.fit.null_model import BREAST
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.crops import GroundGrid
 from treedgs_geo.stems.photos.network.inference import (
@@ -22,7 +23,7 @@ from treedgs_geo.stems.photos.network.inference import (
 from treedgs_geo.stems.photos.network.silhouettes import bark_layers, covered_share, cut_bark
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.propose.network_seeds import network_seeds
-from treedgs_geo.stems.photos.propose.space_carving import HEIGHTS
+from treedgs_geo.stems.photos.tuned import HEIGHTS
 
 PLACE, RADIUS = np.array([0.4, -0.3]), 0.15
 FLAT = GroundGrid(-6.0, -6.0, 0.5, np.zeros((25, 25), np.float32))
@@ -66,7 +67,7 @@ def test_evidence_is_highest_where_the_stem_stands():
 
 @pytest.mark.parametrize("radius", [0.05, 0.10, 0.20, 0.30])
 def test_the_silhouette_is_clearest_at_the_true_place_and_width(radius):
-    outline = cut_bark(ring_of_maps(), at(PLACE))
+    outline = cut_bark(ring_of_maps(), at(PLACE), BREAST.silhouette)
     true = outline.contrast(np.array([0.0, 0.0, 0.0, 0.0, RADIUS]))
     assert true > outline.contrast(np.array([0.0, 0.0, 0.0, 0.0, radius]))
     assert true > 2 * outline.contrast(np.array([0.12, 0.0, 0.0, 0.0, RADIUS]))
@@ -77,7 +78,7 @@ def test_a_photo_that_shows_nothing_here_is_blind_and_adds_nothing():
     gone = maps._replace(odds=maps.odds.copy())
     rows, columns = maps.shape[3]
     gone.odds[maps.start[3] : maps.start[3] + rows * columns] = OUTSIDE
-    outline = cut_bark(gone, at(PLACE))
+    outline = cut_bark(gone, at(PLACE), BREAST.silhouette)
     assert outline.blind[3] and outline.blind.sum() == 1
     cells = GroundGrid(PLACE[0], PLACE[1], 0.1, np.zeros((1, 1), np.float32))
     less, all_of_them = (bark_layers(m, np.zeros((12, 2)), cells, HEIGHTS).sum() for m in (gone, maps))

@@ -8,7 +8,7 @@ from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.stems.photos.evidence.double_stem import MIN_RADIUS_M, find_twins, halves
+from treedgs_geo.stems.photos.evidence.double_stem import find_twins, halves
 from treedgs_geo.stems.photos.fit.null_model import BREAST, build_null, coarse_strips
 from treedgs_geo.stems.photos.fit.search import Prior, Search
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
@@ -16,6 +16,7 @@ from treedgs_geo.stems.photos.images.background import cut_silhouette, make_back
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
+from treedgs_geo.stems.photos.tuned import MIN_SPLIT_M
 from treedgs_geo.stems.quality.limits import bound_of
 
 OPTIONS = PhotoStemOptions(max_dbh_cm=60, stem_network="off")
@@ -62,7 +63,7 @@ def test_a_stem_alone_is_no_pair(gain, stem):
 
 
 def test_nothing_is_said_of_thin_discs_and_without_silhouettes(gain):
-    assert np.isnan(gain(THIN.x, THIN.y, 0.9 * MIN_RADIUS_M)).all()
+    assert np.isnan(gain(THIN.x, THIN.y, 0.9 * MIN_SPLIT_M)).all()
     assert np.isnan(gain(-0.01, 0.0, 0.215, silhouettes=False)).all()
 
 

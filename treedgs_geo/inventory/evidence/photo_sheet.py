@@ -9,7 +9,8 @@ import numpy as np
 from ...stems.photos.fit.null_model import ABOVE
 from ...stems.photos.fit.photo_fit import PhotoFit
 from ...stems.photos.images.crops import PhotoStack
-from ...stems.photos.stem_images import USED, StemShown, choose_photos, straightened
+from ...stems.photos.stem_images import StemShown, choose_photos, straightened
+from ...stems.photos.tuned import SEES
 from ...stems.quality.tree import Tree
 from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, shortened_front
 from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines, reasons
@@ -149,7 +150,7 @@ def _on_photo(
 
 
 def _counts(shown: StemShown) -> np.ndarray:
-    return (shown.edges.used >= USED) & shown.sees[shown.edges.view]
+    return (shown.edges.used >= SEES) & shown.sees[shown.edges.view]
 
 
 def _caption(canvas: Canvas, evidence: PhotoEvidence, v: int, number: int, middle: float) -> None:

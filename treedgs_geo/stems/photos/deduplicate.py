@@ -6,16 +6,7 @@ import numpy as np
 
 from ..quality.limits import judge
 from .fit.photo_fit import PhotoFit
-from .propose.edge_voting import APART_M
-from .quality_control import GAIN_MERGED
-
-#: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
-RIVAL_LLR = 30.0
-#: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
-SAME_LEAN, SAME_DBH = 0.09, 0.04
-#: A stem inside another one counts against it below this share of its diameter, with edges that lead by so much (log
-#: likelihood units; as between explanations that silhouettes choose).
-THINNER, SWALLOWED_LEAD = 0.85, 10.0
+from .tuned import APART_M, CLEAR_LLR, FEW_LLR, GAIN_MERGED, GAP_LLR, LEAD_LLR, SAME_DBH, SAME_LEAN, THINNER
 
 
 def known_rows(fits: list[PhotoFit]) -> np.ndarray:
@@ -25,11 +16,11 @@ def known_rows(fits: list[PhotoFit]) -> np.ndarray:
 
 def plausible(fit: PhotoFit, gate: float) -> bool:
     """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
-    if fit.evidence.contrast > 1.0 and fit.evidence.llr >= 12:
+    if fit.evidence.solid and fit.evidence.llr >= FEW_LLR:
         return fit.seed_score >= gate or fit.measured
     if fit.seed_score >= gate:
-        return fit.evidence.llr >= 30
-    return fit.evidence.llr >= 60 and fit.measured
+        return fit.evidence.llr >= LEAD_LLR
+    return fit.evidence.llr >= CLEAR_LLR and fit.measured
 
 
 def without_open_diameter(fit: PhotoFit) -> PhotoFit:
@@ -56,7 +47,7 @@ def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoF
             for other in sure
             if fit.measured and np.hypot(*(other.axis.p - fit.axis.p)) < fit.r0 and other.dbh_cm < THINNER * fit.dbh_cm
         ]
-        if not inside or sum(other.evidence.llr for other in inside) < fit.evidence.llr + SWALLOWED_LEAD:
+        if not inside or sum(other.evidence.llr for other in inside) < fit.evidence.llr + GAP_LLR:
             out.append(fit)
         elif len(inside) > 1:
             out += inside
@@ -75,7 +66,7 @@ def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[Phot
             for other in refused
             if np.hypot(*(fit.axis.p - other.axis.p)) < APART_M and np.hypot(*(fit.axis.s - other.axis.s)) < SAME_LEAN
         ]
-        if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
+        if any(abs(fit.dbh_cm - other.dbh_cm) > SAME_DBH.at(fit.dbh_cm) for other in before):
             continue
         kept.append(with_rival(fit, fit.dbh_cm) if before and fit.flag == "ok" else fit)
     return kept
@@ -92,8 +83,8 @@ def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
             continue
         best = kept[near[0]]
         apart = abs(fit.dbh_cm - best.dbh_cm)
-        rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
-        if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
+        rival = fit.measured and single_llr(fit) > single_llr(best) - LEAD_LLR
+        if rival and apart > SAME_DBH.at(best.dbh_cm):
             kept[near[0]] = with_rival(best, fit.dbh_cm)
     return kept
 

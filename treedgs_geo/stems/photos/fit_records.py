@@ -16,15 +16,12 @@ from .images.axis_patches import StemAxis
 from .quality_control import Evidence
 from .tile_calibration import Look
 
-#: Decimals of the probability that a photo sees a stem.
-_SEEN_DECIMALS = 4
-
 
 def fit_record(fit: PhotoFit) -> dict[str, Any]:
     """A fit as JSON: local frame, names of :class:`.fit.photo_fit.PhotoFit`; a number that is not finite is ``None``
     (NaN) or ``"inf"``."""
     plain = _plain(asdict(fit))
-    return plain | {"seen": np.round(fit.seen, _SEEN_DECIMALS).tolist()}
+    return plain | {"seen": np.round(fit.seen, 4).tolist()}
 
 
 def fit_of_record(record: dict[str, Any]) -> PhotoFit:

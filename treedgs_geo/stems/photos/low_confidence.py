@@ -14,33 +14,27 @@ import numpy as np
 
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
-from ..quality.limits import judge
+from ..quality.limits import bound_of, judge
 from .deduplicate import known_rows, not_swallowed
-from .evidence.diameter_uncertainty import AMBIGUOUS_SE
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
-from .images.background_kernels import REACH_M
 from .images.vertical_rectification import PlumbGrid
 from .network.inference import NetworkMaps
 from .network.pieces import About, Piece, of_all_photos, piece_odds, piece_of
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
-from .tile_calibration import MORE_PLACES, STEM_FREE_M, random_places, with_chance
+from .tile_calibration import random_places, with_chance
+from .tuned import AMBIGUOUS_SE, MIN_PLACES, MORE_PLACES, REACH_M, STEM_FREE_M, THERE_LLR
 
 #: Reasons that another look at the same photos cannot settle.
 HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge", "covered"})
-#: A refused place is looked at again only if its silhouette (of what chance reaches) or its edges stood out at all: in
-#: a bush another look finds a stem, too.
-MIN_CONTRAST, MIN_LLR = 0.7, 40.0
-#: Places without a stem that the network is shown.
-FREE_PLACES = 8
 
 
 def may_be_settled(fit: PhotoFit) -> bool:
     """Low confidence that another witness may settle."""
     stands_out = (
-        np.isfinite(fit.evidence.contrast) and fit.evidence.contrast > MIN_CONTRAST
-    ) or fit.evidence.llr > MIN_LLR
+        np.isfinite(fit.evidence.contrast) and fit.evidence.contrast > bound_of("photos", "contrast", "check")
+    ) or fit.evidence.llr > THERE_LLR
     return fit.flag != "ok" and stands_out and not HOPELESS & set(fit.reasons)
 
 
@@ -99,7 +93,7 @@ def _free_places(fits: list[PhotoFit], fitter: Fitter, tile: Area) -> list[StemA
     """Upright axes at random places away from all stems."""
     places = random_places(tile, np.random.default_rng(fitter.options.seed), MORE_PLACES)
     gap = np.min([np.hypot(*(places - fit.axis.p).T) for fit in fits], axis=0)
-    places = places[gap > STEM_FREE_M][:FREE_PLACES]
+    places = places[gap > STEM_FREE_M][:MIN_PLACES]
     ground_z = fitter.ground.at(places[:, 0], places[:, 1])
     upright, bh_m = np.zeros(2), fitter.options.bh_m
     return [StemAxis(place, upright, upright, float(z), bh_m) for place, z in zip(places, ground_z, strict=True)]

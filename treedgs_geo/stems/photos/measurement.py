@@ -9,10 +9,9 @@ import numpy as np
 
 from ..quality.assessment import Assessment
 from ..quality.priors import SECTION_SD
-from .evidence.diameter_uncertainty import AMBIGUOUS, AMBIGUOUS_SE, OPEN, PAIR_SE_CM, Others
-from .evidence.double_stem import NO_TWINS, PARTS, Twins
+from .evidence.diameter_uncertainty import AMBIGUOUS, OPEN, Others
+from .evidence.double_stem import NO_TWINS, Twins
 from .evidence.error_budget import (
-    LEAN_ERROR,
     azimuth_spread,
     oval_error_cm,
     seen_oval_error_cm,
@@ -34,9 +33,7 @@ from .network.inference import NetworkMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
 from .quality_control import Evidence, quality_control, widened_cm
-
-#: A view counts as seeing the stem above this z-score.
-CLEAR_Z = 2.5
+from .tuned import AMBIGUOUS_SE, LEAN_ERROR, PAIR_SE_CM, PARTS, SEEN_MEAN_Z
 
 
 @dataclass
@@ -150,7 +147,7 @@ EVIDENCE = (by_edges, by_selection, by_companions, by_silhouette, by_opacity, by
 def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
     """The stem of an explanation: its diameter and error, the evidence about it, flag and reasons."""
     best = chosen.best
-    clear = best.z > CLEAR_Z
+    clear = best.z > SEEN_MEAN_Z
     weight = chosen.fine.view_weight * seen_probability(best.z)
     soft_cm = shared.soft_px * px_cm(shared, chosen.fine.axis, clear)
     fine, se = averaged(chosen.fine, error_cm(shared, best, chosen.fine, weight), chosen.above_cm)
@@ -201,7 +198,7 @@ def _over_explanations(stated: Assessment, others: Others, evidence: Evidence, s
 def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> float:
     """Standard error of the diameter in sharp photos before anything speaks against the stem. weight: (V,) of the
     photos."""
-    clear = best.z > CLEAR_Z
+    clear = best.z > SEEN_MEAN_Z
     se = standard_error_cm(fine, weight, px_cm(shared, fine.axis, clear), int(clear.sum()))
     azimuths, thick_cm = _azimuths(shared, fine.axis), 200 * fine.r0
     if best.mate is None:

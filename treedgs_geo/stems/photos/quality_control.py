@@ -12,26 +12,20 @@ from ..quality.findings import Findings, Flag
 from ..quality.limits import LIMITS, bound_of, judge
 from ..quality.priors import START_TAPER
 from .options import PhotoStemOptions
+from .tuned import (
+    CHANCE_LLR,
+    DISAGREE_SHARE,
+    GAIN_LOW_CONFIDENCE,
+    GAIN_MERGED,
+    GAP_LLR,
+    NETWORK_OFFSET_CM,
+    OUTLINE_OFFSET_CM,
+    RAGGED_LLR,
+    TOGETHER_SEEN,
+)
 
-#: Gain of "another stem touches it" over one stem (log likelihood units) from which the tree is flagged, and from which
-#: the pair is taken for true.
-GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
-#: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_LOW_CONFIDENCE` it
-#: is one in ten, at :data:`GAIN_MERGED` nine in ten.
-GAIN_WEIGHED = 30.0
-#: Edge scores below which ragged edges count where no silhouette stands out, and count more.
-RAGGED_LLR, RAGGED_WEAK_LLR = 100.0, 50.0
 #: Edge score below which the network has to see the stem clearly.
 WEAK_LLR = bound_of("photos", "llr", "check")
-#: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
-#: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
-OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
-#: Share of a difference that quality control flags, added to the standard error (:func:`widened_cm`).
-DISAGREE_SHARE = 0.5
-#: Reasons that together refuse a stem that the network sees.
-TOGETHER_SEEN = 3
-#: Lead in edge score of another explanation from which the network does not decide alone.
-OUTVOTED_GAP = -10.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +91,7 @@ class Evidence:
     @property
     def outvoted(self) -> bool:
         """The network's silhouettes chose an explanation that the edges clearly do not."""
-        return self.network and not self.pair and self.gap < OUTVOTED_GAP
+        return self.network and not self.pair and self.gap < -GAP_LLR
 
     @property
     def outline_off_cm(self) -> float:
@@ -137,7 +131,7 @@ class Evidence:
             found |= {"llr_alone": self.llr, "coarse_off_cm": abs(self.dbh_cm - self.polish_cm)}
             found |= {"contrast": self.contrast}
             found |= {"rms_px": self.rms_px} if self.llr < RAGGED_LLR else {}
-            found |= {"rms_weak_px": self.rms_px} if self.llr < RAGGED_WEAK_LLR else {}
+            found |= {"rms_weak_px": self.rms_px} if self.llr < CHANCE_LLR else {}
         return found | ({"sure": self.sure} if np.isfinite(self.sure) else {"gap": self.gap})
 
 
@@ -157,7 +151,7 @@ def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag,
 
 def widened_cm(se_cm: float, quality: Evidence, reasons: tuple[str, ...]) -> float:
     """Standard error of the diameter (cm) with what the reasons for a check say it may be off besides: a share
-    (:data:`DISAGREE_SHARE`) of what silhouette and edges differ by, of what the section is off a circle, and of what
+    (``DISAGREE_SHARE``) of what silhouette and edges differ by, of what the section is off a circle, and of what
     the edges' own best explanation is away. Never smaller than ``se_cm``."""
     parts = [se_cm]
     if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):

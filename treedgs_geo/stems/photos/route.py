@@ -20,14 +20,11 @@ from . import search_steps as steps
 from .deduplicate import merge, without_open_diameter
 from .fit.photo_fit import PhotoFit
 from .options import PhotoStemOptions
-from .propose.edge_voting import UPRIGHT_MAX_DEG
 from .search_steps import TileSearch
 from .targeted_fit import GivenStems
 from .tile_calibration import Look
 from .tiles import split
-
-#: A stem needs so many photos.
-MIN_PHOTOS = 3
+from .tuned import MIN_PHOTOS, UPRIGHT_MAX_DEG
 
 
 def always(_: TileSearch) -> bool:

@@ -25,15 +25,9 @@ from .propose.network_seeds import network_seeds
 from .propose.space_carving import carved_seeds, hidden_ground, searched
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
-from .tile_calibration import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
+from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
+from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
 from .upper_stem import carried_down
-
-#: Seeds this far below the threshold are still fitted (log likelihood units), and how many at most.
-REACH_BELOW, MAX_SEEDS = 22.0, 90
-#: Second stems are looked for this close to a found one, m, at so many places at most.
-BESIDE_MAX_M, MAX_BESIDE = 0.6, 40
-#: Stems farther from a given place than this hide nothing there, m.
-_NEAR_M = 40.0
 
 
 @dataclass
@@ -131,8 +125,7 @@ def fit_by_carving(search: TileSearch) -> None:
 def fit_given(search: TileSearch) -> None:
     """Stems that are known to stand there and were not found."""
     assert search.given is not None
-    near = [fit for fit in search.earlier if np.hypot(*(search.given.xy - fit.axis.p).T).min() < _NEAR_M]
-    search.fits += fits_of_given(search.fitter, search.given, search.fits, search.reporter, near)
+    search.fits += fits_of_given(search.fitter, search.given, search.fits, search.reporter, search.earlier)
 
 
 def settle_low_confidence(search: TileSearch) -> None:
@@ -218,9 +211,9 @@ def fits_of_edges(fitter: Fitter, seen: list[Seed], edges: EdgeSeeds, reporter: 
     for seed in edges.beside:
         gap = np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y)
         again = (np.hypot(done[:, 0] - seed.x, done[:, 1] - seed.y) < 0.02).any()
-        if seed.score > edges.threshold and not again and (gap < BESIDE_MAX_M).any():
+        if seed.score > edges.threshold and not again and (gap < SECOND_M).any():
             close.append(seed)
-    return fits + fits_of_seeds(fitter, close[:MAX_BESIDE], edges.threshold, reporter, known)
+    return fits + fits_of_seeds(fitter, close, edges.threshold, reporter, known)
 
 
 def photos_of(

@@ -23,14 +23,8 @@ from .images.background import Silhouette, cut_silhouette
 from .measurement import Fitted, Shared, measured
 from .network.silhouettes import cut_bark, with_bark
 from .propose.edge_voting import Seed
-from .quality_control import GAIN_MERGED, GAIN_WEIGHED, Evidence
-
-#: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
-MIN_RAW, MIN_POLISHED = 38.0, 50.0
-#: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
-WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
-#: Silhouettes, clearest first, that are followed as they are.
-MAX_SETTLED = 2
+from .quality_control import Evidence
+from .tuned import CHANCE_LLR, GAIN_LOW_CONFIDENCE, GAIN_MERGED, GRID_LLR, MAX_SETTLED, PAIR_WINDOWS_PX, WINDOWS_PX
 
 
 class _Place(NamedTuple):
@@ -124,12 +118,12 @@ class Fitter(Shared):
         """Stems by their edges, polished, best first; ``None`` where neither edges nor silhouettes are worth more."""
         stands_out = place.clearest > self.chance
         raw = place.search.hypotheses(0.24)
-        if (not raw or raw[0].score < MIN_RAW) and not stands_out:
+        if (not raw or raw[0].score < GRID_LLR) and not stands_out:
             return None
         share = 0.8 if quick else 0.3
         hypotheses = place.search.polish_all([m for m in raw if m.score > share * raw[0].score])
         hypotheses.sort(key=lambda m: -m.score)
-        return hypotheses if stands_out or (hypotheses and hypotheses[0].score >= MIN_POLISHED) else None
+        return hypotheses if stands_out or (hypotheses and hypotheses[0].score >= CHANCE_LLR) else None
 
     def _finalists(self, place: _Place, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
         """The best of the edges' stems, wholes of which they may be parts, and what the silhouettes draw; less those
@@ -175,7 +169,7 @@ class Fitter(Shared):
             search, place.start, [item.vector for item in tried] + [hypothesis.vector for hypothesis in hypotheses]
         )
         gain = 0.0 if pair is None else pair.gain
-        touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_WEIGHED else None
+        touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_LOW_CONFIDENCE else None
         if touched is not None and self.shown is not None and touched.contrast < best.contrast:
             # The silhouettes do not want the second stem.
             gain = min(gain, GAIN_MERGED)

@@ -14,14 +14,7 @@ from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
 from .images.crops import PhotoStack
 from .options import PhotoStemOptions
-from .stem_fit import WINDOWS_PX
-
-#: A photo counts as seeing the stem from this probability on, and an edge as the stem's.
-SEES, USED = 0.5, 0.5
-#: Of two photos from one direction the clearer one is shown; a photo from a new direction is worth this much more.
-_CLEAR_SHARE = 0.3
-#: Heights of a block of edges are this far apart (m); a diameter there needs this many photos with both edges.
-_BLOCK_M, _MIN_PAIRS = 0.1, 2
+from .tuned import SEES, WINDOWS_PX
 
 
 @dataclass(frozen=True)
@@ -87,8 +80,8 @@ class StemShown:
         the oval shows to each photo."""
         e = self.edges
         rows = []
-        used = (e.used >= USED) & self.sees[e.view]
-        block = np.round(e.height_m / _BLOCK_M).astype(int)
+        used = (e.used >= SEES) & self.sees[e.view]
+        block = np.round(e.height_m / 0.1).astype(int)
         for k in np.unique(block[used]):
             sides = []
             for side in (0, 1):
@@ -98,7 +91,7 @@ class StemShown:
                 sides.append(place)
             found = 100 * (sides[1] - sides[0]) / e.widen - 200 * self.shape.beside(e.normal)
             found = found[np.isfinite(found)]
-            if len(found) >= _MIN_PAIRS:
+            if len(found) >= 2:
                 low, middle, high = np.percentile(found, [25, 50, 75])
                 rows.append((float(e.height_m[used & (block == k)].mean()), middle, low, high))
         return np.array(rows).reshape(-1, 4)
@@ -132,7 +125,7 @@ def choose_photos(shown: StemShown, inside: np.ndarray, most: int) -> list[int]:
     """Indices of up to ``most`` photos to look at, clockwise from north: spread over directions, the clearer ones
     first, and the worst one that counts. inside: (V,) bool, photos whose crop holds the stem. Where hardly any photo
     sees the stem, the likeliest others come in."""
-    clear = shown.seen * (_CLEAR_SHARE + shown.support / max(float(shown.support.max(initial=0.0)), 1.0))
+    clear = shown.seen * (0.3 + shown.support / max(float(shown.support.max(initial=0.0)), 1.0))
     chosen: list[int] = [] if shown.worst is None or not inside[shown.worst] else [shown.worst]
     for group in (inside & shown.sees, inside & ~shown.sees):
         left = [int(v) for v in np.flatnonzero(group)]

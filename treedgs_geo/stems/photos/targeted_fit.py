@@ -20,20 +20,7 @@ from .fit.photo_fit import PhotoFit
 from .images.crops import PhotoStack
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
-
-#: A fit sees this far round its start, m; starts lie this far apart.
-START_M = 0.3
-#: Quick looks that are followed by a whole fit at each place, and how far apart these are, m.
-MAX_FOLLOWED, FOLLOWED_APART_M = 3, 0.12
-#: Edge score of a quick look at the place itself from which no other start is tried, unless its fit is refused.
-CLEAR_LLR = 60.0
-#: A stem at the end of its reach has to be clearer by this than one at the place given (log likelihood units).
-FAR_COST = 30.0
-#: Edge score, or silhouette contrast with a lower score, from which a refused fit says something of a stem; below,
-#: nothing was found.
-SAYS_LLR, SAYS_CONTRAST, SAYS_LEAST_LLR = 30.0, 1.0, 12.0
-#: Photos that have to show a place.
-MIN_PHOTOS = 3
+from .tuned import CLEAR_LLR, FEW_LLR, FOLLOWED_APART_M, LEAD_LLR, MAX_FOLLOWED, MIN_PHOTOS, START_M, START_RADIUS_M
 
 
 @dataclass(frozen=True)
@@ -113,7 +100,7 @@ def _best(fits: list[PhotoFit | None], place: np.ndarray, reach_m: float) -> Pho
     near = [fit for fit in near if _says_something(fit)]
     if not near:
         return None
-    best = max(near, key=lambda fit: (fit.measured, fit.evidence.llr - FAR_COST * (_away(fit, place) / reach_m) ** 2))
+    best = max(near, key=lambda fit: (fit.measured, fit.evidence.llr - LEAD_LLR * (_away(fit, place) / reach_m) ** 2))
     return None if best.measured and not plausible(best, np.inf) else best
 
 
@@ -150,7 +137,7 @@ def _free(starts: list[Seed], known: np.ndarray) -> list[Seed]:
 
 
 def _seed(x: float, y: float) -> Seed:
-    return Seed(float(x), float(y), 0.0, 0.0, 0.12, 0.0, True)
+    return Seed(float(x), float(y), 0.0, 0.0, START_RADIUS_M, 0.0, True)
 
 
 def _away(fit: PhotoFit, place: np.ndarray) -> float:
@@ -158,8 +145,8 @@ def _away(fit: PhotoFit, place: np.ndarray) -> float:
 
 
 def _says_something(fit: PhotoFit) -> bool:
-    stands_out = fit.evidence.contrast > SAYS_CONTRAST and fit.evidence.llr >= SAYS_LEAST_LLR
-    return bool(stands_out or fit.evidence.llr >= SAYS_LLR)
+    stands_out = fit.evidence.solid and fit.evidence.llr >= FEW_LLR
+    return bool(stands_out or fit.evidence.llr >= LEAD_LLR)
 
 
 def _nothing(fitter: Fitter, place: np.ndarray, reason: str) -> PhotoFit:

@@ -22,14 +22,7 @@ from .network.inference import NetworkMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed
 from .stem_fit import Fitter
-
-#: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
-FIRST_LOOK = 30
-#: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
-#: these; and how many are needed.
-MORE_PLACES, STEM_FREE_M, MIN_PLACES = 32, 0.7, 8
-#: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
-BACKDROP_MARGIN_M = 3.0
+from .tuned import MIN_PLACES, STEM_FREE_M, THERE_LLR
 
 
 @dataclass(frozen=True)
@@ -62,7 +55,8 @@ class Look:
         network's maps, which a piece with ``full`` needs."""
         null = build_null(stack, grid, self.places, options, self.sun)
         prior = Prior(r=self.r, r_sd=self.r_sd)
-        backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
+        # Photos see the ground behind the stems at the rim of the searched area.
+        backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + 3.0))
         known = stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown
         return Fitter(*known, soft_px=self.soft_px)
 
@@ -88,8 +82,8 @@ def first_look(
     fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
     clear = [
         fit
-        for fit in (fitter.fit(seed, quick=True) for seed in edges.seeds[:FIRST_LOOK] if seed.score > edges.threshold)
-        if fit and fit.evidence.llr > 40
+        for fit in (fitter.fit(seed, quick=True) for seed in edges.seeds[:30] if seed.score > edges.threshold)
+        if fit and fit.evidence.llr > THERE_LLR
     ]
     sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
     prior = Prior()

@@ -6,9 +6,7 @@ import numpy as np
 from shapely import Point, box, union_all
 
 from ...reconstruction.area import Area
-
-#: Widest piece of ground searched at once, metres (bounds memory).
-TILE_M = 26.0
+from .tuned import TILE_M
 
 
 def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, float, float]]]:

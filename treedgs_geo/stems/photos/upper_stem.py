@@ -18,19 +18,18 @@ from ...core.progress import Reporter
 from ..quality.limits import judge
 from ..quality.priors import TAPER_SD, USUAL_TAPER
 from .deduplicate import known_rows
-from .evidence.error_budget import SE_FORMAL, formal_error_cm
+from .evidence.error_budget import formal_error_cm
 from .fit.edge_adjustment import USUAL, FineFit, Sighting, TaperPrior, refine
 from .fit.null_model import ABOVE
 from .fit.photo_fit import PhotoFit
 from .propose.edge_voting import Seed
-from .stem_fit import WINDOWS_PX, Fitter
+from .stem_fit import Fitter
+from .tuned import SE_FORMAL, START_M, WINDOWS_PX
 
 #: What refuses a stem for good: farther up it is no other.
 _FOR_GOOD = frozenset({"too_small", "too_large", "lean", "covered"})
 #: What leaves it open which stem that is: not to be carried anywhere. Nor is what more than one reason speaks against.
 _OPEN = frozenset({"ambiguous", "merged"})
-#: The stem found above stands this close to where it was looked for, m.
-_NEAR_M = 0.3
 
 
 def carried_down(fits: list[PhotoFit], fitter: Fitter, reporter: Reporter) -> list[PhotoFit]:
@@ -58,7 +57,7 @@ def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit 
     the fitter at the heights of :data:`.fit.null_model.ABOVE`. known: (K, 10) other stems."""
     (x, y), (lx, ly) = fit.axis.p, fit.axis.s
     found = above.fit(Seed(float(x), float(y), float(lx), float(ly), fit.r0, fit.seed_score, True), known)
-    if found is None or not found.measured or np.hypot(*(found.axis.p - fit.axis.p)) > _NEAR_M:
+    if found is None or not found.measured or np.hypot(*(found.axis.p - fit.axis.p)) > START_M:
         return None
     if _OPEN & set(found.reasons) or len(found.reasons) > 1:
         return None
@@ -69,7 +68,7 @@ def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit 
 def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit:
     """What :func:`measured_above` found, with its slope held to ``taper``, and its error for that.
 
-    Formal errors are :data:`.evidence.error_budget.SE_FORMAL` times too small, since edges of one stem err together:
+    Formal errors are :data:`.tuned.SE_FORMAL` times too small, since edges of one stem err together:
     so is what its few edges say of the slope, and the spread of the prior is divided by as much. The error of the
     diameter is then that of both, over the 2.2 m that it is carried.
     """

@@ -20,23 +20,9 @@ from ..fit.search_kernels import above_null, edges_between, seen_sum
 from ..images.axis_patches import StemAxis
 from ..images.background import Silhouette
 from ..images.background_kernels import step_contrast
+from ..tuned import CLEAR_M, MATE_LEAN_SD, MATE_RADII_M, MAX_FOLLOWED, MAX_MATE, THICKEST_M, TOUCH_M, WORTH
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Radii of companions that are looked for, and of the thickest one as a share of the stem's, metres.
-MATE_RADII_M, MAX_SHARE = (0.022, 0.036), 0.6
-TURNS = 24
-THINNEST_M, THICKEST_M = 0.012, 0.075
-#: The bark of the two lies this close at breast height (sd, metres); a companion leans by this much (sd, m/m).
-GAP_SD_M, COMPANION_LEAN_SD = 0.012, 0.035
-#: What a companion hides reaches this far beyond it, and it has to stay this far inside an edge (blur, pose), metres.
-MASK_M, CLEAR_M = 0.012, 0.045
-#: Discs further apart than this in a photo are seen as two, metres.
-OPEN_M = 0.012
-#: Share of the best single disc's score that a pair needs on the first grid to be worth polishing; how many
-#: of them are, from each single stem, and from how many single stems.
-WORTH, MAX_STARTS, STARTS_EACH, MAX_STEMS = 0.8, 9, 3, 3
-#: Gain of a pair over the best single disc, both on the edges, from which it is an explanation (log likelihood units).
-MIN_GAIN = 6.0
 #: Moves of the search over both discs (:func:`pair_step`).
 PAIR_MOVES = 52
 
@@ -57,7 +43,7 @@ def pair_view_z(edges, null, p, z):
             low, high = c - w, c + w
             m = p[5] * nx + p[6] * ny + (p[7] * nx + p[8] * ny) * q[b]
             mw = max(p[9] + 0.5 * taper * q[b], 0.006)
-            if m - mw < high + OPEN_M and m + mw > low - OPEN_M:
+            if m - mw < high + TOUCH_M and m + mw > low - TOUCH_M:
                 low, high = min(low, m - mw), max(high, m + mw)
             left, right = (low - u0) / du, (high - u0) / du
             if left < 0 or int(right) >= n_u - 1 or right <= left:
@@ -73,7 +59,7 @@ def pair_view_z(edges, null, p, z):
 def _pair_objective(data, p):
     """Summed log likelihood ratio of a pair, (10,)."""
     edges, null, prior, upright, z = data
-    if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MAX_SHARE * p[4]:
+    if p[9] < TOUCH_M or p[9] > THICKEST_M or p[9] > MAX_MATE * p[4]:
         return -1e9
     pair_view_z(edges, null, p, z)
     total = seen_sum(z)
@@ -81,11 +67,11 @@ def _pair_objective(data, p):
     total -= 0.5 * ((p[2] - prior[2]) ** 2 + (p[3] - prior[3]) ** 2) / prior[5] ** 2
     total -= 0.5 * ((p[4] - prior[6]) / prior[7]) ** 2
     gap = np.sqrt((p[5] - p[0]) ** 2 + (p[6] - p[1]) ** 2) - p[4] - p[9]
-    total -= 0.5 * (gap / GAP_SD_M) ** 2
+    total -= 0.5 * (gap / TOUCH_M) ** 2
     # A companion stands upright or leans as the stem does, whichever is nearer.
     one = (p[7] - upright[0]) ** 2 + (p[8] - upright[1]) ** 2
     other = (p[7] - p[2]) ** 2 + (p[8] - p[3]) ** 2
-    return total - 0.5 * min(one, other) / COMPANION_LEAN_SD**2
+    return total - 0.5 * min(one, other) / MATE_LEAN_SD**2
 
 
 @njit(inline="always", **_FAST)
@@ -164,14 +150,14 @@ class Pair:
         """(1, 10) of the companion, for :func:`.images.axis_patches.hide_known`."""
         p = self.vector[5:]
         axis = StemAxis(start.p + p[:2], start.s + p[2:4], np.zeros(2), start.ground_z, start.bh_m)
-        return np.concatenate([axis.row, [p[4] + MASK_M, -0.0022]])[None]
+        return np.concatenate([axis.row, [p[4] + TOUCH_M, -0.0022]])[None]
 
 
 def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> Pair | None:
     """The best pair made of one of ``stems`` ((5,) vectors) and a companion; None where no companion helps."""
     data = _data(search, start)
     singles = search.polish_all([Hypothesis(*[*map(float, stem), 0.0]) for stem in stems])
-    singles = distinct(sorted(singles, key=lambda hypothesis: -hypothesis.score), 0.015, 0.008)[:MAX_STEMS]
+    singles = distinct(sorted(singles, key=lambda hypothesis: -hypothesis.score), 0.015, 0.008)[:MAX_FOLLOWED]
     single = max((hypothesis.score for hypothesis in singles), default=0.0)
     owners, pairs = _beside([hypothesis.vector for hypothesis in singles], -start.s)
     scores = np.empty(len(pairs))
@@ -179,11 +165,11 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
     starts: list[tuple[int, np.ndarray]] = []
     for at in np.argsort(-scores, kind="stable"):
         owner, p = owners[at], pairs[at]
-        if len(starts) == MAX_STARTS or scores[at] < WORTH * single:
+        if len(starts) == MAX_FOLLOWED**2 or scores[at] < WORTH * single:
             break
         # Each single disc gets its turn, from different sides.
         near = [np.hypot(*(p[5:7] - k[5:7])) < 0.05 and abs(p[4] - k[4]) < 0.01 for _, k in starts]
-        if any(near) or sum(other == owner for other, _ in starts) == STARTS_EACH:
+        if any(near) or sum(other == owner for other, _ in starts) == MAX_FOLLOWED:
             continue
         starts.append((owner, p))
     if not starts:
@@ -192,7 +178,7 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
     begun, reached = np.array([p for _, p in starts]), np.empty(len(starts))
     _pair_polish_many(*data[:4], begun, limits, np.array([1.0]), reached)
     best = int(np.argmax(reached))
-    if reached[best] < single + MIN_GAIN:
+    if reached[best] < single:
         return None
     vector = begun[best]
     score = float(_pair_polish(data, vector, *limits, np.array([0.5, 0.25])))
@@ -203,14 +189,14 @@ def _beside(stems: list[np.ndarray], upright: np.ndarray) -> tuple[np.ndarray, n
     """Companions all round stems ((5,) vectors): number of the stem, (M,), and both, (M, 10). upright: (2,) lean of an
     upright stem."""
     owners, pairs = [], []
-    turns = np.arange(TURNS) * (2 * np.pi / TURNS)
+    turns = np.arange(24) * (np.pi / 12)
     for owner, stem in enumerate(stems):
         for angle, radius in ((a, r) for a in turns for r in MATE_RADII_M):
             away = np.array([np.cos(angle), np.sin(angle)])
             # Beside the disc, or split off from it: the disc itself may be the sum of both.
             for shrink in (0.0, radius):
                 thick = stem[4] - shrink
-                if radius > MAX_SHARE * thick:
+                if radius > MAX_MATE * thick:
                     continue
                 place = stem[:2] - shrink * away
                 mate = place + (thick + radius) * away
@@ -261,7 +247,7 @@ def _contrast(silhouette, p):
             first, last = c - half, c + half
             m = (p[5] + p[7] * q) * nx + (p[6] + p[8] * q) * ny
             w = max(p[9] + 0.5 * taper * q, 0.006)
-            if m - w < last + OPEN_M and m + w > first - OPEN_M:
+            if m - w < last + TOUCH_M and m + w > first - TOUCH_M:
                 first, last = min(first, m - w), max(last, m + w)
             result += step_contrast(total, v, b, first, last, u0)
     return result

@@ -9,13 +9,9 @@ from scipy.special import ndtr
 
 from ....core.intervals import HALF_WIDTH_SE, LEVEL
 from ..fit.selection import Choice, Explanation
-from ..quality_control import GAIN_MERGED, companion_share
+from ..quality_control import companion_share
+from ..tuned import AMBIGUOUS_SE, GAIN_MERGED, PAIR_SE_CM
 
-#: Standard error of the diameter of a stem that another one touches, cm.
-PAIR_SE_CM = 1.1
-#: Where the explanation is unsure, the edges of the right one are poorer too: root mean squared error over standard
-#: error of the 44 such stems of the stability suite (seeds 1 to 3) that were less than 3 cm off.
-AMBIGUOUS_SE = 1.8
 #: Reasons that say that another explanation may be the right one: the error is then that of all of them.
 AMBIGUOUS = frozenset({"ambiguous", "merged"})
 #: With few photos another may be right as well, and nothing says so: the error is that of all, each as it is stated.

@@ -16,23 +16,17 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ...quality.limits import bound_of
 from ..fit.pattern_search import pattern_search
 from ..fit.search import Hypothesis, Search
 from ..fit.search_kernels import seen_sum
 from ..images.background import Silhouette
-from .companion import COMPANION_LEAN_SD, PAIR_MOVES, pair_contrast, pair_step, pair_view_z
+from ..tuned import APART_SD_M, BEYOND_M, MATE_LEAN_SD, MAX_FOLLOWED, MIN_PART, MIN_SPLIT_M, PARTS
+from .companion import PAIR_MOVES, pair_contrast, pair_step, pair_view_z
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Radii of the two as shares of the disc's; how far they may reach beyond it, metres.
-MIN_PART, MAX_PART, BEYOND_M = 0.25, 0.75, 0.02
-#: Between their barks at breast height (sd, metres): with more ground between them photos tell them apart.
-GAP_SD_M = 0.03
-#: Directions and proportions that are tried, and how many of the best are followed.
-TURNS, PARTS, FOLLOWED = 12, (0.4, 0.5, 0.6), 3
-#: Thinner discs are not split, metres.
-MIN_RADIUS_M = 0.05
 #: Gain by edges alone from which its share of the disc's own score counts (log likelihood units).
-MIN_GAIN = 15.0
+MIN_GAIN = bound_of("photos", "twins", "check")
 
 
 class Twins(NamedTuple):
@@ -57,17 +51,17 @@ def _twin_objective(data, p):
     edges, null, whole, z = data
     for k in range(0, 10, 5):
         part = p[k + 4] / whole[4]
-        if part < MIN_PART or part > MAX_PART:
+        if part < MIN_PART or part > (1 - MIN_PART):
             return -1e9
         if np.sqrt((p[k] - whole[0]) ** 2 + (p[k + 1] - whole[1]) ** 2) + p[k + 4] > whole[4] + BEYOND_M:
             return -1e9
     pair_view_z(edges, null, p, z)
     total = seen_sum(z)
     gap = np.sqrt((p[5] - p[0]) ** 2 + (p[6] - p[1]) ** 2) - p[4] - p[9]
-    total -= 0.5 * (gap / GAP_SD_M) ** 2
+    total -= 0.5 * (gap / APART_SD_M) ** 2
     for k in range(0, 10, 5):
         lean = (p[k + 2] - whole[2]) ** 2 + (p[k + 3] - whole[3]) ** 2
-        total -= 0.5 * lean / COMPANION_LEAN_SD**2
+        total -= 0.5 * lean / MATE_LEAN_SD**2
     return total
 
 
@@ -85,14 +79,14 @@ def _twin_polish(edges, null, whole, pairs, scores):
     for m in prange(len(pairs)):
         z = np.empty(edges.ridge.shape[0])
         data = edges, null, whole, z
-        low, high = MIN_PART * whole[4], MAX_PART * whole[4]
+        low, high = MIN_PART * whole[4], (1 - MIN_PART) * whole[4]
         scores[m] = pattern_search(_twin_objective, data, pair_step, PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
 
 
 def halves(disc: np.ndarray) -> np.ndarray:
     """(M, 10) pairs of stems side by side that are together as wide as a disc (5,) and fill it in one direction."""
     pairs = []
-    for angle in np.arange(TURNS) * (np.pi / TURNS):
+    for angle in np.arange(12) * (np.pi / 12):
         away = np.array([np.cos(angle), np.sin(angle)])
         for part in PARTS:
             one, other = part * disc[4], (1 - part) * disc[4]
@@ -107,7 +101,7 @@ def find_twins(search: Search, disc: np.ndarray, silhouette: Silhouette | None) 
     Edges alone are a weak witness: between the leaves that hide a stem from some photos there are enough of them for
     two narrow stems.
     """
-    if disc[4] < MIN_RADIUS_M or silhouette is None:
+    if disc[4] < MIN_SPLIT_M or silhouette is None:
         return NO_TWINS
     edges, null, _, _ = search.data
     settled = search.polish_all([Hypothesis(*[*map(float, disc), 0.0])])[0].vector
@@ -115,7 +109,7 @@ def find_twins(search: Search, disc: np.ndarray, silhouette: Silhouette | None) 
     pairs = halves(disc)
     scores = np.empty(len(pairs))
     _twin_scores(edges, null, disc, pairs, scores)
-    best = pairs[np.argsort(-scores, kind="stable")[:FOLLOWED]].copy()
+    best = pairs[np.argsort(-scores, kind="stable")[:MAX_FOLLOWED]].copy()
     reached = np.empty(len(best))
     _twin_polish(edges, null, disc, best, reached)
     first = int(reached.argmax())

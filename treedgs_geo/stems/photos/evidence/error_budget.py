@@ -7,20 +7,7 @@ from scipy.special import stdtrit
 
 from ...quality.priors import OVAL_SD, USUAL_TAPER
 from ..fit.edge_adjustment import FineFit
-
-#: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much:
-#: photos that see the stem much wider or narrower than the rest take part less (simulated oval stems, seeds 11 to 13).
-OVAL_FREE, OVAL_SEEN = 0.005, 1.5
-#: Prior standard deviation of a seen oval's two components, share of the diameter; least scatter of the photos, cm.
-_OVAL_PRIOR, _MIN_SCATTER_CM = 0.05, 0.1
-#: Standard deviation that lean adds, share of the diameter per tangent of the lean: simulated leaning stems were
-#: farther off than upright ones that were seen as well.
-LEAN_ERROR = 0.04
-#: Slopes of the radius this far from the usual one are common (m/m); beyond, the diameter is off by the excess times so
-#: many metres (hard simulated plots, seeds 421 to 426).
-TAPER_FREE, TAPER_REACH_M = 0.002, 2.0
-#: Weights of the three parts of the standard error (:func:`standard_error_cm`).
-SE_SCATTER, SE_FORMAL, SE_PIXEL = 2.2, 2.6, 1.0
+from ..tuned import OVAL_FREE, OVAL_PRIOR, OVAL_SEEN, SE_FORMAL, SE_SCATTER, TAPER_FREE, TAPER_REACH_M
 
 
 def standard_error_cm(fine: FineFit, weight: np.ndarray, px_cm: float, n_views: int) -> float:
@@ -37,11 +24,11 @@ def standard_error_cm(fine: FineFit, weight: np.ndarray, px_cm: float, n_views: 
     n = max(w.sum() ** 2 / (w**2).sum(), 1.0)
     few = float(stdtrit(max(n - 1.0, 1.0), 0.95)) / 1.645
     scatter = few * np.sqrt((w * d**2).sum() / w.sum() / n)
-    return float(np.linalg.norm([SE_SCATTER * scatter, formal_error_cm(fine), SE_PIXEL * px_cm / max(n_views, 1)]))
+    return float(np.linalg.norm([SE_SCATTER * scatter, formal_error_cm(fine), px_cm / max(n_views, 1)]))
 
 
 def formal_error_cm(fine: FineFit) -> float:
-    """Formal standard error of the diameter, times :data:`SE_FORMAL`: edges of one stem err together. What its unknown
+    """Formal standard error of the diameter, times ``SE_FORMAL``: edges of one stem err together. What its unknown
     oval makes of it counts once, since no edge errs by it."""
     of_round_m = np.sqrt(max(fine.fit_sd_m**2 - fine.oval_sd_m**2, 0.0))
     return 200 * float(np.hypot(SE_FORMAL * of_round_m, fine.oval_sd_m))
@@ -71,10 +58,10 @@ def seen_oval_error_cm(dbh_cm: float, view_cm: np.ndarray, azimuth: np.ndarray, 
         return 0.0
     d, w, turn = view_cm[good], weight[good] / weight[good].mean(), 2 * azimuth[good]
     design = np.column_stack([np.ones_like(d), np.cos(turn), np.sin(turn)])
-    prior = np.diag([0.0, 1.0, 1.0]) / (_OVAL_PRIOR * dbh_cm) ** 2
+    prior = np.diag([0.0, 1.0, 1.0]) / (OVAL_PRIOR * dbh_cm) ** 2
     scatter = float(np.average((d - np.average(d, weights=w)) ** 2, weights=w))
     for _ in range(6):
-        weighed = design * (w / max(scatter, _MIN_SCATTER_CM**2))[:, None]
+        weighed = design * (w / max(scatter, 0.1**2))[:, None]
         covariance = np.linalg.inv(weighed.T @ design + prior)
         found = covariance @ (weighed.T @ d)
         scatter = float((w * (d - design @ found) ** 2).sum() / max(len(d) - 3, 1))

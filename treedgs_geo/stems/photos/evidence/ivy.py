@@ -15,13 +15,7 @@ from ..images.vertical_rectification import PlumbGrid
 from ..network.inference import NetworkMaps
 from ..network.pieces import About, Piece, only_pieces, piece_odds, piece_of
 from ..network.silhouettes import covered_share
-
-#: Photos that are looked at for each stem, and how probable it is that they show it, at least.
-MAX_PHOTOS, MIN_SEEN = 8, 0.5
-#: They are looked at this far up and down from breast height, m.
-ABOUT_M = 0.6
-#: Standard error for each unit of ivy's share, cm: leaves stand 3 to 8 cm off the bark on both sides.
-COVER_CM = 15.0
+from ..tuned import ABOUT_M, COVER_CM, SEES
 
 
 def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbGrid]) -> list[PhotoFit]:
@@ -46,7 +40,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbG
 
 def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: list[PlumbGrid]) -> list[Piece]:
     """Where the photos that show a stem best show breast height, by photo."""
-    clear = [view for view in np.argsort(-fit.seen, kind="stable")[:MAX_PHOTOS] if fit.seen[view] >= MIN_SEEN]
+    clear = [view for view in np.argsort(-fit.seen, kind="stable")[:8] if fit.seen[view] >= SEES]
     about = About(fit.axis.bh_m - ABOUT_M, fit.axis.bh_m + ABOUT_M)
     found = (piece_of(number, int(view), fit.axis, about, stack, plumbs) for view in clear)
     return sorted((piece for piece in found if piece is not None), key=lambda piece: piece.view)

@@ -15,17 +15,12 @@ from numba import njit, prange
 
 from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at, crop_place, fetch
 from ..images.background import Backdrop
-from ..images.background_kernels import ROW_M, TONES, behind_on_ground
+from ..images.background_kernels import TONES, behind_on_ground
 from ..images.crops import GroundGrid, PhotoStack
+from ..tuned import CORE, ROW_M, SEEN_CORRELATION
 
 #: No fastmath: places whose ground no photo shows are NaN.
 _EXACT = {"nogil": True, "cache": True}
-#: Correlation from which the ground counts as seen. Of stems that stand, hardly a photo exceeds it.
-SEEN_CORRELATION = 0.7
-#: Share of the radius that is looked at (edges are blurred), and the widest step between samples across it, metres.
-INNER, ACROSS_M = 0.7, 0.02
-#: Share of the outline that a photo has to hold.
-MIN_HELD = 0.8
 
 
 @njit(parallel=True, **_EXACT)
@@ -44,8 +39,8 @@ def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
         for i in range(heights.size):
             ax, ay = axis_at(axis, heights[i] - axis[BH_M])
             z = axis[GROUND_Z] + heights[i]
-            half = INNER * widen * radii[i]
-            steps = int(np.ceil(half / ACROSS_M))
+            half = CORE * widen * radii[i]
+            steps = int(np.ceil(half / 0.02))
             for j in range(-steps, steps + 1):
                 asked += 1
                 x, y = ax + nx * half * j / steps, ay + ny * half * j / steps
@@ -71,7 +66,7 @@ def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
                 ss += colour[0] * colour[0]
                 gg += behind * behind
                 sg += colour[0] * behind
-        if n >= MIN_HELD * asked and n > 1:
+        if n >= 0.8 * asked and n > 1:
             spread = (ss - s * s / n) * (gg - g * g / n)
             out[v] = (sg - s * g / n) / np.sqrt(max(spread, 1e-12))
 

@@ -14,16 +14,7 @@ import numpy as np
 from ..fit.edge_adjustment import FineFit, Sighting, refine
 from ..fit.null_model import ABOVE
 from ..images.crops import PhotoStack
-
-#: Standard error of the reading from above, cm: the weight of each reading is its inverse variance. Least squares on 80
-#: stems of six hard simulated plots (seeds 421 to 426); 35 stems of open ones lose nothing by it.
-ABOVE_SE_CM = 0.9
-#: A standard error of the fit counts up to this here, cm: what is more unsure is no better known from above.
-MAX_SE_CM = 1.0
-#: More than this (and this share of the diameter) it does not say: limbs of a fork, another stem.
-MAX_CM, MAX_SHARE = 3.0, 0.08
-#: A photo may show the stem there even where something hides it at breast height: at least this probable.
-SEEN_AT_LEAST = 0.3
+from ..tuned import ABOVE_SE_CM, MAX_MOVED, MAX_SE_CM, SEEN_PRIOR
 
 
 def reading_above(
@@ -33,11 +24,11 @@ def reading_above(
 
     offset_sd_px, windows_px: as for :func:`.fit.edge_adjustment.refine`.
     """
-    looked = replace(sighting, seen=np.maximum(sighting.seen, SEEN_AT_LEAST), skip=None)
+    looked = replace(sighting, seen=np.maximum(sighting.seen, SEEN_PRIOR), skip=None)
     found = refine(stack, fine.axis, fine.r0, fine.r1, looked, ABOVE.fine, offset_sd_px, windows_px, oval=True)
     if found is None:
         return np.nan
-    most = max(MAX_CM, 200 * MAX_SHARE * fine.r0)
+    most = MAX_MOVED.at(200 * fine.r0)
     return float(np.clip(200 * (found.r0 - fine.r0), -most, most))
 
 

@@ -7,11 +7,6 @@ import numpy as np
 from ..images.axis_patches import StemAxis
 from ..images.crops import GroundGrid
 
-#: Half the distance over which the slope of the ground is taken, and the steepest that is believed (m/m).
-SLOPE_REACH_M, STEEPEST = 0.5, 1.0
-#: Breast height moves by this much at most, metres; more means that axis and ground do not belong together.
-MAX_M = 0.8
-
 
 def breast_height(axis: StemAxis, radius_m: float, ground: GroundGrid) -> tuple[float, float]:
     """``(dq, ground_z)``: how far breast height lies above ``axis.p`` (m), and the ground on the uphill side.
@@ -24,13 +19,14 @@ def breast_height(axis: StemAxis, radius_m: float, ground: GroundGrid) -> tuple[
         x, y, _ = axis.at(np.array([q + axis.bh_m]))[0]
         z = float(ground.at(np.array([x]), np.array([y]))[0])
         q = z - axis.ground_z - axis.bh_m
-    reach = SLOPE_REACH_M
+    reach = 0.5
     around = ground.at(np.array([x + reach, x - reach, x, x]), np.array([y, y, y + reach, y - reach]))
-    slope = min(float(np.hypot(around[0] - around[1], around[2] - around[3])) / (2 * reach), STEEPEST)
+    slope = min(float(np.hypot(around[0] - around[1], around[2] - around[3])) / (2 * reach), 1.0)
     uphill = z + slope * radius_m
     upright = 1.0 / np.sqrt(1.0 + float(axis.s @ axis.s))
     dq = uphill + axis.bh_m * upright - (axis.ground_z + axis.bh_m)
-    return float(np.clip(dq, -MAX_M, MAX_M)), uphill
+    # More means that axis and ground do not belong together.
+    return float(np.clip(dq, -0.8, 0.8)), uphill
 
 
 def moved(axis: StemAxis, dq: float) -> StemAxis:

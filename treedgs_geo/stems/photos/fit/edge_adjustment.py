@@ -11,12 +11,9 @@ import numpy as np
 from ...quality.priors import OVAL_SD, TAPER_SD, USUAL_TAPER
 from ..images.axis_patches import StemAxis, StripLayout, Strips, cut_strips, hide_known
 from ..images.crops import PhotoStack
-from .edge_points import ROUNDS, Damping, EdgePoints, State, edge_candidates, expectation, gathered, radii
+from ..tuned import CURVATURE_SD
+from .edge_points import Damping, EdgePoints, State, edge_candidates, expectation, gathered, radii
 
-#: Prior sd of the curvature, 1/m.
-CURVATURE_SD = 0.004
-#: Inverse variance that keeps an unknown where it is.
-_FIXED = 1e12
 NO_STEMS = np.empty((0, 10))
 
 
@@ -158,9 +155,9 @@ def edges_near(
         none = np.full(n, np.nan)
         return EdgesFound(whole, nothing, nothing, whole, nothing, np.zeros(n), none, strips.normal, strips.widen)
     shape = np.array([0, 0, 0, 0, 0, 0, r0, r1, *oval], float)
-    damping = Damping(np.full(10, _FIXED), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
+    damping = Damping(np.full(10, 1e12), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
     state = State(shape.copy(), np.zeros(n), np.zeros(len(edges.u)), np.zeros(len(edges.none)), np.zeros((10, 10)))
-    expectation(edges, damping, ROUNDS, state)
+    expectation(edges, damping, state)
     view_r, _, _ = radii(strips, edges, state)
     block = edges.group // 2 % len(strips.q)
     height = strips.q[block] + axis.bh_m
@@ -175,7 +172,7 @@ def _damping(
     lam = np.zeros(10)
     lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
     lam[7] = 1 / taper.sd**2
-    lam[8:10] = 1 / (OVAL_SD * r0) ** 2 if oval else _FIXED
+    lam[8:10] = 1 / (OVAL_SD * r0) ** 2 if oval else 1e12
     rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, taper.slope, 0, 0])
     return Damping(lam, 1 / (offset_sd_px * strips.px_m) ** 2, rest)
 
@@ -190,7 +187,7 @@ def _solve(
     matrix = np.zeros((10, 10))
     state = State(x, offset, post, total, matrix)
     try:
-        expectation(edges, damping, ROUNDS, state)
+        expectation(edges, damping, state)
     except np.linalg.LinAlgError:
         return None
     v, none = edges.v, edges.none

@@ -17,13 +17,9 @@ import numpy as np
 from numba import njit, prange
 
 from ..images.axis_patches import Strips
+from ..tuned import EDGE_SD_PX
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-
-#: Inlier sd of an edge, pixels.
-EDGE_SD_PX = 0.45
-#: Rounds of expectation-maximisation after each cut, and edges kept near each expected one.
-ROUNDS, MAX_EDGES = 6, 4
 
 
 class EdgePoints(NamedTuple):
@@ -59,7 +55,7 @@ class State(NamedTuple):
 
 
 @njit(**_FAST)
-def expectation(edges, damping, rounds, state):
+def expectation(edges, damping, state):
     """Expectation-maximisation of edges and unknowns; the state is changed in place.
 
     Each block and side has at most one true edge: its candidates compete, with "none of them" beside them.
@@ -73,7 +69,7 @@ def expectation(edges, damping, rounds, state):
     g = np.empty(n_views)
     cross = np.empty((n_views, k))
     right = np.empty(k)
-    for step in range(rounds):
+    for step in range(6):
         spread = 1.6 if step == 0 else 1.0
         total[:] = 0.0
         for i in range(n):
@@ -157,7 +153,7 @@ def _candidates_kernel(strips, radius, slope, window_px, place, weight):
 
 
 def edge_candidates(
-    strips: Strips, radius: float, slope: float, window_px: float, most: int = MAX_EDGES
+    strips: Strips, radius: float, slope: float, window_px: float, most: int = 4
 ) -> tuple[np.ndarray, np.ndarray]:
     """(V, B, 2, most) positions in metres from the axis (NaN = none) and their coherence."""
     shape = (*strips.coherence.shape[:2], 2, most)

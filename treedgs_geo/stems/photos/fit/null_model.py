@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..images.axis_patches import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
-from ..images.background import BAND
 from ..images.crops import GroundGrid, PhotoStack
 from ..options import PhotoStemOptions
+from ..tuned import STRAIGHT_M
 from .edge_adjustment import NO_STEMS
 from .search import terminators
 from .search_kernels import Null, null_scores
@@ -25,7 +25,7 @@ class Bands(NamedTuple):
 
 
 #: About breast height; fitted above the butt, whose swell a straight taper would carry up.
-BREAST = Bands((0.5, 3.3), (0.6, 3.5), BAND)
+BREAST = Bands((0.5, 3.3), (0.6, 3.5), (0.4, 3.3))
 #: Above what hides breast height; as many heights are searched, so that chance reaches as high.
 ABOVE = Bands((2.2, 5.0), (2.2, 5.0), (2.2, 5.0))
 
@@ -42,7 +42,7 @@ def coarse_strips(
     (flights,) azimuth, rad from east, NaN = unknown. known: as for :func:`.images.axis_patches.hide_known`. band:
     heights above the ground, m."""
     reach = options.max_dbh_cm / 200 + 0.37
-    strips = cut_strips(stack, axis, StripLayout(*band, 0.28, 0.04, reach, 0.01, sigma_px=1.0, linear=False))
+    strips = cut_strips(stack, axis, StripLayout(*band, STRAIGHT_M, 0.04, reach, 0.01, sigma_px=1.0, linear=False))
     hide_known(strips, stack, axis, known)
     ridge, unit = draw_ridges(strips.coherence, strips.gradient, 1.3)
     flights = np.array([view.flight for view in stack.views], int)

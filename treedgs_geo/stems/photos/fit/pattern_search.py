@@ -6,10 +6,6 @@ import numpy as np
 from numba import njit
 
 _FAST = {"nogil": True, "fastmath": True}
-#: A move has to gain so much.
-_GAIN = 1e-6
-#: Place in a vector of the radius that is kept within limits.
-_R = 4
 #: Moves of one disc: eight ways sideways, alone and with a thinner or thicker stem, eight leans, two radii.
 DISC_MOVES = 34
 
@@ -50,10 +46,10 @@ def pattern_search(score, data, step, moves, p, low, high, scales, rounds):
             improved = False
             for move in range(moves):
                 step(p, move, scale, trial)
-                if trial[_R] < low or trial[_R] > high:
+                if trial[4] < low or trial[4] > high:
                     continue
                 value = score(data, trial)
-                if value > best + _GAIN:
+                if value > best + 1e-6:
                     best = value
                     p[:] = trial
                     improved = True

@@ -11,7 +11,7 @@ from ...quality.assessment import Assessment
 from ...quality.findings import Flag
 from ..images.axis_patches import StemAxis
 from ..quality_control import Evidence
-from .search_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
+from ..tuned import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 
 
 @dataclass(frozen=True)

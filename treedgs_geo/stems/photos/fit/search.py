@@ -17,6 +17,7 @@ from ...quality.priors import START_TAPER
 from ..images.axis_patches import Strips
 from ..images.background import Silhouette
 from ..images.background_kernels import contrast_of
+from ..tuned import PULL
 from .pattern_search import DISC_MOVES, disc_step, pattern_search
 from .search_kernels import (
     GAIN,
@@ -31,8 +32,6 @@ from .search_kernels import (
 )
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Edge score (log likelihood units) that one unit of silhouette contrast (what chance reaches) is worth here.
-PULL = 400.0
 
 
 @dataclass(frozen=True)

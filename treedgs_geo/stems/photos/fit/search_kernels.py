@@ -7,18 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..tuned import SEEN_MEAN_Z, SEEN_PRIOR, SIGN_WEIGHT, SINGLE_WEIGHT, Z_CAP
 from .pattern_search import DISC_MOVES, disc_step, pattern_search
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Prior probability that a view sees the stem, and the mean z-score when it does.
-SEEN_PRIOR = 0.35
-SEEN_MEAN_Z = 2.5
-Z_CAP = 8.0
 #: The grid search reads the mixture from a table: from this z-score on, so many entries a unit.
 Z_LOW, Z_STEPS = -9.0, 1024.0
-#: Weight of opposite colour gradients on the two sides, and of single edges.
-SIGN_WEIGHT = 0.8
-SINGLE_WEIGHT = 0.1
 
 
 class Edges(NamedTuple):

@@ -6,27 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...quality.limits import bound_of
 from ...quality.priors import TAPER_SD, USUAL_TAPER
+from ..tuned import EDGES_A_LOG_ODD, GAP_LLR, LEAD_LLR, NETWORK_ODDS, PLAIN_ODDS, SAME_DBH_CM
 from .edge_adjustment import FineFit
 from .search import Hypothesis
 
-#: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel
-#: evidence (log likelihood, per 300), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (per 0.1 px). A
-#: conditional logit over the explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
-PLAIN_ODDS = np.array([1.06, 2.73, -1.7, -1.5])
-#: The same where the silhouettes are also those of the network.
-NETWORK_ODDS = np.array([4.1, 2.3, -0.6, -1.6])
-#: Explanations whose diameters differ less than this are one answer, cm.
-SAME_DBH_CM = 2.0
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
 #: largest difference that was right on 93 stems: 29.
-FAR_BELOW = 60.0
-#: Lead in edge score over the next explanation up to which confidence is low: it is flagged for certain.
-LOW_CONFIDENCE_GAP = bound_of("photos", "gap", "check") - 1.0
-#: Edge scores per unit of log odds where edges are all there is: one more than :data:`LOW_CONFIDENCE_GAP` is nine to
-#: one.
-EDGES_A_LOG_ODD = 4.5
+FAR_BELOW = 2 * LEAD_LLR
 
 
 @dataclass(frozen=True)
@@ -110,7 +97,7 @@ def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarra
     parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
     gap = best.edges - max((edges[i] for i in rivals if i not in parts), default=0.0)
     if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
-        gap = min(gap, LOW_CONFIDENCE_GAP)
+        gap = min(gap, GAP_LLR - 1.0)
     listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
     clearest = tried[max(listed, key=lambda i: edges[i])]
     against_cm = 200 * abs(clearest.fine.r0 - best.fine.r0)

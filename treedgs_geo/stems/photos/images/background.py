@@ -14,14 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...quality.priors import START_TAPER
+from ..tuned import BLOCK_ROWS, MIN_FLIGHT_VIEWS, REACH_M, ROW_M, STEP_M
 from .axis_patches import StemAxis
 from .background_kernels import (
-    BLOCK_ROWS,
-    MAX_VIEWS,
-    MIN_VIEWS,
-    REACH_M,
-    ROW_M,
-    STEP_M,
     TONES,
     contrast_of,
     grid_contrasts,
@@ -29,9 +24,6 @@ from .background_kernels import (
     likelihoods,
 )
 from .crops import GroundGrid, PhotoStack
-
-#: Height band of the silhouette above ground, metres.
-BAND = 0.4, 3.3
 
 
 class Backdrop(NamedTuple):
@@ -55,9 +47,9 @@ def make_backdrop(
     """
     flights = np.array([view.flight for view in stack.views], np.int64)
     names, layer, counts = np.unique(flights, return_inverse=True, return_counts=True)
-    if (counts < MIN_VIEWS).any():
+    if (counts < MIN_FLIGHT_VIEWS).any():
         layer, names = np.zeros(len(flights), np.int64), names[:1]
-    if len(flights) < MIN_VIEWS:
+    if len(flights) < MIN_FLIGHT_VIEWS:
         return None
     x = np.arange(box[0], box[2], cell)
     y = np.arange(box[1], box[3], cell)
@@ -67,9 +59,9 @@ def make_backdrop(
     spread = np.empty_like(mean)
     for index in range(len(names)):
         members = np.flatnonzero(layer == index)
-        members = members[np.unique(np.linspace(0, len(members) - 1, min(len(members), MAX_VIEWS)).astype(int))]
+        members = members[np.unique(np.linspace(0, len(members) - 1, min(len(members), 32)).astype(int))]
         picture = mean[index].reshape(-1, 3), spread[index].reshape(-1, 3)
-        ground_medians(stack.arrays_of(members), gx, gy, gz, TONES.lut, MIN_VIEWS - 2, *picture)
+        ground_medians(stack.arrays_of(members), gx, gy, gz, TONES.lut, MIN_FLIGHT_VIEWS - 2, *picture)
     return Backdrop(float(x[0]), float(y[0]), cell, mean, spread, layer.astype(np.int64))
 
 
@@ -107,7 +99,7 @@ class Silhouette(NamedTuple):
 
 
 def cut_silhouette(
-    stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: StemAxis, band: tuple[float, float] = BAND
+    stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: StemAxis, band: tuple[float, float]
 ) -> Silhouette:
     """Ground likelihood in every photo along an axis, in a band of heights above the ground (m)."""
     silhouette, heights, places = blank(len(stack), axis, band)

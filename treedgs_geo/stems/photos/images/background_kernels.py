@@ -7,19 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..tuned import BESIDE_M, CEILING, FLOOR, STEP_M
 from .axis_patches import BH_M, GROUND_Z, LUT_GAMMA, across_view, axis_at, crop_place, fetch
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Photos a flight needs for a ground of its own, and how many of a flight are used at most.
-MIN_VIEWS, MAX_VIEWS = 6, 32
-#: Noise floors and ceilings of the ground's colour: luma, and the two colour differences.
-FLOOR = np.array([0.030, 0.008, 0.008], np.float32)
-CEILING = np.array([0.060, 0.020, 0.020], np.float32)
-#: Share of ground pixels that look like their median, and the density of those over that of any other colour.
-_SHARE, _PEAK = 0.6, 40.0
 #: Log likelihood ratio of ground over the squared colour error: read from a table, so many entries a unit (to 1e-6).
 RATIO_STEPS = 128.0
-RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS)) + (1 - _SHARE)).astype(np.float32)
+#: 0.6 of the ground's pixels look like their median, 40 times as densely as any other colour.
+RATIO = np.log(0.6 * 40 * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS)) + 0.4).astype(np.float32)
 
 
 class Tones(NamedTuple):
@@ -35,10 +30,6 @@ class Tones(NamedTuple):
 TONES = Tones(LUT_GAMMA, FLOOR, CEILING, RATIO)
 #: Stands for the ratio of a place whose ground no photo shows.
 UNKNOWN = np.float32(-99.0)
-#: Height of a row (m) and rows a block.
-ROW_M, BLOCK_ROWS = 0.05, 10
-#: Half width of the strips and sample spacing; how far beside the stem the ground is compared, metres.
-REACH_M, STEP_M, BESIDE_M = 0.75, 0.01, 0.25
 
 
 @njit(parallel=True, **_FAST)

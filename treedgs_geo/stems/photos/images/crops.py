@@ -12,14 +12,11 @@ import numpy as np
 
 from ....core.errors import InputError
 from ....core.progress import Reporter
+from ....geotags.sharpness import MAX_READERS
 from ....reconstruction.area import Area
-from ....reconstruction.cameras import View
+from ....reconstruction.cameras import OBLIQUE_DEG, View
 from ....reconstruction.images import shrink, shrink_factor, shrunk_camera
 
-#: Oblique enough: sine of the nadir angle at which a photo sees the plot centre.
-MIN_SIN_NADIR = 0.3
-#: Photos that are decoded at once, at most.
-MAX_READERS = 4
 #: Columns of a camera row (:func:`camera_row`) after the rotation: translation in metres; focal lengths and principal
 #: point in pixels; Brown's distortion; metres in the camera frame by which the camera moves on per row (rolling
 #: shutter), and the row that the pose is of.
@@ -148,7 +145,7 @@ def choose_views(views: list[View], area: Area, ground_z: float, max_views: int)
         share = float(view.contains(pixels).mean())
         offset = points - view.centre
         sine = np.hypot(offset[:, 0], offset[:, 1]) / np.linalg.norm(offset, axis=1)
-        if share < 0.1 or np.median(sine) < MIN_SIN_NADIR:
+        if share < 0.1 or np.median(sine) < np.sin(np.radians(OBLIQUE_DEG)):
             continue
         middle = offset[-1]
         kept.append(index)

@@ -9,13 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..tuned import INSIDE, SEES, STRAIGHT_M
 from .axis_patches import StemAxis, StripLayout, Strips, cut_strips
 from .crops import PhotoStack
-
-#: How many standard errors the direction must have to be believed; smallest radius used, m; share of the radius used.
-MIN_SE = 3.5
-MIN_RADIUS_M = 0.07
-INSIDE = 0.85
 
 
 def sun_azimuths(stack: PhotoStack, stems: list[tuple[StemAxis, float, np.ndarray]]) -> np.ndarray:
@@ -26,16 +22,18 @@ def sun_azimuths(stack: PhotoStack, stems: list[tuple[StemAxis, float, np.ndarra
     flights = np.array([view.flight for view in stack.views], int)
     sun = np.full(int(flights.max()) + 1 if len(flights) else 1, np.nan)
     normals, contrasts, owners = [], [], []
+    # The direction is believed from so many standard errors on.
+    sure = 3.5
     angles = np.radians(np.arange(0, 360, 4.0))
     border = np.zeros((len(stack), len(angles)))
     for axis, radius, seen in stems:
-        if radius < MIN_RADIUS_M:
+        if radius < 0.07:
             continue
-        layout = StripLayout(0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, sigma_px=1.0, linear=False)
-        strips = cut_strips(stack, axis, layout, wanted=seen > 0.5)
+        layout = StripLayout(0.5, 3.3, STRAIGHT_M, 0.04, radius + 0.05, 0.01, sigma_px=1.0, linear=False)
+        strips = cut_strips(stack, axis, layout, wanted=seen > SEES)
         contrast = right_minus_left(strips, radius)
-        border += (seen > 0.5)[:, None] * border_score(strips, radius, angles)
-        good = (seen > 0.5) & np.isfinite(contrast)
+        border += (seen > SEES)[:, None] * border_score(strips, radius, angles)
+        good = (seen > SEES) & np.isfinite(contrast)
         normals.append(strips.normal[good])
         contrasts.append(contrast[good])
         owners.append(flights[good])
@@ -48,9 +46,9 @@ def sun_azimuths(stack: PhotoStack, stems: list[tuple[StemAxis, float, np.ndarra
         if mine.sum() < 10:
             continue
         direction, own_error = _direction(normal[mine], contrast[mine])
-        if np.linalg.norm(direction) <= MIN_SE * own_error:
+        if np.linalg.norm(direction) <= sure * own_error:
             # Too little light of its own: what all flights say together, unless this one contradicts.
-            if np.linalg.norm(together) <= MIN_SE * error or direction @ together < 0:
+            if np.linalg.norm(together) <= sure * error or direction @ together < 0:
                 continue
             direction = together
         coarse = np.arctan2(direction[1], direction[0])

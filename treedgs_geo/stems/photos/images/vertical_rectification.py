@@ -11,13 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..tuned import STRAIGHT_M
 from .axis_patches import LUT_GAMMA, derivative, draw_row, fetch, project
 from .crops import FX, GroundGrid, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-
-#: Height of the stem piece whose rows must agree, metres; knots of the resampling, columns.
-WINDOW_M = 0.28
 
 
 class PlumbGrid(NamedTuple):
@@ -210,5 +208,5 @@ def make_map(
     plumb = PlumbMap(*grid[:4], ridge, unit, grid.centre, grid.distance)
     below = float(grid.centre[2] - float(np.median(ground.z)) - 2.0)
     width = ridge_m / (grid.step_a * grid.middle_m)
-    _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, WINDOW_M, below, float(width), LUT_GAMMA))
+    _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, STRAIGHT_M, below, float(width), LUT_GAMMA))
     return plumb

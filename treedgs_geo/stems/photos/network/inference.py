@@ -31,7 +31,7 @@ WEIGHTS = Path(__file__).with_name("stem_net.json")
 #: Log odds are kept within this: the network knows no more.
 MAX_ODDS = 5.0
 #: Log odds are stored in this part of a unit, and this for a place outside of the photo.
-STEPS, OUTSIDE = 25.0, -128
+STEPS, OUTSIDE = 127 // MAX_ODDS, np.iinfo(np.int8).min
 
 
 class OddsMaps(NamedTuple):

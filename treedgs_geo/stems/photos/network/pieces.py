@@ -28,7 +28,6 @@ from .inference import (
 #: is asked for are what it needs to judge it (shares of ivy to 0.015 the same as with larger pieces on ``plot_a`` and
 #: ``plot_h``).
 SIZE_STEP, AROUND_PX = 64, 24
-MIN_SIZE = 128
 
 
 class About(NamedTuple):
@@ -70,7 +69,7 @@ def piece_of(
     half_m = 0.5 * (about.high_m - about.low_m)
     tall = 2 * (half_m * np.sin(nadir) / (slant * plumb.step_n) + AROUND_PX)
     wide = 2 * ((about.aside_m + half_m * np.hypot(*axis.s)) / (max(flat, 1.0) * plumb.step_a) + AROUND_PX)
-    size = max(int(np.ceil(max(tall, wide) / SIZE_STEP)) * SIZE_STEP, MIN_SIZE)
+    size = max(int(np.ceil(max(tall, wide) / SIZE_STEP)) * SIZE_STEP, 2 * SIZE_STEP)
     top, left = (max(min(int(at) - size // 2, n - size), 0) for at, n in ((row, rows), (column, columns)))
     grid = plumb.azimuth0 + left * plumb.step_a, plumb.step_a, plumb.nadir0 + top * plumb.step_n, plumb.step_n
     return Piece(view, place, size, top, left, grid)

@@ -6,15 +6,12 @@ import numpy as np
 from numba import njit, prange
 
 from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at
-from ..images.background import BAND, Silhouette, blank
+from ..images.background import Silhouette, blank
 from ..images.crops import GroundGrid
+from ..tuned import ABOUT_M, PRIOR_ODDS, SEEN_PRIOR, SHARE_WEIGHT
 from .inference import OUTSIDE, STEPS, NetworkMaps, OddsMaps
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Log odds of stem at an average pixel, and the share of photos that see a stem at a height.
-PRIOR_ODDS, SEEN = -2.5, 0.35
-#: Log odds that a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
-SHARE_WEIGHT = 4.0
 
 
 @njit(inline="always", **_FAST)
@@ -80,7 +77,7 @@ def _cut(maps, axis, heights, us, silhouette):
                     sums[j] = 0.0
 
 
-def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
+def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float]) -> Silhouette:
     """How little stem the network sees around an axis, in every photo: as a silhouette, so that contrast and peaks are
     those of the ground's (:mod:`.images.background`). band: heights above the ground, metres."""
     silhouette, heights, places = blank(len(maps.centre), axis, band)
@@ -113,7 +110,7 @@ def _shares(maps, axis, radii, heights, across, share):
 def covered_share(maps: NetworkMaps, axis: StemAxis, r0: float, r1: float) -> float:
     """Share of ivy in what the network takes for stem or ivy within a stem's silhouette about breast height, over the
     photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
-    heights = axis.bh_m + np.arange(-0.6, 0.61, 0.1)
+    heights = axis.bh_m + np.arange(-ABOUT_M, ABOUT_M + 0.01, 0.1)
     radii = np.maximum(r0 + r1 * (heights - axis.bh_m), 0.01)
     found = []
     for each in (maps.ivy, maps.either):
@@ -137,14 +134,14 @@ def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
                 for m in range(heights.size):
                     value = _odds(maps, v, column, flat, z[i, j] + heights[m])
                     if value > -99.0:
-                        found[m] += np.log(1.0 - SEEN + SEEN * np.exp(value - PRIOR_ODDS))
+                        found[m] += np.log(1.0 - SEEN_PRIOR + SEEN_PRIOR * np.exp(value - PRIOR_ODDS))
             for m in range(heights.size):
                 total[m, i, j] = found[m]
 
 
 def bark_layers(maps: OddsMaps, shifts: np.ndarray, cells: GroundGrid, heights: np.ndarray) -> np.ndarray:
     """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it
-    with probability :data:`SEEN`. shifts: (V, 2) metres by which each photo is moved (decoys). cells: where, on the
+    with probability ``SEEN_PRIOR``. shifts: (V, 2) metres by which each photo is moved (decoys). cells: where, on the
     ground; heights: above it, metres."""
     total = np.zeros((len(heights), *cells.z.shape), np.float32)
     _sum_layers(maps, shifts, cells.x0, cells.y0, cells.cell, cells.z, heights, total)

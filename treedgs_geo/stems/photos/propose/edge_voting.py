@@ -18,33 +18,29 @@ from scipy.ndimage import maximum_filter
 from scipy.special import ndtri
 
 from ....reconstruction.area import Area
-from ..fit.search_kernels import SIGN_WEIGHT, SINGLE_WEIGHT
 from ..images.crops import GroundGrid, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, PlumbMap, make_map
 from ..options import PhotoStemOptions
+from ..tuned import (
+    ABOVE_CHANCE,
+    APART_M,
+    DECOY_M,
+    LAYER_M,
+    LEAN_COST,
+    MIN_THRESHOLD,
+    N_LAYERS,
+    RIM_M,
+    SEEN_MEAN_Z,
+    SEEN_PRIOR,
+    SIGN_WEIGHT,
+    SINGLE_WEIGHT,
+    UPRIGHT_MAX_DEG,
+)
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
-#: Layers of the stem, metres above ground: first, height, count; evidence blocks a layer.
-LAYER_LOW, LAYER_M, N_LAYERS, BLOCKS = 0.5, 0.5, 9, 2
-#: Log likelihood ratio of a normal score: share of views that see, their mean score, the cap on a score.
-SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
+#: Of the histograms of scores.
 N_BINS = 512
-#: Width of a ring about a camera, metres.
-RING_M = 0.18
-#: Of so many rings one is counted for the ranks of scores, in so many parts at once.
-_RINGS_COUNTED, _PARTS = 3, 8
-T_MAX = 2.2
-#: Seeds are this far apart, m; those beside a found stem, which may be a second one, this far.
-APART_M, BESIDE_M = 0.4, 0.2
-#: A lean costs seeds this much (log likelihood units per (m/m)^2).
-LEAN_COST = 60.0
-#: The search for edges takes leans up to this, degrees; the rest is for :mod:`.space_carving`.
-UPRIGHT_MAX_DEG = 10.0
-#: The threshold lies this far above the best decoy, and never below the minimum (log likelihood units).
-ABOVE_CHANCE, MIN_THRESHOLD = 3.0, 8.0
-#: Cells around the area, m: leaning stems carry their upper layers there.
-_EDGE_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -64,9 +60,9 @@ class Seed:
 class EdgeSeeds(NamedTuple):
     """What the edges propose, clearest first."""
 
-    #: In and near the area, :data:`APART_M` apart.
+    #: In and near the area, :data:`.tuned.APART_M` apart.
     seeds: list[Seed]
-    #: The same, :data:`BESIDE_M` apart, wherever they are.
+    #: The same, half as far apart, wherever they are.
     beside: list[Seed]
     #: Score (log likelihood units) that chance hardly reaches.
     threshold: float
@@ -164,7 +160,7 @@ def _layer_bins(plumb, look, d, radii, edge, score, bins):
     """Pair scores of a layer at a distance ``d``, mean over its blocks, as histogram bins (radius, column).
 
     look: (blocks, knots) as for :func:`_add_pairs`. score: as large as ``bins``, to work with."""
-    zero, top, scale = np.float32(0.0), np.float32(N_BINS - 1), np.float32(N_BINS / np.sqrt(T_MAX))
+    zero, top, scale = np.float32(0.0), np.float32(N_BINS - 1), np.float32(N_BINS / np.sqrt(2.2))
     score[:] = zero
     for b in range(len(look)):
         _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / len(look)), edge, score)
@@ -280,8 +276,8 @@ def rank_lut(counts: np.ndarray) -> np.ndarray:
     total = np.maximum(cumulative[..., -1:], 1)
     rank = (cumulative - 0.5 * counts) / total
     z = ndtri(np.clip(rank, 1e-6, 1 - 1e-6))
-    z = np.clip(np.where(counts.sum(axis=-1, keepdims=True) > 0, z, 0.0), -4, CAP_Z)
-    llr = np.log(1 - SEEN + SEEN * np.exp(MEAN_Z * z - 0.5 * MEAN_Z**2))
+    z = np.clip(np.where(counts.sum(axis=-1, keepdims=True) > 0, z, 0.0), -4, 4.2)
+    llr = np.log(1 - SEEN_PRIOR + SEEN_PRIOR * np.exp(SEEN_MEAN_Z * z - 0.5 * SEEN_MEAN_Z**2))
     middle = np.take_along_axis(llr, (rank >= 0.5).argmax(axis=-1)[..., None], axis=-1)
     return np.concatenate([llr, middle], axis=-1).astype(np.float32)
 
@@ -324,14 +320,14 @@ def edge_seeds(
     rng: np.random.Generator,
 ) -> EdgeSeeds:
     """Seeds of a piece of ground. plumbs: one a photo. box: x0, y0, x1, y1 of the piece, m, local frame."""
-    cell, x0, y0 = options.cell_m, box[0] - _EDGE_M, box[1] - _EDGE_M
-    columns, rows = (int((box[k + 2] - box[k] + 2 * _EDGE_M) / cell) + 1 for k in (0, 1))
+    cell, x0, y0 = options.cell_m, box[0] - RIM_M, box[1] - RIM_M
+    columns, rows = (int((box[k + 2] - box[k] + 2 * RIM_M) / cell) + 1 for k in (0, 1))
     gx, gy = np.meshgrid(x0 + cell * np.arange(columns), y0 + cell * np.arange(rows))
-    mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + _EDGE_M).reshape(gx.shape)
+    mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + RIM_M).reshape(gx.shape)
     radii = np.arange(0.04, options.max_dbh_cm / 200 + 0.01, 0.025)
     maps = (make_map(stack, view, ground, plumb) for view, plumb in enumerate(plumbs))
     leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MAX_DEG))
-    lever = LAYER_LOW + (np.arange(N_LAYERS) + 0.5) * LAYER_M - options.bh_m
+    lever = LAYER_M + (np.arange(N_LAYERS) + 0.5) * LAYER_M - options.bh_m
 
     def lines(total: np.ndarray) -> tuple[np.ndarray, ...]:
         layers = np.ascontiguousarray(total.transpose(2, 0, 1, 3))
@@ -354,7 +350,7 @@ def edge_seeds(
 
     total, chance = _votes(maps, radii, ground, _Tile(x0, y0, cell, mask), rng)
     found = lines(total)
-    seeds, beside = (peaks(found, apart) for apart in (APART_M, BESIDE_M))
+    seeds, beside = (peaks(found, apart) for apart in (APART_M, APART_M / 2))
     decoys = peaks(lines(chance), APART_M)
     threshold = max(MIN_THRESHOLD, decoys[0].score + ABOVE_CHANCE if decoys else 0.0)
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
@@ -368,23 +364,24 @@ def _votes(
     each view; each is read once, so that they need not all be in memory."""
     each = N_LAYERS * len(radii)
     total, chance = (np.zeros((*tile.mask.shape, each), np.float32) for _ in range(2))
-    heights = LAYER_LOW + (np.arange(N_LAYERS * BLOCKS) + 0.5) * LAYER_M / BLOCKS
+    heights = LAYER_M + (np.arange(2 * N_LAYERS) + 0.5) * LAYER_M / 2
+    # Two blocks a layer; one ring in three is counted for the ranks of scores, in eight parts at once.
     # One photo's ratios at a time, in memory that is kept from one to the next.
     store = np.empty(0, np.float32)
     for plumb in maps:
         first, n_cols = float(plumb.distance[0]), plumb.ridge.shape[1]
-        rings = _Rings(first, RING_M, int((plumb.distance[1] - first) / RING_M) + 2)
+        rings = _Rings(first, 0.18, int((plumb.distance[1] - first) / 0.18) + 2)
         if rings.n * n_cols * each > store.size:
             store = np.empty(rings.n * n_cols * each, np.float32)
-        scores = plumb, rings, heights, BLOCKS, radii, ground
-        counts = np.zeros((_PARTS, N_LAYERS, len(radii), N_BINS), np.int64)
-        _count_scores(*scores, _RINGS_COUNTED, counts)
+        scores = plumb, rings, heights, 2, radii, ground
+        counts = np.zeros((8, N_LAYERS, len(radii), N_BINS), np.int64)
+        _count_scores(*scores, 3, counts)
         lut = rank_lut(counts.sum(axis=0))
         llr = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, each)
         _ratios(*scores, lut, llr.reshape(rings.n, n_cols, N_LAYERS, len(radii)))
         where = llr, lut[..., N_BINS].ravel(), plumb, rings, tile
         _accumulate(*where, 0.0, 0.0, total)
-        angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
+        angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(*DECOY_M)
         _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance)
     shape = (*tile.mask.shape, N_LAYERS, len(radii))
     return total.reshape(shape), chance.reshape(shape)

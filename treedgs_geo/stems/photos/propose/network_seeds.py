@@ -9,19 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from ....reconstruction.area import Area
+from ..fit.null_model import BREAST
 from ..images.crops import GroundGrid
 from ..network.inference import NetworkMaps
 from ..network.silhouettes import bark_layers, cut_bark
 from ..options import PhotoStemOptions
+from ..tuned import CELL_M, CERTAIN_SCORE, DECOY_M, HEIGHTS, LEAN_STEP, LINE_SCORE, MAX_SEEDS
 from .edge_voting import Seed, best_lines, lean_grid
-from .space_carving import CELL_M, HEIGHTS, LEAN_STEP, clearest, lines_through, searched
-
-#: Decoys are moved this far, metres.
-DECOY_M = 0.7, 3.0
-#: Seeds at most.
-MAX_SEEDS = 120
-#: A line is looked at from this part of what chance reaches, and is a stem for certain above this.
-LOOKED_AT, CERTAIN = 0.5, 1.1
+from .space_carving import clearest, lines_through, searched
 
 
 def network_seeds(
@@ -52,8 +47,8 @@ def network_seeds(
     seeds = []
     for line, axis in lines[:MAX_SEEDS]:
         score = line / chance
-        if score <= LOOKED_AT:
+        if score <= LINE_SCORE:
             break
-        found = clearest(cut_bark(maps.either, axis), axis, 1.0)
-        seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, score, score > CERTAIN))
+        found = clearest(cut_bark(maps.either, axis, BREAST.silhouette), axis, 1.0, options)
+        seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, score, score > CERTAIN_SCORE))
     return seeds

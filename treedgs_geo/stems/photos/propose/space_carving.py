@@ -17,30 +17,30 @@ from numba import njit, prange
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from ....reconstruction.area import Area
+from ...quality.limits import bound_of
 from ..fit.pattern_search import DISC_MOVES, disc_step, pattern_search
 from ..images.axis_patches import StemAxis, crop_place, fetch
 from ..images.background import Backdrop, Silhouette
 from ..images.background_kernels import TONES, UNKNOWN, contrast_of, ground_ratio
 from ..images.crops import GroundGrid, PhotoStack
 from ..options import PhotoStemOptions
+from ..tuned import (
+    APART_M,
+    AROUND_M,
+    CELL_M,
+    CONTRAST_A_M,
+    HEIGHTS,
+    KNOWN_M,
+    LEAN_MARGIN_DEG,
+    LEAN_STEP,
+    MAX_LINES,
+    RIM_M,
+    STANDS_OUT,
+    START_RADIUS_M,
+)
 from .edge_voting import Seed, best_lines, lean_grid
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
-#: Layers above ground, metres; cell of the grid; width of the surroundings that a point is compared with.
-HEIGHTS, CELL_M, AROUND_M = np.arange(0.5, 3.01, 0.25), 0.10, 0.9
-#: Leans are this far apart (m/m), and searched this far beyond what is asked for (degrees): they are coarse.
-LEAN_STEP, LEAN_MARGIN_DEG = 0.05, 2.0
-#: The lines leave the searched ground by this much on their way, metres. Lines closer than this are one.
-EDGE_M, APART_M = 0.8, 0.5
-#: Around known stems nothing is looked for, metres from the bark.
-KNOWN_M = 0.15
-#: Lines whose silhouettes are cut, and seeds at most. A line scores so many times the median of all maxima.
-MAX_LINES, MAX_SEEDS, STANDS_OUT = 24, 12, 1.35
-#: Silhouette contrast of a seed, in units of what chance reaches: at least so much, and so much per metre of radius.
-#: On eight rendered plots stems that had been missed had 9.5 to 33 a metre, most of what is no stem less than 8.5.
-MIN_CONTRAST, CONTRAST_A_M = 0.6, 8.5
-#: Radius at which a line's silhouette is first looked at, and its limits, metres.
-FIRST_RADIUS_M, RADIUS_M = 0.12, (0.03, 0.45)
 
 
 @njit(parallel=True, **_FAST)
@@ -107,7 +107,7 @@ def carved_seeds(
 ) -> list[Seed]:
     """Seeds of stems whose silhouette stands out, clearest first; their score is in units of what chance reaches.
 
-    layers: (layers, rows, columns) of evidence at :data:`HEIGHTS`, changed in place; corner: x and y of the first cell.
+    layers: (layers, rows, columns) of evidence at ``HEIGHTS``, changed in place; corner: x and y of the first cell.
     silhouette_of: an axis -> its silhouette. known: (K, 10) rows of found stems, which are left out. chance: contrast
     that places without a stem reach.
     """
@@ -115,11 +115,12 @@ def carved_seeds(
     leans = lean_grid(options.max_lean_deg + LEAN_MARGIN_DEG, LEAN_STEP)
     lines = lines_through(layers, leans, corner, area, ground, options)
     bar = STANDS_OUT * float(np.median([score for score, _ in lines])) if lines else 0.0
+    faint = bound_of("photos", "contrast", "check")
     steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
-    seeds = [clearest(silhouette_of(axis), axis, chance) for score, axis in lines[:MAX_LINES] if score > bar]
+    seeds = [clearest(silhouette_of(axis), axis, chance, options) for score, axis in lines[:MAX_LINES] if score > bar]
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
-    seeds = [seed for seed in seeds if seed.score > max(MIN_CONTRAST, CONTRAST_A_M * seed.r)]
-    return sorted(seeds, key=lambda seed: -seed.score)[:MAX_SEEDS]
+    seeds = [seed for seed in seeds if seed.score > max(faint, CONTRAST_A_M * seed.r)]
+    return sorted(seeds, key=lambda seed: -seed.score)
 
 
 def lines_through(
@@ -130,7 +131,7 @@ def lines_through(
     ground: GroundGrid,
     options: PhotoStemOptions,
 ) -> list[tuple[float, StemAxis]]:
-    """The clearest lines of their surroundings through (layers, rows, columns) of evidence at :data:`HEIGHTS`, in and
+    """The clearest lines of their surroundings through (layers, rows, columns) of evidence at ``HEIGHTS``, in and
     near an area: sum and axis, best first. leans: (K, 2). corner: x and y of the first cell."""
     mask = np.ones(layers.shape[1:], bool)
     best, which, _ = best_lines(layers[..., None], mask, leans, HEIGHTS - options.bh_m, CELL_M)
@@ -145,15 +146,15 @@ def lines_through(
 
 def searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:
     """x and y of the first cell of the grid that is searched about a box (x0, y0, x1, y1), and its rows and columns."""
-    columns, rows = (int((box[k + 2] - box[k] + 2 * EDGE_M) / CELL_M) + 1 for k in (0, 1))
-    return box[0] - EDGE_M, box[1] - EDGE_M, rows, columns
+    columns, rows = (int((box[k + 2] - box[k] + 2 * RIM_M) / CELL_M) + 1 for k in (0, 1))
+    return box[0] - RIM_M, box[1] - RIM_M, rows, columns
 
 
 def hidden_ground(
     stack: PhotoStack, grid: GroundGrid, backdrop: Backdrop, x0: float, y0: float, rows: int, columns: int
 ) -> np.ndarray:
     """(layers, rows, columns) how much less ground shows through points above the ground than through those around
-    them, summed over the photos; rows from ``y0``, columns from ``x0``, every :data:`CELL_M`."""
+    them, summed over the photos; rows from ``y0``, columns from ``x0``, every :data:`.tuned.CELL_M`."""
     ny, nx = backdrop.mean.shape[1:3]
     gx, gy = np.meshgrid(backdrop.x0 + backdrop.cell * np.arange(nx), backdrop.y0 + backdrop.cell * np.arange(ny))
     z = grid.at(gx.ravel(), gy.ravel()).reshape(ny, nx).astype(np.float32)
@@ -176,9 +177,9 @@ def clear_known(layers: np.ndarray, known: np.ndarray, x0: float, y0: float, bh_
             layer[np.hypot(x[None] - cx, y[:, None] - cy) < row[8] + KNOWN_M] = 0.0
 
 
-def clearest(silhouette: Silhouette, axis: StemAxis, chance: float) -> Seed:
+def clearest(silhouette: Silhouette, axis: StemAxis, chance: float, options: PhotoStemOptions) -> Seed:
     """The line moved to where its silhouette stands out most."""
-    p = np.array([0.0, 0.0, 0.0, 0.0, FIRST_RADIUS_M])
-    contrast = _clearest(silhouette, p, *RADIUS_M)
+    p = np.array([0.0, 0.0, 0.0, 0.0, START_RADIUS_M])
+    contrast = _clearest(silhouette, p, 0.03, options.max_dbh_cm / 200)
     x, y, lx, ly = np.concatenate([axis.p, axis.s]) + p[:4]
     return Seed(float(x), float(y), float(lx), float(ly), float(p[4]), float(contrast / chance))

@@ -1,0 +1,176 @@
+"""What the search of stems in photos was tuned to, step by step: what another value would find differently.
+
+Set until 2026-11-25 on ``plot_a``, ``plot_e`` and, where it says *hard*, on simulated hard stands (seeds 401 to 426),
+with the true cameras::
+
+    python -m treedgs_lab.benchmarks.photos.stems_from_photos --plot plot_a plot_e … --true-poses
+
+other data are named beside their value. None of these plots is scored as held out (``docs/evidence/photos.md``). Limits
+of quality are in :mod:`..quality.limits`, what is known of stems in :mod:`..quality.priors`. Sizes of tables, steps of
+searches and the like, which change the time and hardly the result, stand where they are used.
+
+Compiled kernels hold these values, and numba's cache follows no imports: after a change here, remove the
+``__pycache__`` folders.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..quality.findings import Bound
+from ..quality.limits import bound_of
+
+# Photos and the ground behind the stems
+#: Photos that have to show a place for a stem to be measured there.
+MIN_PHOTOS = int(bound_of("photos", "n_views", "reject"))
+#: Widest piece of ground searched at once, m (bounds memory).
+TILE_M = 26.0
+#: Height of the stem piece over which an edge must be straight, m.
+STRAIGHT_M = 0.28
+#: Photos a flight needs for a ground of its own.
+MIN_FLIGHT_VIEWS = 6
+#: Noise floors and ceilings of the ground's colour: luma, and the two colour differences.
+FLOOR = np.array([0.030, 0.008, 0.008], np.float32)
+CEILING = np.array([0.060, 0.020, 0.020], np.float32)
+#: Silhouettes: height of a row (m) and rows a block; half width and sample spacing, m; how far beside the stem the
+#: ground is compared, m.
+ROW_M, BLOCK_ROWS = 0.05, 10
+REACH_M, STEP_M, BESIDE_M = 0.75, 0.01, 0.25
+#: Sharpness of photos, descending, and the error of a diameter at it (px, one standard deviation, shared by all
+#: photos): rendered photos blurred by 0.6 to 1.5 px, in light and as coded (``docs/results/altered_photos.json``).
+SHARP, SOFT_PX = (0.50, 0.40, 0.345), (0.0, 0.3, 0.65)
+#: Share of a stem's radius in which bark is compared: away from its blurred edges.
+INSIDE = 0.85
+
+# Votes of edges
+#: Layers of the stem: height of one, and of the first above the ground, m; how many.
+LAYER_M, N_LAYERS = 0.5, 9
+#: Probability that a photo sees a stem, and the mean of its z-score when it does; a photo above that shows it clearly.
+SEEN_PRIOR, SEEN_MEAN_Z = 0.35, 2.5
+#: Seeds are this far apart, m; half as far beside a found stem, which may be a second one.
+APART_M = 0.4
+#: A lean costs seeds this much (log likelihood units per (m/m)^2), and is searched up to this, degrees; steeper ones
+#: are carved.
+LEAN_COST, UPRIGHT_MAX_DEG = 60.0, 10.0
+#: The threshold lies this far above the best decoy, and never below the minimum (log likelihood units). Decoys are
+#: photos moved this far, m.
+ABOVE_CHANCE, MIN_THRESHOLD = 3.0, 8.0
+DECOY_M = 0.7, 3.0
+#: Seeds this far below the threshold are still fitted (log likelihood units); how many at most.
+REACH_BELOW, MAX_SEEDS = 22.0, 90
+#: Second stems are looked for this close to a found one, m.
+SECOND_M = 0.6
+
+# Space carving, and lines through what the network sees
+#: Layers above ground and cell, m; width of the surroundings that a point is compared with, m.
+HEIGHTS, CELL_M, AROUND_M = np.arange(0.5, 3.01, 0.25), 0.10, 0.9
+#: Leans are this far apart (m/m), and searched this far beyond what is asked for (degrees): they are coarse.
+LEAN_STEP, LEAN_MARGIN_DEG = 0.05, 2.0
+#: The lines leave the searched ground by this much on their way, m. Around known stems nothing is looked for, m.
+RIM_M, KNOWN_M = 0.8, 0.15
+#: Lines whose silhouettes are cut; each scores so many times the median of all maxima.
+MAX_LINES, STANDS_OUT = 24, 1.35
+#: Silhouette contrast of a seed a metre of radius, in units of what chance reaches. On eight rendered plots stems that
+#: had been missed had 9.5 to 33, most of what is no stem less than 8.5.
+CONTRAST_A_M = 8.5
+#: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
+LINE_SCORE, CERTAIN_SCORE = 0.5, 1.1
+#: Radius that a place is first looked at with, m.
+START_RADIUS_M = 0.12
+
+# Calibration of a piece of ground
+#: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
+#: these, m; and how many are needed.
+MORE_PLACES, STEM_FREE_M, MIN_PLACES = 32, 0.7, 8
+
+# Search and adjustment of a stem
+#: Weight of opposite colour gradients on the two sides, and of single edges.
+SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
+#: z-scores count up to this.
+Z_CAP = 8.0
+#: Edge scores (log likelihood units): on the grid, below which a seed is not worth refining; that chance reaches; from
+#: which a stem is there, whatever else speaks against it; from which edges alone make one; from which a silhouette and
+#: they do; by which one explanation clearly leads another.
+GRID_LLR, CHANCE_LLR, THERE_LLR, CLEAR_LLR, FEW_LLR, LEAD_LLR = 38.0, 50.0, 40.0, 60.0, 12.0, 30.0
+#: Edge score that one unit of silhouette contrast (what chance reaches) is worth where both pull at a shape.
+PULL = 400.0
+#: Inlier sd of an edge, px; edges are looked for this far from where they are expected, px, cut by cut; nearer where
+#: another edge is close.
+EDGE_SD_PX = 0.45
+WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
+#: Prior sd of an axis' curvature, 1/m.
+CURVATURE_SD = 0.004
+
+# Which explanation
+#: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel evidence
+#: (log likelihood, per 300), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (per 0.1 px). A
+#: conditional logit over the explanations of stems with known diameters; the same where the silhouettes are also the
+#: network's.
+PLAIN_ODDS, NETWORK_ODDS = np.array([1.06, 2.73, -1.7, -1.5]), np.array([4.1, 2.3, -0.6, -1.6])
+#: Explanations whose diameters differ less than this are one answer, cm.
+SAME_DBH_CM = 2.0
+#: Two readings of one stem differ by less than this, cm; leans by less than this (tangent).
+SAME_DBH, SAME_LEAN = Bound(1.0, 0.04), 0.09
+#: Lead in edge score over the next explanation below which it is open which is right; nine to one at this lead.
+GAP_LLR = bound_of("photos", "gap", "check")
+EDGES_A_LOG_ODD = GAP_LLR / np.log(9)
+#: A stem inside another one counts against it below this share of its diameter.
+THINNER = 0.85
+#: Best silhouettes that are followed as they are; starts and pairs that are followed by a whole fit; starts see this
+#: far round themselves, m, and lie this far apart.
+MAX_SETTLED, MAX_FOLLOWED, START_M, FOLLOWED_APART_M = 2, 3, 0.3, 0.12
+
+# Two stems for one
+#: Companions: radii that are looked for, m; the thickest one, as a share of the stem and in metres.
+MATE_RADII_M, MAX_MATE, THICKEST_M = (0.022, 0.036), 0.6, 0.075
+#: What touches lies this close (blur, pose, bark), m; a companion has to stay this far inside an edge, m, and leans by
+#: this much (sd, m/m).
+TOUCH_M, CLEAR_M, MATE_LEAN_SD = 0.012, 0.045, 0.035
+#: Share of the best single disc's score that a pair needs on the first grid to be worth polishing.
+WORTH = 0.8
+#: Gain of "another stem touches it" over one stem (log likelihood units) from which it is flagged and weighed, one in
+#: ten, and from which it is taken for true, nine in ten. Six touched and 89 other stems.
+GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
+#: Two alike in one disc: radii as shares of the disc's, the least allowed; how far they may reach beyond it and their
+#: barks lie apart (sd), m; thinner discs are not split, m.
+PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
+BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
+
+# The error of a diameter
+#: Weights of the photos' scatter and of the formal error: maximum likelihood on 118 trees, four rendered plots and four
+#: of the stability suite's with few photos.
+SE_SCATTER, SE_FORMAL = 2.2, 2.6
+#: Standard error of a stem that another one touches, cm; where the explanation is unsure, times so much: 44 such stems
+#: of the stability suite, seeds 1 to 3.
+PAIR_SE_CM, AMBIGUOUS_SE = 1.1, 1.8
+#: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much;
+#: its prior sd (simulated oval stems, seeds 11 to 13).
+OVAL_FREE, OVAL_SEEN, OVAL_PRIOR = 0.005, 1.5, 0.05
+#: Standard deviation that lean adds, share of the diameter per tangent of the lean (simulated leaning stems).
+LEAN_ERROR = 0.04
+#: Slopes of the radius this far from the usual one are common (m/m); beyond, the diameter is off by the excess times so
+#: many metres (*hard*).
+TAPER_FREE, TAPER_REACH_M = 0.002, 2.0
+#: Standard error of the reading from above, cm (80 stems, *hard*); a fit's own counts up to this there, cm; and by how
+#: much it may move a diameter.
+ABOVE_SE_CM, MAX_SE_CM, MAX_MOVED = 0.9, 1.0, Bound(3.0, 0.08)
+#: Share of what two witnesses differ by, added to the standard error.
+DISAGREE_SHARE = 0.5
+
+# Silhouettes, opacity, ivy, the network
+#: Edge score below which ragged edges count.
+RAGGED_LLR = 100.0
+#: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
+#: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
+OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
+#: Reasons that together refuse a stem that the network sees.
+TOGETHER_SEEN = 3
+#: A photo counts as seeing the stem from this probability on, and an edge as the stem's.
+SEES = 0.5
+#: Correlation from which the ground counts as seen through a stem, in this share of its radius.
+SEEN_CORRELATION, CORE = 0.7, 0.7
+#: Ivy is looked for this far up and down from breast height, m; standard error for each unit of its share, cm: leaves
+#: stand 3 to 8 cm off the bark on both sides.
+ABOUT_M, COVER_CM = 0.6, 15.0
+#: Log odds of stem at an average pixel; what a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
+PRIOR_ODDS, SHARE_WEIGHT = -2.5, 4.0
