@@ -246,7 +246,7 @@ def test_no_signal_is_named_that_windows_lacks(monkeypatch):
 
     assert was_killed(-9) and was_killed(137) and not was_killed(1) and not was_killed(None)
     assert explain(-9, "")[0] == "memory" and explain(3221225477, "")[0] == "defect"
-    tree = ast.parse((ROOT / "treedgs_geo" / "reconstruction" / "features.py").read_text(encoding="utf-8"))
+    tree = ast.parse((ROOT / "treedgs_geo" / "reconstruction" / "colmap_process.py").read_text(encoding="utf-8"))
     assert not [node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr == "SIGKILL"]
 
 

@@ -31,27 +31,28 @@ WEAK_LLR = bound_of("photos", "llr", "check")
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """What was found out about a stem: numbers, which decide nothing by themselves; NaN where there is nothing to be
-    had. :data:`.measurement.EVIDENCE` finds them, :func:`quality_control` judges them together."""
+    had, as where nothing could be fitted. :data:`.measurement.EVIDENCE` finds them, :func:`quality_control` judges them
+    together."""
 
     #: Diameter at breast height by the edges, cm, and its standard error before anything speaks against it.
     dbh_cm: float
-    se_cm: float
+    se_cm: float = np.nan
     #: Diameter of the coarse search, cm.
-    polish_cm: float
+    polish_cm: float = np.nan
     #: Slope of the radius, m/m.
-    r1: float
+    r1: float = np.nan
     #: Angle of the axis from the vertical, degrees.
-    lean_deg: float
+    lean_deg: float = np.nan
     #: Log likelihood ratio of the fit against chance.
-    llr: float
+    llr: float = 0.0
     #: Lead of ``llr`` over the next different explanation.
-    gap: float
+    gap: float = 0.0
     #: Photos that see it clearly.
-    n_views: int
+    n_views: int = 0
     #: Effective number of photos (Kish); infinite for one of a pair, which hardly any photo shows whole.
-    kish: float
+    kish: float = 0.0
     #: Edge residual, px.
-    rms_px: float
+    rms_px: float = np.nan
     #: How probable this diameter is among the explanations tried.
     sure: float = np.nan
     #: Contrast of the silhouette, in units of what chance reaches.
@@ -71,22 +72,6 @@ class Evidence:
     network: bool = False
     #: How far the edges' own best explanation is away, cm (:class:`.fit.selection.Choice`).
     against_cm: float = 0.0
-
-    @classmethod
-    def nothing(cls, dbh_cm: float) -> Evidence:
-        """About a place where nothing could be fitted; dbh_cm: as thick as it was looked for."""
-        return cls(
-            dbh_cm=dbh_cm,
-            se_cm=np.nan,
-            polish_cm=np.nan,
-            r1=np.nan,
-            lean_deg=np.nan,
-            llr=0.0,
-            gap=0.0,
-            n_views=0,
-            kish=0.0,
-            rms_px=np.nan,
-        )
 
     @property
     def outvoted(self) -> bool:

@@ -90,7 +90,7 @@ class Fitter(Shared):
             axis=self._start(seed),
             r0=seed.r,
             r1=START_TAPER,
-            evidence=Evidence.nothing(200 * seed.r),
+            evidence=Evidence(dbh_cm=200 * seed.r),
             assessment=Assessment.refused(reason, dbh_cm=200 * seed.r),
             seed_score=seed.score,
             arc_deg=0.0,
