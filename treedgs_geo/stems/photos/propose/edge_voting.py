@@ -331,9 +331,9 @@ def edge_seeds(
 
     def lines(total: np.ndarray) -> tuple[np.ndarray, ...]:
         layers = np.ascontiguousarray(total.transpose(2, 0, 1, 3))
-        for layer in layers[lever > 1.0]:
-            # A metre above breast height the stem may be one radius thinner.
-            np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
+        for layer, above_m in zip(layers, lever, strict=True):
+            if above_m > 1.0:  # the stem may be one radius thinner there
+                np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
         return best_lines(layers, mask, leans, lever, cell, LEAN_COST)
 
     def peaks(found: tuple[np.ndarray, ...], apart_m: float) -> list[Seed]:
