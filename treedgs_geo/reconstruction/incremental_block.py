@@ -18,10 +18,9 @@ from .covariance import posterior_of
 from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .outlier_photos import leave_out, leave_out_loose, set_loose
-from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
+from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate
 from .rolling_shutter import settle_lens, settle_shutter
 from .sift import FeatureStore
-from .texture_ties import GreyPhotos
 from .tracks import Block, triangulate
 
 #: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.
@@ -54,9 +53,6 @@ def join_photos(
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo,
     adjust.
 
-    Where shadows moved between two flights SIFT finds no match across them; the texture of the ground, looked for
-    where the geotags and the gimbal predict it, does, and one adjustment makes them agree.
-
     Args:
         known: what holds the block. sensor: lens and shutter to begin with. free: parts of them that are adjusted.
 
@@ -73,10 +69,9 @@ def join_photos(
     given, known = known, _in_time(block, known, free)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
-    greys = GreyPhotos(stations.paths)
     loose = np.isfinite(placement.translations).all(axis=1) & ~placement.mapped
     loose |= set_loose(block, known, guess)
-    _join_loose(block, store, loose, guess, known, free, greys, rng)
+    _join_loose(block, store, loose, guess, known, free, rng)
     reporter.progress(0.6)
     for radius in (4.0, 1.5):
         # Noisier photos (wind, rolling shutter) need a wider search: six times the usual residual.
@@ -86,9 +81,7 @@ def join_photos(
         _refine(block, known, free, reach)
         reporter.progress(0.75 if radius > 2 else 0.85)
     loose = set_loose(block, known, guess)
-    _join_loose(block, store, loose, guess, known, free, greys, rng)
-    if strengthen(block, store, greys, rng):
-        _refine(block, known, free, 3.0)
+    _join_loose(block, store, loose, guess, known, free, rng)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
     _keep_proven(block)
@@ -184,17 +177,14 @@ def _join_loose(
     guess: np.ndarray,
     known: Known,
     free: frozenset[str],
-    greys: GreyPhotos,
     rng: np.random.Generator,
 ) -> None:
-    """Tie the loose photos in, as many as can be, those that features tie first."""
+    """Tie the loose photos in, as many as can be."""
     loose = loose.copy()
     for _ in range(6):
         if not loose.any():
             break
         joined = resect(block, store, loose, guess, known, rng)
-        if not joined.any():
-            joined = tie(block, store, loose, guess, known, greys, rng)
         if not joined.any():
             break
         loose &= ~joined

@@ -1,4 +1,4 @@
-"""Tying photos to a block: by features where the geometry predicts them, and by the texture of the ground."""
+"""Tying photos to a block by features where the geometry predicts them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from .adjustment import Known
 from .cameras import Sensor
 from .predicted_points import PointMatches, find_points, turn_to_points
 from .sift import FeatureStore
-from .texture_ties import GreyPhotos, Ties, ground_surface, tie_photo
 from .tracks import Block, build_tracks, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
@@ -80,81 +79,6 @@ def resect(
                 block.rotations[i], block.translations[i] = rotation, translation
                 _add(block, i, found.point[inliers], found.key[inliers])
     return joined
-
-
-def tie(
-    block: Block,
-    store: FeatureStore,
-    loose: np.ndarray,
-    guess: np.ndarray,
-    known: Known,
-    greys: GreyPhotos,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Tie loose photos through the texture of the ground (moved shadows leave no feature in common); returns who
-    succeeded.
-    """
-    joined = np.zeros(len(loose), bool)
-    ground = ground_surface(block.points)
-    posed = np.flatnonzero(block.is_posed)
-    for i in np.flatnonzero(loose).tolist():
-        tied = tie_photo(
-            block, greys, i, guess[i], known.xyz[i], posed, ground, GIMBAL_REACH_DEG, _slack_px(block, known, i), rng
-        )
-        if tied is None:
-            continue
-        rotation, ties = tied
-        joined[i] = True
-        block.rotations[i], block.translations[i] = rotation, -rotation @ known.xyz[i]
-        _add_ties(block, store, i, ties, rng)
-    return joined
-
-
-def strengthen(
-    block: Block, store: FeatureStore, greys: GreyPhotos, rng: np.random.Generator, enough: int = 120
-) -> bool:
-    """More texture ties for posed photos with fewer than ``enough`` observations; True if any was found.
-
-    A photo that hangs on forty features may tip by half a pixel; the ground shows dozens of windows to hold it.
-    """
-    counts = np.bincount(block.image, minlength=len(block.keypoints))
-    posed = np.flatnonzero(block.is_posed)
-    weak = posed[counts[posed] < enough]
-    if not len(weak):
-        return False
-    ground = ground_surface(block.points)
-    before = len(block.image)
-    for i in weak.tolist():
-        references = posed[posed != i]
-        centre = -block.rotations[i].T @ block.translations[i]
-        tied = tie_photo(block, greys, i, block.rotations[i], centre, references, ground, 0.15, 0.0, rng)
-        if tied is not None:
-            _add_ties(block, store, i, tied[1], rng)
-    return len(block.image) > before
-
-
-def _add_ties(block: Block, store: FeatureStore, i: int, ties: Ties, rng: np.random.Generator) -> None:
-    """Ties as observations of new points."""
-    # One point a window, seen in this photo and in every reference that showed it.
-    spots, window = np.unique(ties.points.round(6), axis=0, return_inverse=True)
-    window = window.ravel()
-    pixels = np.column_stack([np.bincount(window, ties.pixels[:, k]) for k in range(2)]) / np.bincount(window)[:, None]
-    numbers = len(block.points) + np.arange(len(spots))
-    block.points = np.concatenate([block.points, spots])
-    _add(block, i, numbers, _new_keypoints(store, i, pixels, rng))
-    for r in np.unique(ties.reference):
-        own = np.flatnonzero(ties.reference == r)
-        _, first = np.unique(window[own], return_index=True)
-        own = own[first]
-        _add(block, int(r), numbers[window[own]], _new_keypoints(store, int(r), ties.reference_pixels[own], rng))
-
-
-def _new_keypoints(store: FeatureStore, i: int, pixels: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Append keypoints that are not SIFT features; their random descriptors match nothing."""
-    first = len(store.keypoints[i])
-    store.keypoints[i] = np.vstack([store.keypoints[i], pixels])
-    store.descriptors[i] = np.vstack([store.descriptors[i], rng.integers(0, 256, (len(pixels), 128), dtype=np.uint8)])
-    return first + np.arange(len(pixels))
 
 
 def _slack_px(block: Block, known: Known, i: int) -> float:

@@ -171,8 +171,8 @@ def _of_file(path: Path, most: int, largest_px: int) -> PhotoFeatures:
 class FeatureStore:
     """Features and verified matches of N photos.
 
-    keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8; both grow by ties that are none
-    of the photos' own features (``own``). matches: (i, j) with i < j -> (M, 2) numbers of their keypoints.
+    keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8. matches: (i, j) with i < j ->
+    (M, 2) numbers of their keypoints.
     """
 
     def __init__(self, own: list[PhotoFeatures]) -> None:
