@@ -341,12 +341,11 @@ def edge_seeds(
         best, lean, radius = found
         tops = np.argwhere((best >= maximum_filter(best, 2 * int(apart_m / cell / 2) + 1)) & np.isfinite(best))
         order = np.argsort(-best[tuple(tops.T)], kind="stable")[:400]
-        return [
-            Seed(
-                x0 + j * cell, y0 + i * cell, *leans[lean[i, j]].tolist(), float(radii[radius[i, j]]), float(best[i, j])
-            )
-            for i, j in tops[order]
-        ]
+        seeds = []
+        for i, j in tops[order]:
+            (lx, ly), r = leans[lean[i, j]].tolist(), float(radii[radius[i, j]])
+            seeds.append(Seed(x0 + j * cell, y0 + i * cell, lx, ly, r, float(best[i, j])))
+        return seeds
 
     total, chance = _votes(maps, radii, ground, _Tile(x0, y0, cell, mask), rng)
     found = lines(total)
