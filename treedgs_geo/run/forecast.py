@@ -22,10 +22,10 @@ from ..geotags.stations import Stations
 from ..reconstruction.area import Area, area_seen
 from ..reconstruction.calibration import calibration_of
 from ..reconstruction.cameras import OBLIQUE_DEG, View
-from ..reconstruction.matching_levels import GUIDED_NEIGHBOURS, can_guide
+from ..reconstruction.matching_strategy import GUIDED_NEIGHBOURS
 from ..reconstruction.options import ReconstructOptions
 from ..reconstruction.pairs import ground_below, select_pairs
-from ..reconstruction.prior_knowledge import gimbal_rotations
+from ..reconstruction.prior_knowledge import can_guide, gimbal_rotations
 from ..stems.photos.options import PhotoStemOptions
 from ..stems.photos.tiles import split
 from ..stems.photos.tuned import TILE_M
