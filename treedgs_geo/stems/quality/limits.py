@@ -257,7 +257,6 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             _IVIED,
         ),
         Limit("covered", "coat_cm", "what covers the bark that shows, thick", "cm", *_above(0, 12), _IVIED),
-        Limit("covered", "inner_deg", "arc over which a second ring lies inside", "°", *_above(None, 170), _TWICE),
         Limit("double", "inner_deg", "arc over which a second ring lies inside", "°", *_above(165, None), _TWICE),
         Limit(
             "covered",
