@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from treedgs_geo.terrain.cloth import near_cloth, particles_over
+from treedgs_geo.terrain.ground import classify_ground
 from treedgs_geo.terrain.options import ClothSimulation
 
 
@@ -19,28 +20,28 @@ def cloud(height, side_m=30.0, n=8000, seed=0) -> np.ndarray:
 @pytest.mark.parametrize("slope", [0.0, 0.3, 0.5])
 def test_a_slope_is_ground_whole(slope):
     points = cloud(lambda x, y: slope * x + 0.1 * np.sin(y))
-    assert near_cloth(points, ClothSimulation(rigidness=1)).mean() > 0.99
+    assert classify_ground(points, ClothSimulation(rigidness=1)).mean() > 0.99
 
 
 def test_roofs_and_crowns_are_not_ground_and_the_ground_round_them_is():
     points = cloud(lambda x, y: 0.05 * x)
     roof = (np.abs(points[:, :2] - 15) < 3).all(axis=1)
     points[roof, 2] += 4.0
-    ground = near_cloth(points, ClothSimulation())
+    ground = classify_ground(points)
     assert not ground[roof].any() and ground[~roof].mean() > 0.98
 
 
 def test_a_bank_is_followed_by_a_soft_cloth():
     """A step of 3 m over 6 m between two levels."""
     points = cloud(lambda x, y: np.clip((x - 12) / 2, 0, 3))
-    assert near_cloth(points, ClothSimulation(rigidness=1)).mean() > 0.98
+    assert classify_ground(points, ClothSimulation(rigidness=1)).mean() > 0.98
 
 
-def test_a_stiff_cloth_that_hangs_over_a_hollow_is_let_down():
-    """Wide and smooth: what hangs is put down from its rim on, so that the hollow's floor is ground too."""
+def test_the_floor_of_a_hollow_over_which_a_stiff_cloth_hangs_is_ground():
+    """Wide and smooth: the ground is followed down from its rim."""
     points = cloud(lambda x, y: -1.2 * np.exp(-((x - 15) ** 2 + (y - 15) ** 2) / 40))
     floor = np.hypot(*(points[:, :2] - 15).T) < 2
-    assert near_cloth(points, ClothSimulation(rigidness=3))[floor].mean() > 0.95
+    assert classify_ground(points, ClothSimulation(rigidness=3))[floor].mean() > 0.95
 
 
 def test_gaps_and_a_single_line_of_points_do_no_harm():

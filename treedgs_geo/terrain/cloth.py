@@ -2,7 +2,8 @@
 
 Zhang, W. et al. (2016): An easy-to-use airborne LiDAR data filtering method based on cloth simulation. Remote Sensing
 8(6), 501. The constants that the paper does not name (damping, gravity's step, when the cloth rests) are those of the
-authors' program, so that settings mean the same. Compiled here because their package has no wheels for newer Pythons;
+authors' program, so that settings mean the same; what their program lets down over slopes in the end, :mod:`.ground`
+follows up from the ground beside it. Compiled here because their package has no wheels for newer Pythons;
 it runs in one fixed order, so that the same points give the same ground on any number of cores.
 """
 
@@ -13,7 +14,7 @@ from numba import njit
 
 from .options import ClothSimulation
 
-#: Memory of a particle of the cloth: its height now and before, the terrain's under it, three marks, its place in line.
+#: Memory of a particle of the cloth: its height now and before, the terrain's under it and where that was taken from.
 PARTICLE_BYTES = 64
 #: Cells of cloth beyond the points on every side.
 _RIM = 2
@@ -22,10 +23,6 @@ _DAMPING = 0.01
 _STEP_S, _GRAVITY = 0.65, 0.2
 #: The cloth rests when no particle moves farther in a step.
 _REST_M = 0.005
-#: What still hangs over a slope is let down where the terrain under neighbours differs by less.
-_SLOPE_M = 0.3
-#: Smaller hanging pieces are left alone: crowns' gaps, boulders.
-_SMALLEST_PIECE = 50
 
 
 def particles_over(points: np.ndarray, method: ClothSimulation) -> tuple[int, int]:
@@ -37,7 +34,7 @@ def particles_over(points: np.ndarray, method: ClothSimulation) -> tuple[int, in
 
 def near_cloth(points: np.ndarray, method: ClothSimulation) -> np.ndarray:
     """(N,) bool: which of (N, 3) points lie within ``method.threshold_m`` of the cloth at rest."""
-    from scipy.ndimage import distance_transform_edt
+    from scipy.ndimage import distance_transform_edt, map_coordinates
 
     rows, cols = particles_over(points, method)
     corner = points[:, :2].min(axis=0) - _RIM * method.cloth_m
@@ -47,9 +44,8 @@ def near_cloth(points: np.ndarray, method: ClothSimulation) -> np.ndarray:
     nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
     terrain = terrain[tuple(nearest)]
     share = 1 - 0.7**method.rigidness, 0.5 * (1 - 0.4**method.rigidness)
-    cloth, hangs = _fall(terrain, float(terrain.max()) + _START_M, method.rounds, share[0], share[1])
-    _let_down(cloth, hangs, terrain)
-    return np.abs(_heights(cloth, place) + points[:, 2]) < method.threshold_m
+    cloth = _fall(terrain, float(terrain.max()) + _START_M, method.rounds, share[0], share[1])
+    return np.abs(map_coordinates(cloth, place.T[::-1], order=1) + points[:, 2]) < method.threshold_m
 
 
 @njit(cache=True)
@@ -67,7 +63,7 @@ def _under(place, z, rows, cols):  # pragma: no cover - compiled
 
 @njit(cache=True)
 def _fall(terrain, start, rounds, single, double):  # pragma: no cover - compiled
-    """Heights of the cloth at rest, and which particles still hang free.
+    """Heights of the cloth at rest.
 
     single, double: share of a difference in height between two particles that is made up in a step, by the free one of
     the two, or by each of two free ones; the rigidness in closed form.
@@ -109,67 +105,4 @@ def _fall(terrain, start, rounds, single, double):  # pragma: no cover - compile
                     cloth[i, j], free[i, j] = terrain[i, j], False
         if most < _REST_M:
             break
-    return cloth, free
-
-
-@njit(cache=True)
-def _let_down(cloth, free, terrain):  # pragma: no cover - compiled
-    """Large pieces that hang free are put down from their rims on, as far as the terrain is smooth."""
-    rows, cols = cloth.shape
-    seen = np.zeros((rows, cols), np.bool_)
-    line = np.empty(rows * cols, np.int64)
-    for first in range(rows * cols):
-        if seen[first // cols, first % cols] or not free[first // cols, first % cols]:
-            continue
-        head, tail = 0, 1
-        line[0], seen[first // cols, first % cols] = first, True
-        while head < tail:
-            i, j = line[head] // cols, line[head] % cols
-            head += 1
-            for di, dj in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-                p, q = i + di, j + dj
-                if 0 <= p < rows and 0 <= q < cols and free[p, q] and not seen[p, q]:
-                    seen[p, q], line[tail], tail = True, p * cols + q, tail + 1
-        if tail > _SMALLEST_PIECE:
-            _lay(cloth, free, terrain, line[:tail].copy())
-
-
-@njit(cache=True)
-def _lay(cloth, free, terrain, piece):  # pragma: no cover - compiled
-    """Put one hanging piece (numbers of its particles) down, from those beside the ground inwards."""
-    rows, cols = cloth.shape
-    line = np.empty(len(piece), np.int64)
-    head, tail = 0, 0
-    for number in piece:
-        i, j = number // cols, number % cols
-        for di, dj in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-            p, q = i + di, j + dj
-            inside = 0 <= p < rows and 0 <= q < cols
-            if inside and not free[p, q] and abs(terrain[i, j] - terrain[p, q]) < _SLOPE_M:
-                line[tail], tail = number, tail + 1
-                break
-    for k in range(tail):
-        i, j = line[k] // cols, line[k] % cols
-        cloth[i, j], free[i, j] = terrain[i, j], False
-    while head < tail:
-        i, j = line[head] // cols, line[head] % cols
-        head += 1
-        for di, dj in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-            p, q = i + di, j + dj
-            if 0 <= p < rows and 0 <= q < cols and free[p, q] and abs(terrain[i, j] - terrain[p, q]) < _SLOPE_M:
-                cloth[p, q], free[p, q] = terrain[p, q], False
-                line[tail], tail = p * cols + q, tail + 1
-
-
-@njit(cache=True)
-def _heights(cloth, place):  # pragma: no cover - compiled
-    """(N,) the cloth's height at (N, 2) places, bilinear."""
-    rows, cols = cloth.shape
-    out = np.empty(len(place))
-    for m in range(len(place)):
-        j, i = min(int(place[m, 0]), cols - 2), min(int(place[m, 1]), rows - 2)
-        u, v = place[m, 0] - j, place[m, 1] - i
-        low = cloth[i, j] * (1 - u) + cloth[i, j + 1] * u
-        high = cloth[i + 1, j] * (1 - u) + cloth[i + 1, j + 1] * u
-        out[m] = low * (1 - v) + high * v
-    return out
+    return cloth

@@ -28,11 +28,7 @@ def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> n
         InputError: no ground was found.
     """
     method = method or ClothSimulation()
-    origin = xyz.min(axis=0)
-    xyz = xyz - origin
-    seeds = recentred(xyz, cloth_ground(lowest(xyz, method), method))
-    surface = _surface(seeds, extent(xyz[:, :2]))
-    return np.abs(xyz[:, 2] - surface.height(xyz[:, 0], xyz[:, 1])) <= method.ground_m
+    return np.abs(height_above_ground(xyz, dtm_from_cloud(xyz, method=method))) <= method.ground_m
 
 
 def dtm_from_cloud(

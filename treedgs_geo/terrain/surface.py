@@ -53,36 +53,6 @@ def local_ground(
 
 
 @njit(cache=True, nogil=True)
-def _middle(values, count):  # pragma: no cover - compiled
-    """Median of the first ``count`` values, which are put in another order: what numpy's median is, in place."""
-    half = count // 2
-    low, high = 0, count - 1
-    while high > low:
-        pivot = values[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i, j = i + 1, j - 1
-        if half <= j:
-            high = j
-        elif half >= i:
-            low = i
-        else:
-            break
-    if count % 2:
-        return values[half]
-    below = values[0]
-    for m in range(1, half):
-        below = max(below, values[m])
-    return 0.5 * (below + values[half])
-
-
-@njit(cache=True, nogil=True)
 def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
     """(Q,) heights at (Q, 2) xy of planes through (Q, K, 3) points with (Q, K) weights; width: (Q,) metres."""
     queries, k = kernel.shape
@@ -92,7 +62,7 @@ def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
     for q in range(queries):
         for m in range(k):
             spare[m] = near[q, m, 2]
-        base = _middle(spare, k)
+        base = np.median(spare)
         for m in range(k):
             u[m], v[m] = (near[q, m, 0] - xy[q, 0]) / width[q], (near[q, m, 1] - xy[q, 1]) / width[q]
             z[m], weight[m] = near[q, m, 2] - base, kernel[q, m]
@@ -117,7 +87,7 @@ def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
             for m in range(k):
                 residual[m] = z[m] - height - su * u[m] - sv * v[m]
                 spare[m] = abs(residual[m])
-            scale = min(max(1.4826 * _middle(spare, k), noise_m), 0.15)
+            scale = min(max(1.4826 * np.median(spare), noise_m), 0.15)
             for m in range(k):
                 share = residual[m] / ((2.0 if residual[m] > 0 else 4.0) * scale)
                 weight[m] = kernel[q, m] * max(1.0 - share * share, 0.0) ** 2 + 1e-9
