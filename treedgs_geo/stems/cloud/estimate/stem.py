@@ -31,8 +31,10 @@ from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_f
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
 
 #: Windows (below, above breast height), m, that are tried in turn until the bark in them is plenty. None reaches into
-#: the butt swell: a straight cone through it reads too thick at breast height.
-WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.6, 1.0), (0.6, 1.8), (0.6, 2.8))
+#: the butt swell below half a metre: a straight cone through it reads too thick at breast height. Beginning 25 cm
+#: higher costs more than the rest of the swell: three rendered plots and a simulated one, rms 0.43 against 0.36 cm, and
+#: half stems 0.33 against 0.20.
+WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.6, 1.0), (0.75, 1.8), (0.85, 2.8))
 #: Bark points that are plenty for a window: sectors x rows are counted, not points.
 PLENTY_CELLS, PLENTY_POINTS = 100, 400
 #: Points count as bark under a coat up to so many of its spreads outside its face; error of the diameter in spreads.
