@@ -1,7 +1,8 @@
 """A large cloud read as measuring stems needs it: all points of the stem band, of dense ground and crowns a share.
 
 The file is read twice: for the lowest points, which tell roughly where the ground is, and for the points. Memory is
-that of the kept points. Shares are even over the file's order, so that each flight line and scan keeps its part.
+that of the kept points. Shares are even over the pulses, whose returns stay together (they tell where the scanner was),
+or without times over the file's order: each flight line and scan keeps its part.
 """
 
 from __future__ import annotations
@@ -26,9 +27,12 @@ from .surface import grid_ground
 CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
 #: Points this near the rough ground may be ground or what it is told from; crowns begin at the second height, and so
 #: far below its cell's highest point a point tells the height of trees, m.
-LAYER_M, CROWNS_M, TOP_M = 0.35, 15.5, 1.0
-#: So many points a cell are enough of ground, of the stem band and of crowns; never less than the share is kept.
-ENOUGH, MIN_SHARE = (64, 20_000, 256), 0.2
+LAYER_M, CROWNS_M, TOP_M = 0.2, 15.5, 1.0
+#: So many points a cell are enough of ground (of those less than :data:`LOW_M` above the lowest of the wide cell), of
+#: the stem band and of crowns (of all points of the cell); never less than the share is kept.
+ENOUGH, MIN_SHARE, LOW_M = (32, 20_000, 256), 0.2, 1.0
+#: So many points of a piece tell whether pulses have times of their own: that share of different ones.
+PULSES, SHARE_TIMED = 10_000, 0.3
 
 
 def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_crs: bool) -> PointCloud:
@@ -49,7 +53,7 @@ def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_
 
 class _Cells:
     """lowest: (rows, cols, 3) the lowest usable point of each wide cell from ``corner`` (3,), z inf where none is.
-    high: (rows, cols) height of the highest, count: (rows, cols) points of each cell."""
+    high: (rows, cols) height of the highest, count, low: (rows, cols) points of each cell, and low ones."""
 
     def __init__(self, about: About) -> None:
         span = np.maximum(about.high - about.low, 1.0)[:2]
@@ -58,11 +62,11 @@ class _Cells:
         wide = np.floor((span + 1.0) / (ROUGH * self.cell_m)).astype(int) + 1
         self.lowest = np.full((*wide, 3), np.inf)
         self.high = np.full(ROUGH * wide, -np.inf, np.float32)
-        self.count = np.zeros(ROUGH * wide, np.int32)
+        self.count, self.low = np.zeros((2, *(ROUGH * wide)), np.int32)
 
     def add(self, piece: PointCloud) -> None:
         """Count the usable points of a piece."""
-        _count(piece.xyz, usable(piece), self.corner, self.cell_m, self.lowest, self.high, self.count)
+        _count(piece.xyz, usable(piece), self.corner, self.cell_m, self.lowest, self.high, self.count, self.low)
 
     def rough_ground(self) -> Dtm | None:
         """The ground that the lowest points show, from the corner; ``None`` where they show none."""
@@ -80,9 +84,21 @@ class _Cells:
         for piece in pieces:
             x, y, z = (piece.xyz - self.corner).T
             height = z - ground.height(x, y)
-            kept = _needed(piece.xyz, height, first, self.corner, self.cell_m, self.high, self.count)
+            kept = _needed(
+                piece.xyz, height, _pulses(piece, first), self.corner, self.cell_m, self.high, self.count, self.low
+            )
             first += len(piece)
             yield piece.select(kept)
+
+
+def _pulses(piece: PointCloud, first: int) -> np.ndarray:
+    """(N,) uint64 number of each point's pulse: its time, where most have one of their own; else, from ``first``, the
+    count of first returns in the file, or of points."""
+    time = np.asarray(piece.attributes.get("gps_time", ()), float)
+    if len(np.unique(time[:PULSES])) > SHARE_TIMED * PULSES:
+        return time.view(np.uint64)
+    begins = np.asarray(piece.attributes.get("return_number", np.ones(len(piece)))) == 1
+    return np.cumsum(begins).astype(np.uint64) + np.uint64(first)
 
 
 @njit(cache=True)
@@ -92,7 +108,7 @@ def _cell(point, corner, cell_m, shape):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def _count(xyz, good, corner, cell_m, lowest, high, count):  # pragma: no cover - compiled
+def _count(xyz, good, corner, cell_m, lowest, high, count, low):  # pragma: no cover - compiled
     for m in range(xyz.shape[0]):
         if not good[m]:
             continue
@@ -100,14 +116,18 @@ def _count(xyz, good, corner, cell_m, lowest, high, count):  # pragma: no cover 
         z = xyz[m, 2] - corner[2]
         high[i, j] = max(high[i, j], np.float32(z))
         count[i, j] += 1
-        if z < lowest[i // ROUGH, j // ROUGH, 2]:
+        i0, j0 = i // ROUGH, j // ROUGH
+        if z < lowest[i0, j0, 2] - LOW_M:
+            low[i0 * ROUGH : (i0 + 1) * ROUGH, j0 * ROUGH : (j0 + 1) * ROUGH] = 0
+        low[i, j] += z < lowest[i0, j0, 2] + LOW_M
+        if z < lowest[i0, j0, 2]:
             for axis in range(3):
-                lowest[i // ROUGH, j // ROUGH, axis] = xyz[m, axis] - corner[axis]
+                lowest[i0, j0, axis] = xyz[m, axis] - corner[axis]
 
 
 @njit(cache=True)
-def _needed(xyz, height, first, corner, cell_m, high, count):  # pragma: no cover - compiled
-    """(N,) bool of the points ``first``, ``first`` + 1, ... of a file at (N,) heights above the rough ground."""
+def _needed(xyz, height, pulse, corner, cell_m, high, count, low):  # pragma: no cover - compiled
+    """(N,) bool of (N, 3) points of (N,) pulses at (N,) heights above the rough ground."""
     kept = np.ones(xyz.shape[0], np.bool_)
     for m in range(xyz.shape[0]):
         i, j = _cell(xyz[m], corner, cell_m, count.shape)
@@ -118,7 +138,7 @@ def _needed(xyz, height, first, corner, cell_m, high, count):  # pragma: no cove
             part = 2
         elif abs(height[m]) < LAYER_M:
             part = 0
-        share = max(ENOUGH[part] / max(count[i, j], 1), MIN_SHARE)
-        # Multiples of the golden ratio spread evenly over any stretch of the file.
-        kept[m] = ((first + m) * 0.6180339887498949) % 1.0 < share
+        share = max(ENOUGH[part] / max(count[i, j] if part else low[i, j], 1), MIN_SHARE)
+        # Multiples of the golden ratio (of 2**64) spread evenly over any stretch of the file.
+        kept[m] = np.float64(pulse[m] * np.uint64(0x9E3779B97F4A7C15)) < share * 2.0**64
     return kept
