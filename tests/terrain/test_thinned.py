@@ -56,3 +56,24 @@ def test_only_large_clouds_are_thinned(dense, monkeypatch):
     monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", 100_000)
     assert len(read_checked(dense, None, said, ("intensity",))) < 0.6 * len(whole)
     assert len(read_checked(dense, None, said)) == len(whole)
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+def test_the_returns_of_a_pulse_stay_together(tmp_path, coarse):
+    rng = np.random.default_rng(5)
+    xy, ground = rng.uniform(0, 6, (60_000, 2)), rng.uniform(0, 6, (20_000, 2))
+    first = np.column_stack([xy, rng.uniform(18.0, 24.0, len(xy))])
+    crowns = np.stack([first, first - (0.0, 0.0, 2.0)], axis=1).reshape(-1, 3)
+    xyz = np.concatenate([crowns, np.column_stack([ground, rng.normal(0, 0.01, len(ground))])])
+    pulse = np.r_[np.repeat(np.arange(len(xy)), 2), len(xy) + np.arange(len(ground))]
+    number = np.r_[np.tile([1, 2], len(xy)), np.ones(len(ground), int)].astype(np.uint8)
+    time = np.floor(pulse / 500) if coarse else 3e8 + pulse * 4e-6
+    cloud = PointCloud(xyz + (611300.0, 3718400.0, 0.0), pyproj.CRS.from_epsg(32615), {"gps_time": time})
+    write_cloud(tmp_path / "crowns.laz", cloud.with_attribute("return_number", number).with_attribute("pulse", pulse))
+    kept = read_thinned(tmp_path / "crowns.laz", None, ("gps_time", "return_number", "pulse"), True)
+    # What lies beside the top of its cell, or at the edge of crowns, is kept for its height.
+    crown = (kept.xyz[:, 2] > 16.0) & (kept.xyz[:, 2] < 22.0)
+    count = np.bincount(kept.attributes["pulse"][crown], minlength=len(xy))[: len(xy)]
+    whole = (first[:, 2] > 18.1) & (first[:, 2] < 21.9)
+    assert 0.15 < (count[whole] > 0).mean() < 0.3
+    assert (count[whole] != 1).all()
