@@ -171,7 +171,7 @@ def _measure_at(job: PhotoJob, site: Site, at: Path) -> dict[str, Any]:
     if changed:
         # The workspace first: what it holds and the layer lacks comes back when it is asked for again.
         write_given(job, kept)
-        merge_layers(job, changed, trees, site.frame.crs, reporter)
+        merge_layers(job, changed, trees, reporter)
         add_sheets(job, made, reporter)
         write_given_page(job, reporter)
     return _result(job, places, made, reporter)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import geopandas as gpd
 import numpy as np
@@ -21,7 +22,7 @@ from ..inventory.readings import read_readings
 from ..inventory.review.apply import BESIDE_M, read_whole, with_row
 from ..inventory.reviewed import NO_TREE, decided
 from ..inventory.searched import read_searched
-from ..inventory.tree_layer import tree_table, write_table, write_trees
+from ..inventory.tree_layer import tree_table, write_table
 from ..inventory.tree_reading import LAYER
 from ..inventory.written import COLUMNS
 from ..stems.quality.tree import Tree
@@ -85,12 +86,12 @@ class Change:
     instead: int | None = None
 
 
-def layer_of(job: PhotoJob) -> Path | None:
-    """The layer that new trees go into: the output if it is there, else the run's own; ``None`` where neither is."""
+def _layer(job: PhotoJob, trees: list[Tree]) -> tuple[Path, gpd.GeoDataFrame]:
+    """The layer that new trees go into: the output if it is there, else the run's own, else ``trees``, as measured."""
     for path in (job.settings.output, job.path(names.TREES)):
         if path.exists():
-            return path
-    return None
+            return path, read_whole(path)
+    return job.settings.output, tree_table(trees, job.place.frame.crs)
 
 
 def held_trees(job: PhotoJob, trees: list[Tree]) -> list[Held]:
@@ -99,40 +100,34 @@ def held_trees(job: PhotoJob, trees: list[Tree]) -> list[Held]:
     Raises:
         InputError: it is the layer of another run, or no tree layer.
     """
-    path = layer_of(job)
-    if path is None:
-        return [_held_of_tree(tree) for tree in trees]
-    table = read_whole(path)
-    ids = table.get("run_id", pd.Series([None] * len(table))).dropna().astype(str)
-    others = sorted({value for value in ids if value.strip()} - {job.run_id})
+    path, table = _layer(job, trees)
+    runs = table["run_id"] if "run_id" in table else pd.Series([job.run_id] * len(table), index=table.index)
+    others = sorted({value for value in runs.dropna().astype(str) if value.strip()} - {job.run_id})
     if others:
         raise InputError(
             f"{path}: holds trees of another run ({others[0]}), expected those of {job.settings.workspace} "
             f"({job.run_id}); give another output, or the workspace of that run."
         )
     word, taped = decided(table, path)
-    dbh = pd.to_numeric(table["dbh_cm"], errors="coerce").to_numpy(float)
-    dbh = np.where(np.isfinite(taped), taped, dbh)
+    dbh = np.where(np.isfinite(taped), taped, pd.to_numeric(table["dbh_cm"], errors="coerce").to_numpy(float))
+    reason = table.get("qc_reason", pd.Series("", index=table.index))
     own = {tree.tree_id for tree in trees}
-    rows = []
-    for row in range(len(table)):
-        number, reason = (
-            int(float(table["tree_id"].iloc[row])),
-            str(table.get("qc_reason", pd.Series(dtype=str)).get(row)),
+    return [
+        Held(
+            tree_id=(number := int(float(table["tree_id"].iloc[row]))),
+            x=point.x,
+            y=point.y,
+            dbh_cm=float(dbh[row]) if np.isfinite(dbh[row]) else None,
+            flag=str(table["qc_flag"].iloc[row]),
+            word=str(word.iloc[row]),
+            of_run=number in own and not pd.isna(runs.iloc[row]),
+            asked=reason.iloc[row] == "not_found",
         )
-        point, asked = table.geometry.iloc[row], reason == "not_found"
-        cm = float(dbh[row]) if np.isfinite(dbh[row]) else None
-        mine = number in own and not pd.isna(table["run_id"].iloc[row]) if "run_id" in table else number in own
-        flag = str(table["qc_flag"].iloc[row])
-        rows.append(Held(number, point.x, point.y, cm, flag, str(word.iloc[row]), bool(mine), asked))
-    return rows
+        for row, point in enumerate(table.geometry)
+    ]
 
 
-def _held_of_tree(tree: Tree) -> Held:
-    return Held(tree.tree_id, tree.x, tree.y, tree.dbh_cm, tree.qc_flag, "", True, tree.qc_reason == "not_found")
-
-
-def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
+def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], reporter: Reporter) -> None:
     """The changed trees into the output and into the run's own layer; nothing else in them changes.
 
     trees: of the run, for a layer that is not there yet.
@@ -140,35 +135,24 @@ def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], crs: C
     Raises:
         OutputError: the output cannot be written; nothing has changed then.
     """
-    output, copy, sheets = job.settings.output, job.path(names.TREES), job.path(names.SHEETS)
-    source = layer_of(job)
-    kept = copy.exists()
-    more: dict[str, Any] = {
-        "searched": read_searched(copy) if kept else None,
-        "readings": read_readings(copy) if kept else None,
-    }
-    if source is None:
-        write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets, **more)
-    else:
-        table, sentences = merged(read_whole(source), changed, crs)
-        for sentence in sentences:
-            reporter.warn(f"{output.name}: {sentence}")
-        write_table(output, table, lambda made: add_layers(made, table, **more), sheets)
+    output, copy, crs = job.settings.output, job.path(names.TREES), job.place.frame.crs
+    searched, readings = (read_searched(copy), read_readings(copy)) if copy.exists() else (None, None)
+
+    def write(path: Path, table: gpd.GeoDataFrame) -> None:
+        beside = partial(add_layers, trees=table, searched=searched, readings=readings)
+        write_table(path, table, beside, job.path(names.SHEETS))
+
+    table, sentences = merged(_layer(job, trees)[1], changed, crs)
+    for sentence in sentences:
+        reporter.warn(f"{output.name}: {sentence}")
+    write(output, table)
     if output.resolve() == copy.resolve():
         return
     try:
-        if copy.exists() and is_whole(copy, LAYER):
-            own, _ = merged(read_whole(copy), changed, crs)
-            write_table(copy, own, lambda made: add_layers(made, own, **more), sheets)
-        else:
-            write_trees(copy, _with(trees, changed), crs, copies=(output,), sheets=sheets, **more)
+        own = read_whole(copy) if copy.exists() and is_whole(copy, LAYER) else tree_table(trees, crs)
+        write(copy, merged(own, changed, crs)[0])
     except (OutputError, InputError) as problem:  # the result itself is written
         reporter.warn(str(problem))
-
-
-def _with(trees: list[Tree], changed: list[Change]) -> list[Tree]:
-    numbers = {change.tree.tree_id for change in changed}
-    return [*(tree for tree in trees if tree.tree_id not in numbers), *(change.tree for change in changed)]
 
 
 def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gpd.GeoDataFrame, list[str]]:
