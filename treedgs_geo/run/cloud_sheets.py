@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .. import __version__
 from ..core.errors import OutputError
@@ -23,8 +24,8 @@ from ..stems.quality.tree import Tree
 if TYPE_CHECKING:
     from .settings import PointcloudToDbhSettings
 
-#: Cells of this size (m) find the points beside a stem, of at most so many.
-_CELL_M, _MAX_AROUND = 2.0, 300_000
+#: Points this far beside a stem are drawn, metres; of at most so many of the cloud's.
+_AROUND_M, _MAX_AROUND = 3.0, 300_000
 
 
 def name_run(settings: PointcloudToDbhSettings, trees: list[Tree]) -> None:
@@ -111,21 +112,9 @@ def _neighbourhood(xyz: np.ndarray, tree_id: np.ndarray) -> Callable[[float, flo
     others = np.flatnonzero(tree_id <= 0)
     others = others[:: max(len(others) // _MAX_AROUND, 1)]
     points = xyz[others]
-    if not len(points):
-        return lambda _x, _y: np.empty((0, 3))
-    low = points[:, :2].min(axis=0)
-    cells = np.floor((points[:, :2] - low) / _CELL_M).astype(np.int64)
-    wide = int(cells[:, 0].max()) + 3
-    key = cells[:, 1] * wide + cells[:, 0]
-    order = np.argsort(key, kind="stable")
-    key, points = key[order], points[order]
+    index = cKDTree(points[:, :2])
 
     def around(x: float, y: float) -> np.ndarray:
-        column, row = np.floor((np.array([x, y]) - low) / _CELL_M).astype(int)
-        parts = []
-        for k in (-1, 0, 1):
-            ends = np.searchsorted(key, [(row + k) * wide + column - 1, (row + k) * wide + column + 2])
-            parts.append(points[ends[0] : ends[1]])
-        return np.concatenate(parts)
+        return points[np.sort(index.query_ball_point([x, y], _AROUND_M, p=np.inf)).astype(int)]
 
     return around

@@ -75,16 +75,8 @@ def _of_rows(rows: list[dict[str, Any]]) -> KeptGiven:
     return KeptGiven(trees, fits, {number: cm for number, cm in second.items() if cm is not None})
 
 
-@dataclass(frozen=True)
-class FitsById:
-    """All fits of a workspace, also those at given places. second_cm: diameters of a second measurement."""
-
-    fits: dict[int, PhotoFit]
-    second_cm: dict[int, float]
-
-
-def fits_by_id(job: PhotoJob) -> FitsById:
-    """Fits by ``tree_id``."""
+def fits_by_id(job: PhotoJob) -> KeptGiven:
+    """All fits of a workspace by ``tree_id``, those at given places with them, and their second diameters."""
     kept, given = read_fits(job.path(names.FITS)), read_given(job)
-    fits = dict(enumerate(kept.fits, start=1)) | given.fits
-    return FitsById(fits, {number + 1: cm for number, cm in kept.second_cm.items()} | given.second_cm)
+    second_cm = {number + 1: cm for number, cm in kept.second_cm.items()} | given.second_cm
+    return KeptGiven(given.trees, dict(enumerate(kept.fits, start=1)) | given.fits, second_cm)

@@ -44,7 +44,7 @@ from ..stems.photos.fit_records import write_fits
 from ..stems.quality.ground import with_ground_error
 from ..stems.quality.tops import MOVING_SHARE, heights_sentence
 from ..stems.quality.tree import Tree, with_block_errors
-from ..terrain.dtm import GROUND_WARN_M, Dtm, height_above, read_dtm, require_coverage, require_same_heights, write_dtm
+from ..terrain.dtm import GROUND_WARN_M, height_above, read_dtm, require_coverage, require_same_heights, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
 from .context import Aligned, PhotoJob, Site
 from .field_stems import answers_of, places_of, read_places, write_answers
@@ -75,6 +75,8 @@ from .stage import Cost, Findings, Key, Stage, check, check_target, dry_run, run
 
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0
+#: The ground is modelled this far beside the area in which stems are looked for, metres.
+BESIDE_M = 8.0
 #: The trees of a run as it measured them, and their heights, in its workspace.
 KEPT_TREES, KEPT_HEIGHTS = "trees.json", "heights.json"
 
@@ -296,8 +298,12 @@ def _ground_key(job: PhotoJob) -> Key:
 
 def _ground(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     """The terrain model of the run, project coordinates: the user's, its gaps filled, or what the photos see."""
-    path, given = job.path(names.DTM), job.given
-    found = _sparse_dtm(job.block, job.area)
+    path, given, area, frame, bounds = job.path(names.DTM), job.given, job.area, job.block.frame, None
+    if area is not None and len(area.radii_m):
+        low_x, low_y, high_x, high_y = area.bounds(BESIDE_M)
+        corners = frame.to_project(np.array([[low_x, low_y, 0.0], [high_x, high_y, 0.0]]))
+        bounds = corners[0, :2], corners[1, :2]
+    found = dtm_from_sparse(frame.to_project(job.block.points), crs=frame.crs, bounds=bounds)
     style_raster(path)
     if given is None:
         write_dtm(path, found)
@@ -321,15 +327,6 @@ def _ground(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
         )
     write_dtm(path, filled)
     return {"ground": name, "above_photos_m": round(above, 3)}
-
-
-def _sparse_dtm(block: Aligned, area: Area | None, margin_m: float = 8.0) -> Dtm:
-    frame, bounds = block.frame, None
-    if area is not None and len(area.radii_m):
-        low_x, low_y, high_x, high_y = area.bounds(margin_m)
-        corners = frame.to_project(np.array([[low_x, low_y, 0.0], [high_x, high_y, 0.0]]))
-        bounds = corners[0, :2], corners[1, :2]
-    return dtm_from_sparse(frame.to_project(block.points), crs=frame.crs, bounds=bounds)
 
 
 def _load_site(job: PhotoJob, _: object) -> None:

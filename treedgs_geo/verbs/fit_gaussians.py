@@ -14,7 +14,6 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
-from ..core.tables import SafeWriter
 from ..core.workspace import Workspace
 from ..stems.splats.options import GaussianOptions
 
@@ -86,7 +85,10 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
     """``stem_primitives.csv``: one row per fitted primitive; its path, None where none was fitted."""
     from dataclasses import asdict
 
+    import pandas as pd
+
     from ..core.files import atomic_path
+    from ..core.tables import safe_frame
     from ..stems.splats.trees import trees_of_primitives
 
     trees = trees_of_primitives(report.primitives, frame, bh_m)
@@ -109,14 +111,9 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
         "qc_reason",
     )
     target = space.path("stem_primitives.csv")
-    with atomic_path(target) as temporary, open(temporary, "w", newline="") as stream:
-        writer = SafeWriter(stream, columns)
-        writer.header()
-        for tree in trees:
-            record = asdict(tree)
-            for name in ("x", "y", "z_ground"):
-                record[name] = round(record[name], 3)
-            writer.record(record)
+    table = pd.DataFrame([asdict(tree) for tree in trees])[list(columns)].round({"x": 3, "y": 3, "z_ground": 3})
+    with atomic_path(target) as temporary:
+        safe_frame(table).to_csv(temporary, index=False)
     return str(target)
 
 
