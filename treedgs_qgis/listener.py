@@ -19,7 +19,6 @@ ESTIMATE_EVERY_S = 20
 STAGES = {
     "geotag": "Camera positions",
     "geotags": "Camera positions",
-    "photos and geotags": "Photos and their positions",
     "reconstruct": "Cameras from the photos",
     "guided by geotags and gimbals": "Photos matched where geotags and gimbal say",
     "guided by the block so far": "Photos matched again, where the first cameras say",
@@ -60,8 +59,6 @@ STAGES = {
     "sample surface": "Surface points",
     "segment stems": "Telling stems from the rest",
     "read cloud": "Reading the point cloud",
-    "plots and terrain": "Plots and terrain model",
-    "overlap": "Overlap of the photos",
     "pair trees": "Pairing field and measured trees",
     "given stems": "Stems at the places given",
     "flights": "Comparing flights",

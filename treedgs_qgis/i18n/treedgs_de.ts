@@ -704,10 +704,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Kamerapositionen</translation>
     </message>
     <message>
-      <source>Photos and their positions</source>
-      <translation>Fotos und ihre Positionen</translation>
-    </message>
-    <message>
       <source>Cameras from the photos</source>
       <translation>Kameras aus den Fotos</translation>
     </message>
@@ -862,14 +858,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Reading the point cloud</source>
       <translation>Lesen der Punktwolke</translation>
-    </message>
-    <message>
-      <source>Plots and terrain model</source>
-      <translation>Probeflächen und Geländemodell</translation>
-    </message>
-    <message>
-      <source>Overlap of the photos</source>
-      <translation>Überlappung der Fotos</translation>
     </message>
     <message>
       <source>Pairing field and measured trees</source>

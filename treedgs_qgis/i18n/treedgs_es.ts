@@ -702,10 +702,6 @@ cero.&lt;/p&gt;
       <translation>Posiciones de las cámaras</translation>
     </message>
     <message>
-      <source>Photos and their positions</source>
-      <translation>Fotos y sus posiciones</translation>
-    </message>
-    <message>
       <source>Cameras from the photos</source>
       <translation>Cámaras a partir de las fotos</translation>
     </message>
@@ -860,14 +856,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Reading the point cloud</source>
       <translation>Lectura de la nube de puntos</translation>
-    </message>
-    <message>
-      <source>Plots and terrain model</source>
-      <translation>Parcelas y modelo del terreno</translation>
-    </message>
-    <message>
-      <source>Overlap of the photos</source>
-      <translation>Solape de las fotos</translation>
     </message>
     <message>
       <source>Pairing field and measured trees</source>
