@@ -57,18 +57,18 @@ class Site:
 class PhotoJob:
     """A photo run. What was asked for; then what its stages found, in their order.
 
-    preset: how much of the scene is modelled. space: where the stages are kept, steps: which are done (neither in a
-    dry run). photos: the files; files: by the name that the workspace knows
-    them by. stations: photos with their positions. plots: none = all that is seen. given: the
-    user's terrain model. nothing: why no stem can be measured, empty where one may. aligned, site: ``None`` where
-    nothing was matched. trees: project coordinates. run_id: names what measured them.
+    preset: how much of the scene is modelled. steps: what is done; space: where it is kept (in a dry run nowhere).
+    photos: the files; files: by the name that the workspace knows them by. stations: photos with their positions.
+    plots: none = all that is seen. given: the user's terrain model. nothing: why no stem can be measured, empty
+    where one may. aligned, site: ``None`` where nothing was matched. trees: project coordinates. run_id: names what
+    measured them.
     """
 
     settings: PhotosToDbhSettings
     preset: Preset
     reporter: Reporter
+    steps: Steps
     space: Workspace = field(init=False)
-    steps: Steps = field(init=False)
     photos: list[Path] = field(default_factory=list)
     files: dict[str, Path] = field(default_factory=dict)
     stations: Stations = field(init=False)

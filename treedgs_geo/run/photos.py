@@ -170,8 +170,7 @@ def _read_control(job: PhotoJob) -> None:
     if job.settings.gcp is not None:
         heard = Collector(job.reporter)
         job.control = read_control(job.settings.gcp, job.stations, heard)
-        if hasattr(job, "steps"):
-            job.steps.warnings += heard.warnings
+        job.steps.warnings += heard.warnings
 
 
 def _reconstruct_cost(job: PhotoJob, findings: Findings) -> Cost:
@@ -362,7 +361,7 @@ def _announce_search(job: PhotoJob) -> None:
     """Before hours of work: why no stem can be seen, or how large the search will be."""
     asked, stations, plots = job.settings, job.stations, job.plots
     job.nothing = only_nadir(stations)
-    if job.nothing or not hasattr(job, "steps"):  # a dry run says more than this
+    if job.nothing or job.steps.space is None:  # a dry run says more than this
         return
     if is_published(asked):
         job.steps.weigh("measure", max(asked.time_limit, 1.0))  # of a minute's search
@@ -584,9 +583,8 @@ TREES, OUTPUTS = (GEOTAG, RECONSTRUCT, GROUND, MEASURE, HEIGHTS), (SHEETS, WRITE
 def job_of(settings: PhotosToDbhSettings, reporter: Reporter) -> PhotoJob:
     """A photo run that has not begun."""
     preset = CHAIN_PRESETS[settings.preset]
-    return PhotoJob(
-        settings, replace(preset, stems=replace(preset.stems, stem_network=settings.stem_network)), reporter
-    )
+    preset = replace(preset, stems=replace(preset.stems, stem_network=settings.stem_network))
+    return PhotoJob(settings, preset, reporter, Steps(None, reporter, {}))
 
 
 @contextmanager
