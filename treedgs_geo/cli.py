@@ -88,12 +88,12 @@ def run_command(
     reporter: Reporter,
     show_result: bool = False,
     overwrite: bool | Collection[str] = False,
+    outcome: dict[str, Any] | None = None,
 ) -> int:
     """Run one verb with raw values, report its result or the one sentence that says what is wrong.
 
-    overwrite: see :func:`~treedgs_geo.core.outputs.checked_paths`.
+    overwrite: see :func:`~treedgs_geo.core.outputs.checked_paths`. outcome: gets ``result``, where there is one.
     """
-
     from .verbs.doctor import NEEDS
 
     def stop(*_: object) -> None:
@@ -114,10 +114,10 @@ def run_command(
         targets = filter(None, (getattr(settings, name) for name in named))
         with checked_paths(settings, overwrite), no_empty_folders(targets):
             result = command.run(settings, reporter)
-        _report_result(result, reporter, show_result)
+        _report_result(result, reporter, show_result, outcome)
         return 0
     except Incomplete as problem:
-        _report_result(problem.result, reporter, show_result)
+        _report_result(problem.result, reporter, show_result, outcome)
         reporter.error(str(problem))
         return problem.exit_code
     except Cancelled as problem:
@@ -142,7 +142,9 @@ def run_command(
         signal.signal(signal.SIGTERM, previous[1])
 
 
-def _report_result(result: dict[str, Any], reporter: Reporter, show: bool) -> None:
+def _report_result(result: dict[str, Any], reporter: Reporter, show: bool, outcome: dict[str, Any] | None) -> None:
+    if outcome is not None:
+        outcome["result"] = result
     reporter.progress(1.0)
     reporter.result(result)
     reporter.close()
@@ -179,17 +181,8 @@ def _run_job(arguments: list[str]) -> int:
         reporter.error(str(problem))
         return problem.exit_code
     outcome: dict[str, Any] = {}
-
-    def keep(settings: Any, reporter: Reporter) -> dict[str, Any]:
-        try:
-            outcome["result"] = command.run(settings, reporter)
-        except Incomplete as problem:
-            outcome["result"] = problem.result
-            raise
-        return outcome["result"]
-
-    wrapped = Command(**{**vars(command), "run": keep})
-    code = run_command(wrapped, job.get("parameters", {}), reporter, overwrite=job.get("overwrite", ()))
+    given, overwrite = job.get("parameters", {}), job.get("overwrite", ())
+    code = run_command(command, given, reporter, overwrite=overwrite, outcome=outcome)
     try:
         write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})
     except OSError as problem:

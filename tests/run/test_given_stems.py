@@ -126,11 +126,12 @@ def test_points_outside_are_one_sentence_and_nothing_is_written(run, simulated_p
     [
         ({"bh_m": "1.3"}, "its run had --bh-m 1.37, now it is 1.3"),
         ({"preset": "fast"}, "its run had --preset balanced, now it is fast"),
-        ({"dtm": "work/dtm.tif"}, "its run had --dtm"),
+        ({"dtm": "dtm.tif"}, "its run had --dtm"),
         ({"workspace": "nowhere"}, "holds no finished run of photos-to-dbh"),
     ],
 )
 def test_other_settings_than_the_run_s_are_refused(run, simulated_plot, capsys, more, words) -> None:
+    shutil.copy(run / "work" / "dtm.tif", run)
     more = {name: str(run / value) if name in ("dtm", "workspace") else value for name, value in more.items()}
     x, y = read_trees(run / "trees.gpkg")[["x", "y"]].to_numpy()[0]
     assert at(simulated_plot, run, points(run / "p.gpkg", [(x, y)]), **more) == 2
