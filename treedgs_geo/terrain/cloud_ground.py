@@ -13,7 +13,7 @@ from ..core.progress import Reporter
 from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
 from .dtm import GROUND_WARN_M, Dtm
 from .ground import dtm_from_cloud, flat_ground
-from .normalised import BLOCK_M, NORMALISED_SE_M, level_zero, lowest_height
+from .normalised import BLOCK_M, NORMALISED_SE_M, lowest_height
 from .surface import cell_quantile
 
 #: A given terrain model that lies farther than this from the ground that the cloud shows is not that cloud's.
@@ -118,7 +118,7 @@ def found_ground(
         InputError: none was found; z is said to be height, and the cloud shows ground elsewhere.
     """
     if z_is == "height":
-        zero = given_ground(level_zero(xyz, crs), xyz, f"{where}: the ground at z = 0 (--z-is height)", reporter)
+        zero = given_ground(flat_ground(xyz, crs, 0.0), xyz, f"{where}: the ground at z = 0 (--z-is height)", reporter)
         return replace(zero, least_m=NORMALISED_SE_M)
     low = lowest_height(xyz) if z_is == "auto" else None
     try:
@@ -126,13 +126,13 @@ def found_ground(
     except InputError:
         if low is None:
             raise
-        ground = CloudGround(level_zero(xyz, crs), lowest=True)
+        ground = CloudGround(flat_ground(xyz, crs, 0.0), lowest=True)
     if low is not None and not ground.shows_ground_at(cell_quantile(xyz, BLOCK_M, 0.0)):
         reporter.info(
             f"{where}: shows little ground, and its lowest points lie {low:.2f} m high everywhere: z is taken as "
             "height above ground (--z-is elevation: it is not)."
         )
-        level = level_zero(xyz, crs)
+        level = flat_ground(xyz, crs, 0.0)
         return CloudGround(level, level, least_m=NORMALISED_SE_M)
     if not ground.shows_ground:
         reporter.warn(

@@ -67,12 +67,13 @@ def dtm_from_cloud(
     return dtm.moved(origin)
 
 
-def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None) -> Dtm:
-    """A level ground at the cloud's lowest points: the last resort for a cut-out tree without its surroundings."""
+def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None, z: float | None = None) -> Dtm:
+    """A level ground under (N, 3) points at ``z``, or at the lowest of them: the last resort for a cut-out tree."""
     low, high = xyz[:, :2].min(axis=0) - 1.0, xyz[:, :2].max(axis=0) + 1.0
     transform, rows, cols = grid_over(low, high, 1.0)
-    base = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
-    return Dtm(np.full((rows, cols), base), transform, crs)
+    if z is None:
+        z = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
+    return Dtm(np.full((rows, cols), z), transform, crs)
 
 
 def height_above_ground(xyz: np.ndarray, dtm: Dtm, method: str = "bilinear") -> np.ndarray:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pyproj
 
-from .dtm import Dtm, grid_over
 from .surface import cell_quantile
 
 #: The lowest points of such a cloud: with its ground, or cut so far above it at most, metres.
@@ -32,10 +30,3 @@ def lowest_height(xyz: np.ndarray) -> float | None:
     near = lows[lows < low + LOW_M]
     level = len(near) < MIN_BLOCKS or np.mean(near < low + LEVEL_M) >= LEVEL_SHARE
     return low if level else None
-
-
-def level_zero(xyz: np.ndarray, crs: pyproj.CRS | None) -> Dtm:
-    """The ground of such a cloud: zero under all of it."""
-    low, high = xyz[:, :2].min(axis=0) - 1.0, xyz[:, :2].max(axis=0) + 1.0
-    transform, rows, cols = grid_over(low, high, 1.0)
-    return Dtm(np.zeros((rows, cols)), transform, crs)

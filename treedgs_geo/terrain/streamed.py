@@ -19,8 +19,8 @@ from ..pointcloud.tiles import TileStore
 from .cloud_ground import CloudGround
 from .credibility import GroundLayer
 from .dtm import Dtm, grid_over, read_dtm, require_coverage, require_same_heights
-from .ground import cloth_ground, lowest, recentred
-from .normalised import NORMALISED_SE_M, level_zero, lowest_height
+from .ground import cloth_ground, flat_ground, lowest, recentred
+from .normalised import NORMALISED_SE_M, lowest_height
 from .options import ClothSimulation
 from .surface import cell_quantile, local_ground
 
@@ -154,7 +154,7 @@ def ground_of_tiles(store: TileStore, folder: Path, dtm: Path | None, z_is: str,
     if dtm is not None:
         return check_dtm(dtm, store, reporter)
     lows = np.concatenate([cell_quantile(store.read(tile)[0], 1.0, 0.0) for tile in store.tiles])
-    zero = level_zero(np.array([store.low, store.high]), horizontal(store.crs))
+    zero = flat_ground(np.array([store.low, store.high]), horizontal(store.crs), 0.0)
     at_zero = CloudGround(zero, zero, least_m=NORMALISED_SE_M)
     if z_is == "height":
         return at_zero

@@ -12,8 +12,8 @@ from treedgs_geo.cli import main
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
 from treedgs_geo.terrain.dtm import write_dtm
-from treedgs_geo.terrain.ground import dtm_from_cloud
-from treedgs_geo.terrain.normalised import level_zero, lowest_height
+from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
+from treedgs_geo.terrain.normalised import lowest_height
 
 STEMS = [(3.0, 3.0, 25.0), (8.0, 8.0, 35.0), (3.5, 8.5, 20.0), (9.0, 3.5, 30.0)]
 
@@ -65,7 +65,7 @@ def test_a_single_tree_with_a_flat_terrain_model(tmp_path):
     stem = stem_points(rng, 25.0, 20_000, 0.004, low=0.3, high=9.0, taper_cm_m=0.9)
     crown = np.column_stack([rng.normal(0, 1.5, (4000, 2)), rng.uniform(6, 14, 4000)])
     xyz = np.concatenate([stem, crown]) + (5, 5, 0)
-    write_dtm(tmp_path / "flat.tif", level_zero(xyz, None))
+    write_dtm(tmp_path / "flat.tif", flat_ground(xyz, None, 0.0))
     for more in ((), ("--dtm", tmp_path / "flat.tif")):
         table = measured(tmp_path, xyz, *more)
         assert list(table["qc_flag"]) == ["ok"] and table["dbh_cm"][0] == pytest.approx(25.0, abs=0.5)

@@ -13,7 +13,7 @@ from ...quality.limits import judge
 from ...quality.priors import USUAL_TAPER_CM_M
 from .frames import TreeFrame
 from .options import MeasureOptions
-from .published import PublishedOptions, measure_filled, measure_published
+from .published import PublishedOptions, PublishedResult, measure_filled, measure_published
 from .stem_measure import StemMeasure, refuse
 
 #: Exponent p of eq:weighted_score by what weighs the points (paper.tex: held-out validation).
@@ -59,24 +59,25 @@ def by_the_paper(
     results = measure_published(_weighted(groups, frames, weights), options.bh_m, published, options.seed)
     measures = []
     for frame, group, result in zip(frames, groups, results, strict=True):
-        if not np.isfinite(frame.ground):
-            measured = refuse("no_ground", points=len(group))
-        elif len(result.slices) < published.taper.least_inliers:
-            measured = refuse("few_slices", points=len(group))
-        elif result.taper is None:
-            measured = refuse("no_taper", points=len(group))
-        else:
-            taper = result.taper
-            used = result.slices[taper.inliers]
-            middle = np.median(used[:, 1:3], axis=0)
-            cone = Cone(
-                float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200, options.bh_m
-            )
-            # The published method has no standard error; its bias depends on how the points fill the stem.
-            stated = Assessment(taper.at_bh_cm, np.nan, flag="check", reasons=("unchecked",))
-            measured = StemMeasure(cone, stated, 0.0, len(group), int(taper.inliers.sum()), taper.slope_cm_m)
-        measures.append(measured)
+        # The published method has no standard error; its bias depends on how the points fill the stem.
+        measures.append(_along_taper(frame, group, result, published.taper.least_inliers, np.zeros(2), options.bh_m))
     return measures
+
+
+def _along_taper(
+    frame: TreeFrame, group: np.ndarray, result: PublishedResult, least_slices: int, slope: np.ndarray, bh_m: float
+) -> StemMeasure:
+    """What the taper of the slices says of a stem, without an error (``unchecked``). slope: (2,) of its axis."""
+    taper = result.taper
+    if not np.isfinite(frame.ground):
+        return refuse("no_ground", points=len(group))
+    if taper is None:
+        return refuse("few_slices" if len(result.slices) < least_slices else "no_taper", points=len(group))
+    used = result.slices[taper.inliers]
+    x, y, dx, dy = (float(value) for value in (*np.median(used[:, 1:3], axis=0), *slope))
+    cone = Cone(x, y, dx, dy, taper.at_bh_cm / 200, taper.slope_cm_m / 200, bh_m)
+    stated = Assessment(taper.at_bh_cm, np.nan, flag="check", reasons=("unchecked",))
+    return StemMeasure(cone, stated, 0.0, len(group), len(used), taper.slope_cm_m)
 
 
 def _weighted(
@@ -98,27 +99,12 @@ def by_filling(
     measures = []
     results = measure_filled(_weighted(groups, frames, weights), options.bh_m, seed=options.seed)
     for frame, group, (result, slope) in zip(frames, groups, results, strict=True):
-        taper = result.taper
-        if not np.isfinite(frame.ground):
-            measures.append(refuse("no_ground", points=len(group)))
-        elif taper is None:
-            measures.append(refuse("no_taper" if len(result.slices) >= 10 else "few_slices", points=len(group)))
-        else:
-            used = result.slices[taper.inliers]
-            middle = np.median(used[:, 1:3], axis=0)
-            cone = Cone(
-                float(middle[0]),
-                float(middle[1]),
-                float(slope[0]),
-                float(slope[1]),
-                taper.at_bh_cm / 200,
-                taper.slope_cm_m / 200,
-                options.bh_m,
-            )
+        measured, taper = _along_taper(frame, group, result, 10, slope, options.bh_m), result.taper
+        if measured.assessment.measured and taper is not None:
             se = float(np.sqrt(taper.se_cm**2 + FILLED_SE_CM**2 + (FILLED_SE_SHARE * taper.at_bh_cm) ** 2))
             # The slices that agree should surround breast height.
-            near = bool((np.abs(used[:, 0] - options.bh_m) < 0.3).any())
-            reason = "wide_error" if near else "no_taper"
-            stated = Assessment(taper.at_bh_cm, se, flag="check", reasons=(reason,))
-            measures.append(StemMeasure(cone, stated, 0.0, len(group), len(used), taper.slope_cm_m))
+            near = bool((np.abs(result.slices[taper.inliers, 0] - options.bh_m) < 0.3).any())
+            reasons = ("wide_error" if near else "no_taper",)
+            measured = measured.assessed(Assessment(taper.at_bh_cm, se, flag="check", reasons=reasons))
+        measures.append(measured)
     return measures

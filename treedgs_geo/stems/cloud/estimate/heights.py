@@ -146,26 +146,15 @@ def canopy_of_points(
         (R, C), NaN where there is none, and that point's number (R, C), -1.
     """
     low, span = box[:2], box[2:] - box[:2]
-    count, covered_m2 = _covered(xyz, height, box, _MIN_M)
-    cell = max(_CELL_M, float(np.sqrt(_POINTS_A_CELL * covered_m2 / max(count, 1))))
+    canopy = xyz[height > _MIN_M, :2]
+    canopy = canopy[((canopy >= low) & (canopy < box[2:])).all(axis=1)]
+    covered_m2 = len(np.unique(np.floor(canopy - low) @ [1j, 1.0]))
+    cell = max(_CELL_M, float(np.sqrt(_POINTS_A_CELL * covered_m2 / max(len(canopy), 1))))
     columns, rows = (int(n) for n in np.ceil(span / cell))
     highest = _highest(xyz, height, low, cell, rows, columns, _MIN_M, _KEPT)
     point = _supported(highest, height, _OTHERS, _NEAR_M)
     top = np.where(point >= 0, height[point], np.nan)
     return low[0] + (np.arange(columns) + 0.5) * cell, low[1] + (np.arange(rows) + 0.5) * cell, top, point
-
-
-@njit(cache=True)
-def _covered(xyz, height, box, least):  # pragma: no cover - compiled
-    """How many points of the box are above ``least``, and the square metres that hold one."""
-    count = 0
-    held = np.zeros((int(np.ceil(box[3] - box[1])) + 1, int(np.ceil(box[2] - box[0])) + 1), np.bool_)
-    for m in range(xyz.shape[0]):
-        x, y = xyz[m, 0], xyz[m, 1]
-        if height[m] > least and box[0] <= x < box[2] and box[1] <= y < box[3]:
-            count += 1
-            held[int(y - box[1]), int(x - box[0])] = True
-    return count, held.sum()
 
 
 @njit(cache=True)
