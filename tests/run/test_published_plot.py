@@ -101,10 +101,9 @@ def test_our_own_stereo_is_the_prior_where_none_is_given(tmp_path, monkeypatch):
     site, points = site_of(tmp_path), points_of_the_stem(50)
     sparse = np.array([[*STEM, GROUND + 1], [500.0, 0, 0]])
     monkeypatch.setattr("treedgs_geo.stems.splats.scene_start.dense_prior", lambda *_: (points, points * 0 + 0.3))
-    from treedgs_geo.stems.splats.options import SceneOptions
     from treedgs_geo.stems.splats.scene_start import Box
 
-    box = Box.of(site.area, site.ground, SceneOptions())
+    box = Box.of(site.area, site.ground)
     found, colours, source = published_plot._prior(site, sparse, None, box, Reporter())
     assert source == "multi-view stereo" and len(found) == len(colours) == 101
     assert np.array_equal(found[-1], sparse[0])  # sparse points stand in where stereo saw nothing, within the box

@@ -35,11 +35,6 @@ if TYPE_CHECKING:
     from ..stems.splats.scene_start import Box
     from .settings import PhotosToDbhSettings
 
-#: RLGS tries its proposals in every so-manyth phase: a fit with trials in each of them takes seven times as long.
-TRIED_EVERY = 8
-#: Most Gaussians that the CPU is given; half as many points of the prior start them.
-MAX_GAUSSIANS = 200_000
-
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
     """The settings ask for the published route over the whole plot."""
@@ -109,8 +104,6 @@ class Published:
         """As the chain's settings say."""
         scene = SceneOptions(
             time_limit_min=settings.time_limit,
-            tried_every=TRIED_EVERY,
-            max_gaussians=MAX_GAUSSIANS,
             device=settings.device,
             seed=settings.seed,
         )
@@ -163,10 +156,9 @@ def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: 
     from ..stems.splats.on_torch.scene_fit import fit_scene
     from ..stems.splats.options import PAPER_SAMPLING, SampleOptions
     from ..stems.splats.sample import sample_surface
-    from ..stems.splats.scene_start import Box
-    from ..stems.splats.whole_photos import WholePhotos
+    from ..stems.splats.scene_start import Box, WholePhotos
 
-    box, clock = Box.of(site.area, site.ground, asked.scene), [time.process_time()]
+    box, clock = Box.of(site.area, site.ground), [time.process_time()]
     with reporter.stage("dense prior", 0.0, 0.1):
         points, colours, source = _prior(site, sparse, asked.dense, box, reporter)
     clock.append(time.process_time())

@@ -118,11 +118,11 @@ def run_published(job: dict[str, Any]) -> dict[str, Any]:
     from treedgs_geo.pointcloud.files import write_cloud
     from treedgs_geo.reconstruction.model import load_points
     from treedgs_geo.run.context import Site
-    from treedgs_geo.run.published_plot import MAX_GAUSSIANS, TRIED_EVERY, Published, published_trees
+    from treedgs_geo.run.published_plot import Published, published_trees
     from treedgs_geo.stems.splats.options import SceneOptions
 
     plot, frame, views, dtm, area = _scene(job)
-    scene = SceneOptions(tried_every=TRIED_EVERY, max_gaussians=MAX_GAUSSIANS, **job["params"])
+    scene = SceneOptions(**job["params"])
     sparse = load_points(Path(job["sfm"])).xyz
     made = published_trees(Site(frame, views, dtm, area), sparse, Published(scene=scene), Reporter())
     write_cloud(Path(job["points"]), made.cloud.with_attribute("tree_id", made.tree_id.astype(np.int32)))

@@ -14,7 +14,7 @@ from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.report.charts import VERMILION
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.raster import Rasteriser
-from treedgs_geo.stems.splats.whole_photos import WholePhotos
+from treedgs_geo.stems.splats.scene_start import WholePhotos
 
 from .paper_pictures import NEAR_M, STEM_M, panels
 from .point_sets import compared_stems, open_field

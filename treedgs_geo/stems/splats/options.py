@@ -51,24 +51,19 @@ class GaussianOptions:
 class SampleOptions:
     """How a field becomes points.
 
-    Of the library only: threads: views scored at once. seed: of the drawn points. tau: points are kept whose
-    smallest opacity over the views is above this. seen_transmittance: a view sees a point when more than this share
-    of light gets past what is in front of it; Gaussians that no view sees are dropped (0 keeps all).
+    Of the library only: threads: views scored at once. seed: of the drawn points. seen_transmittance: a view sees a
+    point when more than this share of light gets past what is in front of it; Gaussians that no view sees are dropped
+    (0 keeps all).
     """
 
     samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
     threads: int = 2
     seed: int = 0
-    tau: float = 0.0
     seen_transmittance: float = 0.02
 
 
-#: The constants of the paper (M = 100, tau = 0); nothing is dropped for being unseen.
-PAPER_SAMPLING: dict[str, Any] = {
-    "samples": 100,
-    "tau": 0.0,
-    "seen_transmittance": 0.0,
-}
+#: As published: M = 100, and nothing is dropped for being unseen.
+PAPER_SAMPLING: dict[str, Any] = {"samples": 100, "seen_transmittance": 0.0}
 
 
 #: Steps of the published fit.
@@ -81,22 +76,17 @@ class SceneOptions:
 
     steps: optimiser steps, 30,000 as published; everything that happens on the way is scheduled by the share of them
     that is done. time_limit_min: CPU minutes that the fit may take (of a GPU: minutes); then fewer steps are planned,
-    and where those are too few, smaller photos. degree: of the colours' spherical harmonics. max_gaussians: no split or
-    clone beyond. controller: ``rlgs`` or ``fixed``. tried_every: RLGS tries its proposals in every so-manyth phase and
-    keeps the last rates in between (published: 1). phase_steps: steps of a phase (K). factor: size of the photos, 0 =
-    as the time limit asks for. margin_m: of the box beyond the plot. low_m, high_m: of the box, from the ground.
+    and where those are too few, smaller photos. max_gaussians: no split or clone beyond, and half as many points of the
+    prior start them (published: no limit). tried_every: RLGS tries its proposals in every so-manyth phase and keeps the
+    last rates in between (published: 1, which takes seven times as long), 0 = never. phase_steps: steps of a phase (K).
+    factor: size of the photos, 0 = as the time limit asks for. device: ``cpu`` or ``cuda``. seed: of all draws.
     """
 
     steps: int = PUBLISHED_STEPS
     time_limit_min: float | None = None
-    degree: int = 3
-    max_gaussians: int = 400_000
-    controller: str = "rlgs"
-    tried_every: int = 1
+    max_gaussians: int = 200_000
+    tried_every: int = 8
     phase_steps: int = 20
     factor: float = 0.0
-    margin_m: float = 3.0
-    low_m: float = -1.5
-    high_m: float = 40.0
     device: str = "cpu"
     seed: int = 0

@@ -147,7 +147,7 @@ def sample_surface(
             best[block] = np.where(np.isfinite(least), least, 1)
     seen_by_gaussian = np.zeros(len(field), bool)
     seen_by_gaussian[source[n_seen > 0]] = True
-    keep = (n_views > 0) & (best > options.tau)
+    keep = (n_views > 0) & (best > 0)
     dropped = 0
     if options.seen_transmittance > 0:
         keep &= seen_by_gaussian[source]

@@ -1,10 +1,11 @@
-"""Where the Gaussians of a whole plot start: its box, and points of the dense prior in it."""
+"""What the fit of a whole plot begins with: undistorted photos, the plot's box, points of the dense prior in it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -13,13 +14,62 @@ from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
 from ...reconstruction.dense import DenseOptions, densify_band
-from .options import SceneOptions
+from .bands import read_photo
+from .crops import cut_out
 from .project import CropCamera
 
 #: Layers that stereo is made in, metres above ground: disparities of one layer stay few.
 _LAYERS_M = ((-1.0, 5.0), (5.0, 12.0), (12.0, 20.0), (20.0, 30.0))
 #: Cell in which two reference photos must agree, as a share of a pixel's footprint, and its bounds in metres.
 _VOXEL_PX, _VOXEL_M = 2.0, (0.03, 0.2)
+#: Of the box: beyond the plots, below the ground and above it, metres.
+_MARGIN_M, _LOW_M, _HIGH_M = 3.0, -1.5, 40.0
+
+
+@dataclass(frozen=True)
+class WholePhotos:
+    """Whole photos without lens distortion.
+
+    cameras: pinhole, one a photo. images: (H, W, 3) uint8 RGB. inside: (H, W) float32, 0 where the photo has no pixel
+    once its distortion is taken out."""
+
+    cameras: list[CropCamera]
+    images: list[np.ndarray]
+    inside: list[np.ndarray]
+
+    @classmethod
+    def load(cls, views: Sequence[View], factor: float = 1.0) -> WholePhotos:
+        """The views' photos, at ``factor`` times their size (held in memory at that size)."""
+        found = cls([], [], [])
+        for view in views:
+            c = view.camera
+            camera = CropCamera(c.width, c.height, c.fx, c.fy, c.cx, c.cy, view.rotation, view.translation)
+            found._add(camera, *cut_out(read_photo(view), view, camera), factor)
+        return found
+
+    def scaled(self, factor: float) -> WholePhotos:
+        """The same at ``factor`` times the size held."""
+        if factor == 1:
+            return self
+        found = WholePhotos([], [], [])
+        for camera, image, inside in zip(self.cameras, self.images, self.inside, strict=True):
+            found._add(camera, image, inside, factor)
+        return found
+
+    def _add(self, camera: CropCamera, image: np.ndarray, inside: np.ndarray, factor: float) -> None:
+        camera = camera.scaled(factor)
+        self.cameras.append(camera)
+        self.images.append(_resized(image, camera))
+        self.inside.append(_resized(inside, camera))
+
+    def __len__(self) -> int:
+        return len(self.cameras)
+
+
+def _resized(picture: np.ndarray, camera: CropCamera) -> np.ndarray:
+    if picture.shape[:2] == (camera.height, camera.width):
+        return picture
+    return cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
 
 
 @dataclass(frozen=True)
@@ -30,18 +80,18 @@ class Box:
     high: np.ndarray
 
     @classmethod
-    def of(cls, area: Area, ground: Callable[[np.ndarray, np.ndarray], np.ndarray], options: SceneOptions) -> Box:
+    def of(cls, area: Area, ground: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Box:
         """The box about the plots.
 
         Raises:
             InputError: the ground is not known there.
         """
-        x0, y0, x1, y1 = area.bounds(options.margin_m)
+        x0, y0, x1, y1 = area.bounds(_MARGIN_M)
         x, y = (part.ravel() for part in np.meshgrid(np.linspace(x0, x1, 9), np.linspace(y0, y1, 9)))
         height = np.asarray(ground(x, y), float)
         if not np.isfinite(height).any():
             raise InputError("The ground under the plots is not known, so there is no box to model; give --dtm.")
-        low, high = np.nanmin(height) + options.low_m, np.nanmax(height) + options.high_m
+        low, high = np.nanmin(height) + _LOW_M, np.nanmax(height) + _HIGH_M
         return cls(np.array([x0, y0, low]), np.array([x1, y1, high]))
 
     def contains(self, points: np.ndarray) -> np.ndarray:

@@ -1,7 +1,10 @@
-"""The Gaussians of a whole scene as torch tensors, with their optimiser: growing and shrinking keeps both together."""
+"""The Gaussians of a whole scene as torch tensors with their optimiser; split, clone and prune as published (3DGS,
+RaDe-GS) keep both together."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,8 +12,8 @@ import torch
 
 from ..field import GaussianField
 from ..project import CropCamera
-from ..raster import Rasteriser
 from .harmonics import COEFFICIENTS, colours_of, constant_of
+from .project import turned
 from .rasterize import Rendered, rasterize
 
 #: Steps of Adam as published (3DGS); the positions' are shares of the scene's extent and fall to a hundredth.
@@ -31,9 +34,7 @@ class Scene:
     opacity_logits (N,), constant (N, 1, 3) and harmonics (N, K - 1, 3) of the colours), ``optimiser`` and ``filter_m``
     (N,), the 3D smoothing filter."""
 
-    def __init__(
-        self, points: np.ndarray, colours: np.ndarray, scales_m: np.ndarray, degree: int, device: str = "cpu"
-    ) -> None:
+    def __init__(self, points: np.ndarray, colours: np.ndarray, scales_m: np.ndarray, device: str = "cpu") -> None:
         """points: (N, 3) local. colours: (N, 3) 0..1. scales_m: (N,) standard deviations."""
 
         def leaf(value: Any) -> torch.Tensor:
@@ -46,7 +47,7 @@ class Scene:
             "log_scales": leaf(np.tile(np.log(scales_m)[:, None], (1, 3))),
             "opacity_logits": leaf(np.full(n, np.log(_FIRST_OPACITY / (1 - _FIRST_OPACITY)))),
             "constant": leaf(constant_of(torch.as_tensor(colours))[:, None]),
-            "harmonics": leaf(np.zeros((n, COEFFICIENTS[degree] - 1, 3))),
+            "harmonics": leaf(np.zeros((n, COEFFICIENTS[-1] - 1, 3))),
         }
         self.filter_m = torch.zeros(n, device=device)
         groups = [{"params": [tensor], "lr": RATES[name], "name": name} for name, tensor in self.tensors.items()]
@@ -68,16 +69,14 @@ class Scene:
         log_opacity = log_opacity.clamp(-20.0, -1e-6)
         return 0.5 * torch.log(square + added), log_opacity - torch.log(-torch.expm1(log_opacity))
 
-    def render(self, camera: CropCamera, rasteriser: Any, degree: int, geometry: bool) -> Rendered:
+    def render(self, camera: CropCamera, degree: int, geometry: bool) -> Rendered:
         """What a camera sees, with colours up to a degree of harmonics."""
         log_scales, logits = self.smoothed()
         colours = self.tensors["constant"]
         if degree > 0:
             colours = torch.cat([colours, self.tensors["harmonics"][:, : COEFFICIENTS[degree] - 1]], dim=1)
-        return rasterize(
-            self.tensors["means"], self.tensors["quats"], log_scales, logits, colours, camera,
-            geometry=geometry, rasteriser=rasteriser,
-        )  # fmt: skip
+        means, quats = self.tensors["means"], self.tensors["quats"]
+        return rasterize(means, quats, log_scales, logits, colours, camera, geometry=geometry)
 
     def keep(self, which: torch.Tensor) -> None:
         """Only the Gaussians of a mask (N,), their optimiser's moments with them."""
@@ -136,7 +135,7 @@ class Scene:
             packed = torch.cat([part.cpu().double() for part in parts], dim=1).numpy()
         return GaussianField.from_packed(packed[np.isfinite(packed).all(axis=1)])
 
-    def _replace(self, tensors: dict[str, torch.Tensor], moments: Any) -> None:
+    def _replace(self, tensors: dict[str, torch.Tensor], moments: Callable[[torch.Tensor], torch.Tensor]) -> None:
         for group in self.optimiser.param_groups:
             name, old = group["name"], group["params"][0]
             state = self.optimiser.state.pop(old, None)
@@ -170,8 +169,86 @@ def update_filter(scene: Scene, cameras: list[CropCamera]) -> torch.Tensor:
     return footprint
 
 
-def make_scene_rasteriser(device: str) -> Any:
-    """One thread of the CPU (the same bits on any machine), or the GPU."""
-    from ..devices import make_rasteriser
+@dataclass(frozen=True)
+class DensityRule:
+    """The published numbers; times are shares of the fit (of 30,000 steps).
 
-    return Rasteriser(1) if device == "cpu" else make_rasteriser(device)
+    grow: mean gradient on a centre, in half picture widths, from which a Gaussian is split or cloned. large: share of
+    the scene's extent up to which it is cloned, above it is split. shrink: of the two halves of a split. faint: pruned
+    below this opacity. huge: pruned above this share of the extent, and wide_px: above this radius (3 sigma) in the
+    nearest photo, both once opacities have been reset. begin, end, every: of the densification. reset: share between
+    two resets of the opacities to ``reset_to``. rest_steps: nothing is pruned for being faint in so many steps after a
+    reset; resets follow each other by three times as many at least.
+    """
+
+    grow: float = 2e-4
+    large: float = 0.01
+    shrink: float = 1.6
+    faint: float = 0.05
+    huge: float = 0.1
+    wide_px: float = 20.0
+    begin: float = 500 / 30_000
+    end: float = 0.5
+    every: float = 100 / 30_000
+    reset: float = 3_000 / 30_000
+    reset_to: float = 0.01
+    rest_steps: int = 100
+
+
+def grow(
+    scene: Scene,
+    pull: torch.Tensor,
+    extent_m: float,
+    room: int,
+    rule: DensityRule,
+    generator: torch.Generator,
+    grow_factor: float = 1.0,
+    shrink_factor: float = 1.0,
+) -> tuple[int, int]:
+    """Clone the small and split the large Gaussians that are pulled at, the most pulled first, as far as ``room`` (how
+    many more there may be) reaches. pull: (2, N) how much the photos have pulled at each centre since the last
+    densification, in half picture widths, and how many photos. grow_factor, shrink_factor: the controller's. Returns
+    how many were split and cloned."""
+    mean = pull[0] / pull[1].clamp_min(1)
+    chosen = torch.nonzero(mean >= rule.grow * grow_factor)[:, 0]
+    if len(chosen) > room:
+        chosen = chosen[torch.argsort(-mean[chosen], stable=True)[: max(room, 0)]]
+        chosen = torch.sort(chosen)[0]
+    if len(chosen) == 0:
+        return 0, 0
+    tensors = {name: tensor.detach() for name, tensor in scene.tensors.items()}
+    large = torch.exp(tensors["log_scales"][chosen]).max(dim=1).values > rule.large * extent_m
+    cloned, split = chosen[~large], chosen[large]
+    new = {name: torch.cat([tensor[cloned], tensor[split], tensor[split]]) for name, tensor in tensors.items()}
+    # The halves of a split are drawn from the Gaussian that they stand for.
+    own = split.repeat(2)
+    scales = torch.exp(tensors["log_scales"][own])
+    draw = torch.randn(scales.shape, generator=generator).to(scales.device) * scales
+    moved = (turned(tensors["quats"][own]) @ draw[:, :, None])[:, :, 0]
+    new["means"] = torch.cat([tensors["means"][cloned], tensors["means"][own] + moved])
+    shrink = max(rule.shrink * shrink_factor, 1.05)
+    new["log_scales"] = torch.cat([tensors["log_scales"][cloned], torch.log(scales / shrink)])
+    filter_m = torch.cat([scene.filter_m[cloned], scene.filter_m[own]])
+    scene.append(new, filter_m)
+    stays = torch.ones(len(scene), dtype=torch.bool, device=scene.device)
+    stays[split] = False
+    scene.keep(stays)
+    return len(split), len(cloned)
+
+
+def to_prune(
+    scene: Scene, inside: torch.Tensor, footprint_m: torch.Tensor, extent_m: float, rule: DensityRule, sizes: bool,
+    faint: bool,
+) -> torch.Tensor:  # fmt: skip
+    """(N,) bool: outside the box, not finite, fainter (``faint``) or larger (``sizes``) than the rule allows.
+
+    inside: (N,) bool. footprint_m: (N,) of a pixel at the Gaussian.
+    """
+    scale = torch.exp(scene.tensors["log_scales"].detach()).max(dim=1).values
+    logit = scene.tensors["opacity_logits"].detach()
+    gone = ~inside | ~torch.isfinite(scale) | ~torch.isfinite(logit)
+    if faint:
+        gone = gone | (torch.sigmoid(logit) < rule.faint)
+    if sizes:
+        gone = gone | (scale > rule.huge * extent_m) | (3 * scale > rule.wide_px * footprint_m)
+    return gone

@@ -7,8 +7,9 @@ that it leaves are foreseen (:func:`plan`), smaller photos are taken where they 
 
 from __future__ import annotations
 
+import copy
 import time
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,27 +17,22 @@ import torch
 
 from ....core.errors import InputError
 from ....core.progress import Reporter
-from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
+from ..field import GaussianField
 from ..options import SceneOptions
-from ..scene_start import Box, start_scales, thinned
-from ..whole_photos import WholePhotos
-from .controllers import GROUPS, Rlgs
-from .densify import Counts, DensityRule, Pull, grow, to_prune
-from .losses import d_ssim, depth_normal, l1, unit_rays
-from .scene import RATES, Scene, make_scene_rasteriser, update_filter
+from ..scene_start import Box, WholePhotos, start_scales, thinned
+from .losses import depth_normal, photometric, unit_rays
+from .rlgs import KNOBS, SCALED, TRIALS, Rlgs
+from .scene import RATES, DensityRule, Scene, grow, to_prune, update_filter
 from .scene_report import SceneReport
 
-#: Weights as published: of D-SSIM, of the depth-normal term, and the share of the fit from which the latter counts.
-SSIM, NORMALS, NORMALS_FROM = 0.2, 0.05, 0.5
-#: A degree of harmonics more each so much of the fit (1,000 of 30,000 steps).
-_DEGREE_EVERY = 1_000 / 30_000
+#: Weight as published of the depth-normal term, and the share of the fit from which it counts.
+NORMALS, NORMALS_FROM = 0.05, 0.5
+#: A degree of harmonics more, up to the third, each so much of the fit (1,000 of 30,000 steps).
+_DEGREE_EVERY, _MAX_DEGREE = 1_000 / 30_000, 3
 #: The two reward views change this often in a fit (every 1,000 of 30,000 steps).
 _REWARD_BLOCKS = 30
 #: Where the positions' steps end, as a share of where they begin.
 _LAST_RATE = 0.01
-#: Columns of the controllers' (14,) factors by tensor.
-_COLUMN = {"means": MEAN.start, "quats": QUATERNION.start, "log_scales": LOG_SCALE.start, "opacity_logits": LOGIT,
-           "constant": COLOUR.start}  # fmt: skip
 #: Sizes of the photos that are tried for a time limit, and the steps that a size has to leave room for.
 FACTORS, MIN_STEPS = (1.0, 0.5, 0.25), 300
 #: Gaussians are pruned for their width in a photo from so many times the median of those that the fit began with, if
@@ -47,96 +43,84 @@ _GROWTH = 2.0
 
 
 @dataclass
-class SceneFit:
-    """A scene while it is fitted; one ``Phase`` of ``free/controllers.py`` after the other."""
+class Progress:
+    """What the steps of a fit change beside the scene.
 
-    scene: Scene
-    photos: WholePhotos
-    box: Box
-    options: SceneOptions
-    rule: DensityRule = field(default_factory=DensityRule)
+    steps: done so far. order: photos of this round that are still to come. last_reset, last_grown: steps at the last
+    reset of the opacities and the last densification. split, cloned, pruned: Gaussians so far. losses: one a step.
+    pull: (2, N) of :func:`.scene.grow`. footprint_m: (N,) of a pixel at each Gaussian in its nearest photo. full: no
+    more Gaussians were allowed.
+    """
+
+    pull: torch.Tensor
+    footprint_m: torch.Tensor
+    order: list[int]
+    losses: list[float]
     steps: int = 0
-    tried: int = 0
-    counts: Counts = field(default_factory=Counts)
-    losses: list[float] = field(default_factory=list)
+    last_reset: int = 0
+    last_grown: int = 0
+    split: int = 0
+    cloned: int = 0
+    pruned: int = 0
+    full: bool = False
 
-    def __post_init__(self) -> None:
-        self.planned, self.began, self.full = self.options.steps, _clock(self.options.device), False
-        self.phases_tried = 0
-        self.rasteriser = make_scene_rasteriser(self.options.device)
-        self.pull = Pull.none(self.scene)
-        self.rng = np.random.default_rng(self.options.seed)
-        self.generator = torch.Generator().manual_seed(self.options.seed)
-        device = self.scene.device
+
+class SceneFit:
+    """A scene while it is fitted, phase after phase."""
+
+    def __init__(self, scene: Scene, photos: WholePhotos, box: Box, options: SceneOptions) -> None:
+        self.scene, self.photos, self.box, self.options = scene, photos, box, options
+        self.planned, self.began, self.tried = options.steps, _clock(options.device), 0
+        self.rng = np.random.default_rng(options.seed)
+        self.generator = torch.Generator().manual_seed(options.seed)
+        self.controller = Rlgs(options.seed)
+        device = scene.device
         self.weights = [
-            torch.as_tensor((inside > 0.5) & self.box.seen(camera), dtype=torch.float32, device=device)
-            for camera, inside in zip(self.photos.cameras, self.photos.inside, strict=True)
+            torch.as_tensor((inside > 0.5) & box.seen(camera), dtype=torch.float32, device=device)
+            for camera, inside in zip(photos.cameras, photos.inside, strict=True)
         ]
         # A photo that sees nothing of the box has nothing to teach.
         self.usable = [k for k, weight in enumerate(self.weights) if float(weight.sum()) > 0]
         if not self.usable:
             raise InputError("None of the photos shows the plot's box; check the plot's coordinates and the cameras.")
-        centres = np.array([camera.centre for camera in self.photos.cameras])
-        away = np.linalg.norm(centres - centres.mean(axis=0), axis=1).max()
-        self.extent_m = float(1.1 * away)
-        self.low, self.high = (torch.as_tensor(side, dtype=torch.float32, device=device)
-                               for side in (self.box.low, self.box.high))  # fmt: skip
-        self.footprint_m = update_filter(self.scene, self.photos.cameras)
-        self.rule = replace(self.rule, wide_px=max(self.rule.wide_px, STARTS_WIDE * self._radius_px()))
-        self.order: list[int] = []
-        self.last_reset = self.last_grown = 0
+        centres = np.array([camera.centre for camera in photos.cameras])
+        self.extent_m = float(1.1 * np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
+        self.now = Progress(self._no_pull(), update_filter(scene, photos.cameras), [], [])
+        rule = DensityRule()
+        self.rule = replace(rule, wide_px=max(rule.wide_px, STARTS_WIDE * self._radius_px()))
         self._split_rewards()
 
-    # What a controller sees ---------------------------------------------------------------------------------------
-
-    @property
-    def knobs(self) -> int:
-        """Two: the gradient from which Gaussians are split or cloned, and how much a split shrinks."""
-        return 2
+    # What the controller sees -------------------------------------------------------------------------------------
 
     @property
     def done(self) -> float:
         """Share of the fit that is done: of the steps or of the time, whichever ends it."""
         limit = self.options.time_limit_min
         by_time = 0.0 if limit is None else self.seconds / (60 * limit)
-        return min(max(self.steps / self.options.steps, by_time), 1.0)
+        return min(max(self.now.steps / self.options.steps, by_time), 1.0)
 
     @property
     def seconds(self) -> float:
         """Since the fit began: of the CPU, or of the clock where a GPU works."""
         return _clock(self.options.device) - self.began
 
-    def run(self, factors: np.ndarray, density: np.ndarray | None = None) -> None:
-        """One phase of steps."""
+    def run(self, factors: np.ndarray, density: np.ndarray) -> None:
+        """One phase of steps. factors: (5,) of the rates of :data:`.rlgs.SCALED`. density: (2,) of the knobs."""
         for _ in range(self.options.phase_steps):
             if self.done >= 1:
                 return
-            self._step(factors, np.ones(2) if density is None else density)
+            self.step(factors, density)
 
     def save(self) -> Any:
         """Everything that running changes, but the clock."""
-        plain = {
-            "steps": self.steps,
-            "order": list(self.order),
-            "last_reset": self.last_reset,
-            "last_grown": self.last_grown,
-            "counts": Counts(**asdict(self.counts)),
-            "losses": list(self.losses),
-            "pull": self.pull.clone(),
-            "footprint_m": self.footprint_m.clone(),
-            "full": self.full,
-        }
-        return self.scene.save(), plain, self.rng.bit_generator.state, self.generator.get_state()
+        return self.scene.save(), copy.deepcopy(self.now), self.rng.bit_generator.state, self.generator.get_state()
 
     def restore(self, state: Any) -> None:
         """Back to a saved state."""
-        scene, plain, draws, torch_draws = state
-        self.tried += self.steps - plain["steps"]
+        scene, now, draws, torch_draws = state
+        self.tried += self.now.steps - now.steps
         self.scene.restore(scene)
-        for name, value in plain.items():
-            setattr(self, name, value)
-        self.order, self.losses = list(self.order), list(self.losses)
-        self.counts, self.pull = Counts(**asdict(self.counts)), self.pull.clone()
+        self.now = copy.deepcopy(now)
         self.rng.bit_generator.state = draws
         self.generator.set_state(torch_draws)
 
@@ -145,7 +129,7 @@ class SceneFit:
         total = mass = 0.0
         with torch.no_grad():
             for k in self.rewards:
-                shown = self.scene.render(self.photos.cameras[k], self.rasteriser, self.degree, False)
+                shown = self.scene.render(self.photos.cameras[k], self.degree, False)
                 off = (shown.colour - self._image(k)).abs().mean(dim=-1)
                 total += float((off * self.weights[k]).sum())
                 mass += float(self.weights[k].sum())
@@ -156,37 +140,36 @@ class SceneFit:
     @property
     def degree(self) -> int:
         """Of the harmonics, so far."""
-        return min(int(self.done / _DEGREE_EVERY + 1e-9), self.options.degree)
+        return min(int(self.done / _DEGREE_EVERY + 1e-9), _MAX_DEGREE)
 
     def fit(self, reporter: Reporter | None = None) -> None:
         """Phase after phase until the schedule or the time limit ends it."""
         reporter = reporter or Reporter()
-        controller = Rlgs(seed=self.options.seed) if self.options.controller == "rlgs" else None
-        held = np.ones(N_PARAMETERS)
-        number, block = 0, 0
+        number, block, every = 0, 0, self.options.tried_every
         while self.done < 1:
-            if controller is not None and number % self.options.tried_every == 0:
-                controller.phase(self)
-                held = _columns_of(controller) if controller.history else held
+            if every and number % every == 0:
+                self.controller.phase(self)
             else:
-                self.run(held)
+                self.run(self.controller.factors, np.ones(KNOBS))
             number += 1
             if int(self.done * _REWARD_BLOCKS) > block:
                 block = int(self.done * _REWARD_BLOCKS)
                 self._split_rewards()
             reporter.progress(self.done)
-        self.phases_tried = len(controller.history) if controller is not None else 0
 
-    def _step(self, factors: np.ndarray, density: np.ndarray) -> None:
-        if not self.order:
-            self.order = [int(k) for k in self.rng.permutation(self.taught)]
-        k, done = self.order.pop(), self.done
+    def step(self, factors: np.ndarray, density: np.ndarray) -> None:
+        """One photo: its picture, its loss, a step of Adam, and whatever of the densification is due after it."""
+        now, done = self.now, self.done
+        if not now.order:
+            now.order = [int(k) for k in self.rng.permutation([k for k in self.usable if k not in self.rewards])]
+        k = now.order.pop()
+        scaled = dict(zip(SCALED, factors, strict=True))
         for group in self.scene.optimiser.param_groups:
-            rate = RATES[group["name"]] * (factors[_COLUMN[group["name"]]] if group["name"] in _COLUMN else 1.0)
+            rate = RATES[group["name"]] * scaled.get(group["name"], 1.0)
             group["lr"] = rate * (self.extent_m * _LAST_RATE**done if group["name"] == "means" else 1.0)
         camera, weight = self.photos.cameras[k], self.weights[k]
         normals = done >= NORMALS_FROM
-        shown = self.scene.render(camera, self.rasteriser, self.degree, normals)
+        shown = self.scene.render(camera, self.degree, normals)
         loss = photometric(shown.colour, self._image(k), weight)
         if normals:
             loss = loss + NORMALS * depth_normal(shown, unit_rays(camera, weight.device), weight)
@@ -195,61 +178,63 @@ class SceneFit:
         for tensor in self.scene.tensors.values():
             if tensor.grad is not None:
                 torch.nan_to_num_(tensor.grad, nan=0.0, posinf=0.0, neginf=0.0)
-        self.pull.add(shown.pull, camera.width, camera.height)
+        half = torch.tensor([camera.width / 2, camera.height / 2], device=shown.pull.device)
+        length = (shown.pull * half).norm(dim=1)
+        now.pull += torch.stack([length, (length > 0).to(length.dtype)])
         self.scene.optimiser.step()
-        self.steps += 1
-        self.losses.append(float(loss.detach()))
-        self._density(density)
+        now.steps += 1
+        now.losses.append(float(loss.detach()))
+        self._control_density(density)
 
-    def _density(self, knobs: np.ndarray) -> None:
-        """Whatever of the densification is due after a step."""
-        rule, done = self.rule, self.done
+    def _control_density(self, knobs: np.ndarray) -> None:
+        now, rule, done, scene = self.now, self.rule, self.done, self.scene
         # Every photo has to have had its say before Gaussians are judged.
-        every = max(round(rule.every * self.planned), len(self.taught))
-        due = self.steps - self.last_grown >= every
-        rest = self.steps - self.last_reset
-        if due and rule.begin <= done < rule.end:
-            reset = self.last_reset > 0
-            room = self.options.max_gaussians - len(self.scene)
-            split, cloned = grow(self.scene, self.pull, self.extent_m, room, rule, self.generator, *knobs)
-            self.footprint_m = update_filter(self.scene, self.photos.cameras)
-            means = self.scene.tensors["means"].detach()
-            inside = ((means >= self.low) & (means <= self.high)).all(dim=1)
-            faint = not reset or rest >= rule.rest_steps
-            gone = to_prune(self.scene, inside, self.footprint_m, self.extent_m, rule, reset, faint)
-            if bool(gone.all()):
-                raise InputError(
-                    "The published pruning left no Gaussian of the scene; give more photos, or a longer --time-limit."
+        every = max(round(rule.every * self.planned), len(self.usable) - len(self.rewards))
+        rest = now.steps - now.last_reset
+        if now.steps - now.last_grown >= every:
+            if rule.begin <= done < rule.end:
+                room = self.options.max_gaussians - len(scene)
+                split, cloned = grow(scene, now.pull, self.extent_m, room, rule, self.generator, *knobs)
+                footprint_m = update_filter(scene, self.photos.cameras)
+                means = scene.tensors["means"].detach()
+                low, high = (torch.as_tensor(side, dtype=torch.float32, device=means.device)
+                             for side in (self.box.low, self.box.high))  # fmt: skip
+                inside = ((means >= low) & (means <= high)).all(dim=1)
+                reset = now.last_reset > 0
+                gone = to_prune(
+                    scene, inside, footprint_m, self.extent_m, rule, reset, not reset or rest >= rule.rest_steps
                 )
-            self.scene.keep(~gone)
-            self.footprint_m = self.footprint_m[~gone]
-            counts = self.counts
-            counts.split, counts.cloned = counts.split + split, counts.cloned + cloned
-            counts.pruned += int(gone.sum())
-            self.full |= len(self.scene) >= self.options.max_gaussians
-        elif due:
-            self.footprint_m = update_filter(self.scene, self.photos.cameras)
-        if due:
-            self.pull, self.last_grown = Pull.none(self.scene), self.steps
+                if bool(gone.all()):
+                    raise InputError(
+                        "The published pruning left no Gaussian of the scene; give more photos, or a longer "
+                        "--time-limit."
+                    )
+                scene.keep(~gone)
+                now.footprint_m = footprint_m[~gone]
+                now.split, now.cloned, now.pruned = (
+                    now.split + split, now.cloned + cloned, now.pruned + int(gone.sum())
+                )  # fmt: skip
+                now.full |= len(scene) >= self.options.max_gaussians
+            else:
+                now.footprint_m = update_filter(scene, self.photos.cameras)
+            now.pull, now.last_grown = self._no_pull(), now.steps
         if done < rule.end - rule.reset and rest >= max(round(rule.reset * self.planned), 3 * rule.rest_steps):
-            self.scene.fade(rule.reset_to)
-            self.last_reset = self.steps
+            scene.fade(rule.reset_to)
+            now.last_reset = now.steps
 
-    @property
-    def taught(self) -> list[int]:
-        """Photos that take part now."""
-        return [k for k in self.usable if k not in self.rewards]
+    def _no_pull(self) -> torch.Tensor:
+        return torch.zeros((2, len(self.scene)), device=self.scene.device)
 
     def _split_rewards(self) -> None:
         """Two other photos that the controller is measured on."""
-        enough = self.options.controller == "rlgs" and len(self.usable) >= 6
+        enough = self.options.tried_every and len(self.usable) >= 6
         self.rewards = sorted(int(k) for k in self.rng.choice(self.usable, 2, replace=False)) if enough else []
-        self.order = []
+        self.now.order = []
 
     def _radius_px(self) -> float:
         """Median radius (3 sigma) of the Gaussians in the nearest photo of each."""
         scale = torch.exp(self.scene.tensors["log_scales"].detach()).max(dim=1).values
-        return float((3 * scale / self.footprint_m.clamp_min(1e-9)).median())
+        return float((3 * scale / self.now.footprint_m.clamp_min(1e-9)).median())
 
     def _image(self, k: int) -> torch.Tensor:
         image = torch.as_tensor(self.photos.images[k], device=self.weights[k].device)
@@ -257,32 +242,26 @@ class SceneFit:
 
     def report(self, first: int) -> SceneReport:
         """What was done. first: Gaussians at the start."""
-        limit, tenth = self.options.time_limit_min, max(len(self.losses) // 10, 1)
-        late = limit is not None and self.steps < self.options.steps
-        sizes = [camera.width * camera.height for camera in self.photos.cameras]
+        now, options = self.now, self.options
+        late = options.time_limit_min is not None and now.steps < options.steps
+        tenth = max(len(now.losses) // 10, 1)
         return SceneReport(
             photos=len(self.photos),
-            factor=self.options.factor,
-            megapixels=round(sum(sizes) / 1e6, 2),
+            factor=options.factor,
+            megapixels=round(sum(camera.width * camera.height for camera in self.photos.cameras) / 1e6, 2),
             steps_planned=self.planned,
-            steps=self.steps,
+            steps=now.steps,
             tried=self.tried,
             gaussians_first=first,
             gaussians=len(self.scene),
-            full=self.full,
+            full=now.full,
             wide_px=round(self.rule.wide_px, 1),
-            counts=asdict(self.counts),
-            controller=self.options.controller,
-            phases_tried=self.phases_tried,
+            counts={"split": now.split, "cloned": now.cloned, "pruned": now.pruned},
+            phases_tried=self.controller.phases,
             cpu_s=round(self.seconds, 1),
             ended="time limit" if late else "schedule",
-            loss=(float(np.mean(self.losses[:tenth])), float(np.mean(self.losses[-tenth:]))),
+            loss=(float(np.mean(now.losses[:tenth])), float(np.mean(now.losses[-tenth:]))),
         )
-
-
-def photometric(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
-    """0.8 L1 + 0.2 (1 - SSIM), as the published fits have it (twice :func:`.losses.d_ssim`)."""
-    return (1 - SSIM) * l1(shown, image, weight, 1e-3) + SSIM * 2 * d_ssim(shown, image, weight)
 
 
 def _clock(device: str) -> float:
@@ -293,18 +272,11 @@ def _clock(device: str) -> float:
 def plan(seconds_a_step: float, limit_s: float, options: SceneOptions) -> int:
     """Steps that fit into a time limit at this speed of the first steps, the controller's trials counted."""
     each = 1.0
-    if options.controller == "rlgs":
+    if options.tried_every:
         # A phase that is tried runs seven times, and is measured on two photos as often.
-        each += (6 + 14 / (3 * options.phase_steps)) / options.tried_every
+        runs = 2 * TRIALS
+        each += (runs + 2 * (runs + 1) / (3 * options.phase_steps)) / options.tried_every
     return max(min(int(limit_s / (seconds_a_step * _GROWTH * each)), options.steps), 1)
-
-
-def _columns_of(controller: Rlgs) -> np.ndarray:
-    """(14,) the factors of the rates that won the last trials."""
-    factors = np.ones(N_PARAMETERS)
-    for columns, value in zip(GROUPS, controller.history[-1]["factors"], strict=True):
-        factors[columns] = value
-    return factors
 
 
 def fit_scene(
@@ -342,8 +314,8 @@ def fit_scene(
         fit = _prepared(photos, box, points, colours, options)
         first = len(fit.scene)
         fit.fit(reporter)
-        field_ = fit.scene.field()
-        return field_.select(box.contains(field_.means.astype(float))), fit.report(first)
+        made = fit.scene.field()
+        return made.select(box.contains(made.means.astype(float))), fit.report(first)
     finally:
         torch.set_num_threads(threads)
 
@@ -353,21 +325,19 @@ def _prepared(
 ) -> SceneFit:
     """A fit at the size of photos, and with the number of steps, that the time limit leaves room for."""
     began = _clock(options.device)
-    wanted = (options.factor,) if options.factor else (FACTORS if options.time_limit_min else (1.0,))
-    for factor in wanted:
-        own = reduced(photos, factor)
-        chosen = replace(options, factor=factor)
-        scales = start_scales(points)
-        fit = SceneFit(Scene(points, colours, scales, options.degree, options.device), own, box, chosen)
+    as_scheduled = np.ones(len(SCALED)), np.ones(KNOBS)
+    for factor in (options.factor,) if options.factor else FACTORS if options.time_limit_min else (1.0,):
+        scene = Scene(points, colours, start_scales(points), options.device)
+        fit = SceneFit(scene, photos.scaled(factor), box, replace(options, factor=factor))
         fit.began = began
         if options.time_limit_min is None:
-            return fit
+            break
         # A first few steps say how fast this machine is; they are taken back.
         state = fit.save()
-        fit._step(np.ones(N_PARAMETERS), np.ones(2))
+        fit.step(*as_scheduled)
         start = fit.seconds
         for _ in range(3):
-            fit._step(np.ones(N_PARAMETERS), np.ones(2))
+            fit.step(*as_scheduled)
         each = (fit.seconds - start) / 3
         fit.restore(state)
         fit.tried = 0
@@ -375,16 +345,3 @@ def _prepared(
         if fit.planned >= min(MIN_STEPS, options.steps):
             break
     return fit
-
-
-def reduced(photos: WholePhotos, factor: float) -> WholePhotos:
-    """The same at a smaller size."""
-    if factor == 1:
-        return photos
-    found = WholePhotos([], [], [])
-    for k in range(len(photos)):
-        camera, image, inside = photos.at(k, factor)
-        found.cameras.append(camera)
-        found.images.append(np.round(image * 255).astype(np.uint8))
-        found.inside.append(inside)
-    return found

@@ -28,7 +28,6 @@ class SceneReport:
     full: bool
     wide_px: float
     counts: dict[str, int]
-    controller: str
     phases_tried: int
     cpu_s: float
     ended: str
