@@ -6,11 +6,29 @@ Where ``project.py`` uses ray-space algebra, this module inverts 3D covariances,
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
 from treedgs_geo.stems.splats.kernels import ALPHA_MAX
 from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import draw
+
+
+def seen(parameters: np.ndarray, camera: CropCamera) -> SimpleNamespace:
+    """What the kernels draw: colour (H, W, 3), alpha, depth, median_depth and normals, NaN where nothing is drawn."""
+    done = draw(parameters, camera, full=True)
+    planes, alpha = done.planes, 1 - done.planes[3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depth = np.where(alpha > 0, planes[4] / alpha, np.nan)
+        normals = np.moveaxis(planes[6:9], 0, -1)
+        normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+    median = np.where(planes[3] <= 0.5, planes[5], np.nan)
+    colour = np.moveaxis(planes[:3], 0, -1)
+    return SimpleNamespace(
+        colour=colour, alpha=alpha, depth=depth, median_depth=median, normals=normals, pairs=done.pairs
+    )
 
 
 def camera_gaussians(parameters: np.ndarray, camera: CropCamera) -> tuple[np.ndarray, np.ndarray]:
@@ -167,3 +185,20 @@ def normal_consistency(planes: np.ndarray, rays: np.ndarray, weight: np.ndarray,
     use &= (sizes[0] > 1e-12) & (sizes[1] > 1e-6)
     cosine = np.einsum("hwc,hwc->hw", surface, normal)[use] / (sizes[0] * sizes[1])[use]
     return float((weight[1:-1, 1:-1][use] * (1 - cosine)).sum() / weight.sum())
+
+
+def structural_dissimilarity(shown: np.ndarray, image: np.ndarray) -> np.ndarray:
+    """(1 - SSIM) / 2 of each value of (H, W, 3) pictures: 11 x 11 Gaussian window of 1.5 pixels, zeros beyond."""
+
+    def blur(picture: np.ndarray) -> np.ndarray:
+        window = np.exp(-0.5 * (np.arange(-5, 6) / 1.5) ** 2)
+        window /= window.sum()
+        for axis in (0, 1):
+            picture = np.apply_along_axis(np.convolve, axis, picture, window, "same")
+        return picture
+
+    mean_x, mean_y = blur(shown), blur(image)
+    var_x, var_y = blur(shown**2) - mean_x**2, blur(image**2) - mean_y**2
+    both = blur(shown * image) - mean_x * mean_y
+    over = (2 * mean_x * mean_y + 0.01**2) * (2 * both + 0.03**2)
+    return 0.5 * (1 - over / ((mean_x**2 + mean_y**2 + 0.01**2) * (var_x + var_y + 0.03**2)))

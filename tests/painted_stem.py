@@ -12,7 +12,7 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.stems.splats.crops import GroundPlane, sample_texture
 from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.raster import draw
 
 FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
 STEM, RADIUS, GROUND = np.array([1.0, -0.5]), 0.15, 2.0
@@ -47,7 +47,7 @@ def scene() -> tuple[tuple[View, ...], dict[str, np.ndarray]]:
         camera = Camera(260, 260, 2200, 2200, 130, 130)
         view = View(f"{number:02d}.jpg", Path(f"{number:02d}.jpg"), camera, rotation, -rotation @ centre, number % 2)
         crop = CropCamera(260, 260, 2200, 2200, 130, 130, rotation, -rotation @ centre)
-        done = Rasteriser().forward(p, crop)
+        done = draw(p, crop)
         behind = np.empty((260, 260, 3), np.float32)
         sample_texture(texture, plane.texels(crop), behind)
         picture = np.moveaxis(done.planes[:3], 0, -1) + done.planes[3][..., None] * behind

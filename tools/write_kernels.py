@@ -24,7 +24,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 TARGET = ROOT / "treedgs_geo" / "core" / "kernels.json"
 #: Modules that need libraries of an extra.
-OUTSIDE = ("on_torch", "warp_raster")
+OUTSIDE = ("on_torch",)
 
 
 def modules() -> list[Any]:

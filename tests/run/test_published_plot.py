@@ -123,7 +123,7 @@ def test_what_the_published_route_cannot_use_is_said_before_any_work(tmp_path):
 
 def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
     pytest.importorskip("torch")
-    warp_raster = pytest.importorskip("treedgs_geo.stems.splats.warp_raster")
+    warp_raster = pytest.importorskip("treedgs_geo.stems.splats.on_torch.warp_raster")
     monkeypatch.setattr(warp_raster, "available", lambda device: False)
     with pytest.raises(InputError, match="'cuda': no such GPU was found here, .* use device cpu"):
         check_published(settings(tmp_path, device="cuda"))
@@ -143,8 +143,8 @@ def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
 
 
 def test_without_warp_a_gpu_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.delitem(sys.modules, "treedgs_geo.stems.splats.warp_raster", raising=False)
-    monkeypatch.delattr("treedgs_geo.stems.splats.warp_raster", raising=False)
+    monkeypatch.delitem(sys.modules, "treedgs_geo.stems.splats.on_torch.warp_raster", raising=False)
+    monkeypatch.delattr("treedgs_geo.stems.splats.on_torch.warp_raster", raising=False)
     monkeypatch.setitem(sys.modules, "warp", None)
     with pytest.raises(MissingComponentError, match="pip install warp-lang"):
         check_published(settings(tmp_path, device="cuda"))

@@ -31,7 +31,7 @@ def bark(x: float, dbh_cm: float, **change) -> FoundStem:
     shape = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0, dbh_cm / 200, -0.0045])
     return FoundStem(
         np.array([x, 2.0, 1.0]),
-        PrimitiveFit(shape, shifts=np.zeros(9), texture=np.zeros((24, 13, 3)), seconds=1.0, **values),
+        PrimitiveFit(shape, texture=np.zeros((24, 13, 3)), **values),
     )
 
 

@@ -337,7 +337,7 @@ def _as_trees(job: PhotoJob, site: Site, known: list[PhotoFit], fits: list[Photo
     found = Found(trees_of_photo_fits(every, site.frame), KeptFits(every))
     asked = range(len(known), len(every))
     if route_of(job) == "auto":
-        found = measured_again(found, asked, site, job.preset, job.settings.bh_m, job.settings.seed, reporter)
+        found = measured_again(found, asked, site, job.preset, job.settings.bh_m, reporter)
     second = {number - len(known): cm for number, cm in found.kept.second_cm.items()}
     return Found(found.trees[len(known) :], KeptFits(fits, second))
 

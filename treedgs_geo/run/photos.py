@@ -430,7 +430,7 @@ def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     field = read_places(asked.field_stems, site)
     given = None if field is None else places_of(field, site, asked.field_error_m)
     if fit == "auto":
-        found = auto_route(site, preset, asked.bh_m, asked.seed, reporter, given)
+        found = auto_route(site, preset, asked.bh_m, reporter, given)
     elif fit == "photos":
         found = photo_route(site, preset, asked.bh_m, reporter, given)
     elif fit == "paper":

@@ -82,9 +82,9 @@ def _check_device(settings: PhotosToDbhSettings) -> None:
             f"--device {settings.device}: only the published method fits its Gaussians there; leave it out, or add "
             "--preset paper."
         )
-    from ..stems.splats.devices import check_device
+    from ..stems.splats.on_torch import check_device
 
-    check_device(settings.device, tensors=True)
+    check_device(settings.device)
 
 
 @dataclass(frozen=True, kw_only=True)

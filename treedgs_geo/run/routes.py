@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Preset:
-    """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
+    """How much of the scene is modelled. second: stems that are measured again with a stem primitive, where
     the route is ``auto``: ``none``, those of ``low confidence``, or ``all``; second_views: in so many photos at most,
     spread over the directions. sheets: trees that get an evidence sheet:
     ``all``, or those to ``check`` and not measured. heights: whether tree heights are measured in the photos."""
@@ -77,21 +77,19 @@ def _searched(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given
     return search_photos(site.views, site.ground, site.area, options, reporter, given)
 
 
-def auto_route(
-    site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter, given: GivenStems | None = None
-) -> Found:
-    """Stems fitted straight in the photos; those of low confidence are measured again among Gaussians.
+def auto_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None = None) -> Found:
+    """Stems fitted straight in the photos; those of low confidence are measured again by a stem primitive.
 
     The facts have what the second measurement changed; none where no stem was measured again.
     """
     with reporter.stage("stems", 0.0, 0.6):
         found = photo_route(site, preset, bh_m, reporter, given)
     with reporter.stage("second measurement", 0.6, 1.0):
-        return measured_again(found, range(len(found.trees)), site, preset, bh_m, seed, reporter)
+        return measured_again(found, range(len(found.trees)), site, preset, bh_m, reporter)
 
 
 def measured_again(
-    found: Found, asked: Collection[int], site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter
+    found: Found, asked: Collection[int], site: Site, preset: Preset, bh_m: float, reporter: Reporter
 ) -> Found:
     """The same with those of the stems ``asked`` for (indices) measured again that the preset wants so."""
     from ..stems.splats.options import GaussianOptions
@@ -105,7 +103,7 @@ def measured_again(
     chosen = stems_to_measure_again(fits, inside, preset.second == "all")
     if not chosen:
         return found
-    options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads(), max_views=preset.second_views)
+    options = GaussianOptions(bh_m=bh_m, threads=available_threads(), max_views=preset.second_views)
     _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], options, reporter)
     primitives = {chosen[at]: stem for at, stem in report.primitives.items()}
     trees, again = with_second_measurements(found.trees, fits, primitives, bh_m)
@@ -127,7 +125,7 @@ def splat_route(
     reporter: Reporter,
     given: GivenStems | None = None,
 ) -> Found:
-    """Stem primitives and Gaussians in one loop.
+    """Stem primitives, and Gaussians on their bark.
 
     Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
     diameters differ). path: of a file of the workspace by its name; ``field.ply``, ``surface.laz`` and ``stems.laz``
@@ -146,7 +144,7 @@ def splat_route(
         return looked
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
     with reporter.stage("fit Gaussians", 0.2, 0.85):
-        options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
+        options = GaussianOptions(bh_m=bh_m, threads=available_threads())
         field, report = fit_with_report(site.views, frame, site.ground, positions, options, reporter)
         write_field(path(names.FIELD), field, frame)
     with reporter.stage("sample surface", 0.85, 1.0):

@@ -1,4 +1,4 @@
-"""A second measurement, of the texture, where the edges leave low confidence: a stem primitive among Gaussians.
+"""A second measurement, of the texture, where the edges leave low confidence: a stem primitive.
 
 Edges and silhouettes fail where half of a stem lies in the dark or another edge runs along it. The primitive
 (:mod:`treedgs_geo.stems.splats.primitive.fit`) looks at neither: it asks which cylinder lets every photo be predicted

@@ -95,8 +95,8 @@ class PhotosToDbhSettings(PhotoInputs):
     fit: str = param(
         "auto",
         kind="choice",
-        help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "auto = photos, then stems of low confidence measured a second time among Gaussians.",
+        help="photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; "
+        "auto = photos, then stems of low confidence measured a second time by their bark.",
         choices=("auto", "photos", "gaussians"),
     )
     time_limit: float = param(

@@ -70,7 +70,6 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
             stems=len(report.stems),
             photos=report.photos,
             megapixels=report.megapixels,
-            pairs=report.pairs,
             per_stem=report.stems,
             stem_table=_write_stems(space, report, frame, settings.bh_m),
             warnings=report.warnings,
@@ -156,13 +155,13 @@ COMMAND = Command(
     qgis_id="fitgaussians",
     title="Fit Gaussians to the stem band",
     group="5 Steps and research",
-    summary="3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.",
+    summary="Stem primitives fitted to the photos, and 3D Gaussians on their bark, from the ground to a few metres.",
     help=(
         "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a "
-        "few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to "
-        "crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. "
-        "Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its "
-        "origin and CRS are in field.frame.json beside it)."
+        "few decimetres. For each stem a tapered, leaning primitive with a texture is fitted to crops of the photos, "
+        "the ground behind being a texture of its own. Output: stem_primitives.csv with the diameters, and field.ply, "
+        "flat Gaussians on the bark in the standard 3DGS format and local metres (its origin and CRS are in "
+        "field.frame.json beside it)."
     ),
     settings=FitGaussiansSettings,
     run=fit_gaussians,

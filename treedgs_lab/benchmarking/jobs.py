@@ -103,7 +103,7 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     named = job.get("preset")
     preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]), "none")
     began = time.perf_counter()
-    trees = auto_route(Site(frame, views, dtm, area), preset, preset.stems.bh_m, 0, Reporter()).trees
+    trees = auto_route(Site(frame, views, dtm, area), preset, preset.stems.bh_m, Reporter()).trees
     seconds = time.perf_counter() - began
     used = min(len(views), preset.stems.max_views)
     return {

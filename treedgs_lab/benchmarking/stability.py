@@ -46,7 +46,7 @@ from .factors import FACTORS, SPLAT_FACTORS
 from .plot import TruePlot, score_trees
 from .whole_chain import ChainCrash, through_chain
 
-#: Method -> what it reads. ``splats``: stem primitives among Gaussians, as ``photos-to-dbh --fit gaussians``.
+#: Method -> what it reads. ``splats``: stem primitives, as ``photos-to-dbh --fit gaussians``.
 METHODS = {
     "photos": PHOTOS,
     "splats": PHOTOS,
@@ -245,7 +245,7 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
         fits = stems_from_photos(views, ground, area, PhotoStemOptions())
         trees = trees_of_photo_fits(fits, plot.frame)
         if case.method == "splats" and fits:
-            options = GaussianOptions(seed=case.seed, threads=available_threads())
+            options = GaussianOptions(threads=available_threads())
             places = np.array([fit.axis.p for fit in fits])
             _, report = fit_with_report(views, plot.frame, ground, places, options, Reporter())
             seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}

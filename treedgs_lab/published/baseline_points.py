@@ -11,7 +11,7 @@ from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.stems.splats.crops import crop_around
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.raster import draw
 
 
 def means_only(field: GaussianField, least_opacity: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -41,11 +41,10 @@ def fuse_depth(
     if len(field) == 0 or not views:
         raise InputError("Depth fusion needs a field with Gaussians and at least one photo; run fit-gaussians first.")
     found, groups, votes = [], [], []
-    rasteriser = Rasteriser()
     for group in np.unique(field.groups) if about is None else (-1,):
         own = field.select(field.groups == group) if about is None else field
         place = (own.means if about is None else about).astype(float)
-        tried = (_depth_map(own, place, view, rasteriser, least_alpha) for view in views)
+        tried = (_depth_map(own, place, view, least_alpha) for view in views)
         maps = [made for made in tried if made is not None]
         for camera, depth in maps:
             rows, columns = np.nonzero(np.isfinite(depth))
@@ -64,7 +63,7 @@ def fuse_depth(
 
 
 def _depth_map(
-    field: GaussianField, about: np.ndarray, view: View, rasteriser: Rasteriser, least_alpha: float
+    field: GaussianField, about: np.ndarray, view: View, least_alpha: float
 ) -> tuple[CropCamera, np.ndarray] | None:
     """Pinhole crop around the (M, 3) points and the field's median depth (H, W), NaN where it is not known; None where
     the points are out of sight."""
@@ -73,7 +72,7 @@ def _depth_map(
     if inside.sum() < 3:
         return None
     crop = crop_around(view, about[inside], margin_px=3.0)
-    planes = rasteriser.forward(field.packed, crop, full=True).planes
+    planes = draw(field.packed, crop, full=True).planes
     return crop, np.where(1 - planes[3] >= max(least_alpha, 0.5), planes[5], np.nan)
 
 

@@ -13,7 +13,7 @@ from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.report.charts import VERMILION
 from treedgs_geo.stems.splats.field import GaussianField
-from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.raster import draw
 from treedgs_geo.stems.splats.scene_start import WholePhotos
 
 from .paper_pictures import NEAR_M, STEM_M, panels
@@ -31,7 +31,7 @@ def draw_overview(plot: PlotFiles) -> Any | None:
     if (view := _widest(field, views)) is None:
         return None
     photo = WholePhotos.load([view], min(WIDE_PX / view.camera.width, 1.0))
-    shown = Rasteriser().forward(field.packed, photo.cameras[0]).planes
+    shown = draw(field.packed, photo.cameras[0]).planes
     surface, stems = _thinned(plot, names.SURFACE), _thinned(plot, names.STEMS)
     figure, grid = panels(3, 3, 4.4, 3.6)
     for axes, picture, title in (

@@ -1848,8 +1848,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Messverfahren</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; auto = photos, then stems of low confidence measured a second time by their bark.</source>
+      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper mit Textur; auto = photos, danach werden unsichere Stämme an ihrer Rinde ein zweites Mal gemessen.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2500,12 +2500,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Gauß-Elemente an das Stammband anpassen</translation>
     </message>
     <message>
-      <source>3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.</source>
-      <translation>3D-Gauß-Elemente um jeden Stamm, vom Boden bis einige Meter hoch, an die Fotos angepasst.</translation>
+      <source>Stem primitives fitted to the photos, and 3D Gaussians on their bark, from the ground to a few metres.</source>
+      <translation>Stammkörper, an die Fotos angepasst, und 3D-Gauß-Elemente auf ihrer Rinde, vom Boden bis einige Meter hoch.</translation>
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it).</source>
-      <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
+      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive with a texture is fitted to crops of the photos, the ground behind being a texture of its own. Output: stem_primitives.csv with the diameters, and field.ply, flat Gaussians on the bark in the standard 3DGS format and local metres (its origin and CRS are in field.frame.json beside it).</source>
+      <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm wird ein sich verjüngender, geneigter Körper mit Textur an Ausschnitte der Fotos angepasst; der Boden dahinter hat eine eigene Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, flache Gauß-Elemente auf der Rinde im üblichen 3DGS-Format und in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
@@ -2526,10 +2526,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>breast height above the ground</source>
       <translation>Brusthöhe über dem Boden</translation>
-    </message>
-    <message>
-      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
-      <translation>wo Gauß-Elemente gezeichnet werden: cpu, oder cuda = eine NVIDIA-GPU über das optionale Paket warp-lang</translation>
     </message>
     <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>

@@ -1846,8 +1846,8 @@ cero.&lt;/p&gt;
       <translation>Modo de medir</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste entre gaussianas; auto = photos, y después los fustes inseguros se miden por segunda vez entre gaussianas.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; auto = photos, then stems of low confidence measured a second time by their bark.</source>
+      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste con textura; auto = photos, y después los fustes inseguros se miden por segunda vez por su corteza.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2498,12 +2498,12 @@ cero.&lt;/p&gt;
       <translation>Ajustar gaussianas a la banda de troncos</translation>
     </message>
     <message>
-      <source>3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.</source>
-      <translation>Gaussianas 3D alrededor de cada tronco, desde el suelo hasta unos metros, ajustadas a las fotos.</translation>
+      <source>Stem primitives fitted to the photos, and 3D Gaussians on their bark, from the ground to a few metres.</source>
+      <translation>Cuerpos de fuste ajustados a las fotos, y gaussianas 3D sobre su corteza, desde el suelo hasta unos metros.</translation>
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it).</source>
-      <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
+      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive with a texture is fitted to crops of the photos, the ground behind being a texture of its own. Output: stem_primitives.csv with the diameters, and field.ply, flat Gaussians on the bark in the standard 3DGS format and local metres (its origin and CRS are in field.frame.json beside it).</source>
+      <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajusta, a recortes de las fotos, una primitiva inclinada y con ahusamiento que lleva una textura; el suelo detrás tiene la suya. Salida: stem_primitives.csv con los diámetros, y field.ply, gaussianas planas sobre la corteza en el formato 3DGS habitual y en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
@@ -2524,10 +2524,6 @@ cero.&lt;/p&gt;
     <message>
       <source>breast height above the ground</source>
       <translation>altura del pecho sobre el suelo</translation>
-    </message>
-    <message>
-      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
-      <translation>dónde se dibujan las gaussianas: cpu, o cuda = una GPU NVIDIA mediante el paquete opcional warp-lang</translation>
     </message>
     <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>

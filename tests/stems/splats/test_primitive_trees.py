@@ -19,7 +19,7 @@ FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38
 def stem(x: float, r: float = 0.15, **change) -> FoundStem:
     values = {"se_cm": 0.6, "n_views": 9, "gap": math.inf, "evidence": 0.05, "loss": 0.25, **change}
     shape = np.array([0.02, -0.01, 0.05, 0.0, 0.0, 0.0, r, -0.0045])
-    primitive = PrimitiveFit(shape, shifts=np.zeros(9), texture=np.zeros((24, 13, 3)), seconds=1.0, **values)
+    primitive = PrimitiveFit(shape, texture=np.zeros((24, 13, 3)), **values)
     return FoundStem(np.array([x, 2.0, 1.0]), primitive)
 
 

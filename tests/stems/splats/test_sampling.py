@@ -14,7 +14,7 @@ from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.stems.splats.field import GaussianField, empty_field
 from treedgs_geo.stems.splats.options import PAPER_SAMPLING, SampleOptions
 from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import render
+from treedgs_geo.stems.splats.raster import draw
 from treedgs_geo.stems.splats.sample import draw_candidates, sample_surface, view_opacity
 
 ROTATION = Rotation.from_euler("xyz", [150, 5, 20], degrees=True).as_matrix()
@@ -73,7 +73,7 @@ def test_points_and_pixels_share_one_convention():
     not.
     """
     field, seen = cloud(), view()
-    alpha = render(field.packed, crop(seen), full=False).alpha
+    alpha = 1 - draw(field.packed, crop(seen)).planes[3]
     rows, columns = np.nonzero((alpha > 0.3) & (alpha < 0.9))
 
     def query(shift: float) -> np.ndarray:

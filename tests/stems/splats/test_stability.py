@@ -15,7 +15,7 @@ from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATE
 from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover
 from treedgs_geo.stems.splats.primitive.views import empty_coverage
 from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import Rasteriser
+from treedgs_geo.stems.splats.raster import draw, pull_back
 from treedgs_geo.stems.splats.sample import sample_surface, view_opacity
 from treedgs_lab.published.baseline_points import fuse_depth, means_only
 
@@ -45,13 +45,12 @@ def camera(scale: float, width: int = 40, height: int = 30) -> CropCamera:
 @given(odd_fields())
 def test_any_field_draws_finite_pictures_gradients_and_opacities(drawn):
     p, scale = drawn
-    raster = Rasteriser(1, 0.15)
-    done = raster.forward(p, camera(scale), full=True)
+    done = draw(p, camera(scale), True, 0.15)
     planes = np.delete(done.planes, 5, axis=0)  # the median depth is NaN where there is none
     assert np.isfinite(planes).all()
     assert (done.planes[3] >= 0).all() and (done.planes[3] <= 1).all()
-    given_planes = np.random.default_rng(0).standard_normal((8, 30, 40)).astype(np.float32)
-    assert np.isfinite(raster.backward(p, done, given_planes)).all()
+    given_planes = np.random.default_rng(0).standard_normal((9, 30, 40)).astype(np.float32)
+    assert np.isfinite(pull_back(p, done, given_planes)[0]).all()
     view = View("a", Path("a"), Camera(40, 30, 60.0, 60.0, 20.0, 15.0), DOWN, np.array([0, 0, 6.0 * scale]))
     opacity, _, _ = view_opacity(p, view, p[:, MEAN])
     assert np.isfinite(opacity).all() and (opacity >= 0).all() and (opacity <= 1).all()
@@ -65,7 +64,7 @@ def test_units_change_nothing_in_the_picture(drawn, factor):
     q[:, MEAN] *= factor
     q[:, LOG_SCALE] += np.log(factor)
     both = ((p, scale), (q, scale * factor))
-    one, two = (Rasteriser(1, 0.15).forward(each, camera(size)).planes for each, size in both)
+    one, two = (draw(each, camera(size), dilation_px2=0.15).planes for each, size in both)
     # A pixel on an ellipse's rim may be in or out by rounding; nothing else may move.
     assert np.quantile(np.abs(one - two), 0.98) < 1e-3
 
@@ -92,7 +91,7 @@ def test_coordinates_of_a_map_are_refused_and_empty_things_too():
     for call in (lambda: sample_surface(empty_field(), [view]), lambda: fuse_depth(empty_field(), [view])):
         with pytest.raises(InputError):
             call()
-    done = Rasteriser().forward(np.zeros((0, 14)), camera(1.0))
+    done = draw(np.zeros((0, 14)), camera(1.0))
     assert done.pairs == 0 and (done.planes[3] == 1).all()
 
 

@@ -16,7 +16,7 @@ from treedgs_geo.stems.splats.bands import choose_views
 from treedgs_geo.stems.splats.options import GaussianOptions
 from treedgs_geo.stems.splats.train import fit_with_report
 
-QUICK = GaussianOptions(gaussians=250, stem_gaussians=40, stem_epochs=1, max_views=12, threads=1)
+QUICK = GaussianOptions(gaussians=250, max_views=12, threads=1)
 
 
 class Heard(Reporter):
@@ -30,15 +30,13 @@ class Heard(Reporter):
         self.warnings.append(message)
 
 
-def test_the_same_seed_gives_the_same_field_for_any_number_of_threads():
+def test_the_field_is_the_same_for_any_number_of_threads():
     views, _ = scene()
     seeds = np.array([STEM, STEM + [0.3, 0.3]])
     one, _ = fit_with_report(views, FRAME, ground, seeds, QUICK, None, load)
     two, _ = fit_with_report(views, FRAME, ground, seeds, replace(QUICK, threads=2), None, load)
     for name in ("means", "quaternions", "log_scales", "opacity_logits", "colours", "groups"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
-    other, _ = fit_with_report(views, FRAME, ground, seeds, replace(QUICK, seed=1), None, load)
-    assert len(other) != len(one) or not np.array_equal(other.means, one.means)
 
 
 @pytest.mark.parametrize("case", ["constant", "black", "one view", "noise"])
@@ -63,7 +61,7 @@ def test_poor_input_gives_a_finite_field_or_a_refusal(case):
     assert report.primitives[0].primitive.findings.refused or case == "noise"
 
 
-def test_budget_is_shared_and_bad_photos_and_positions_are_left_out():
+def test_budget_is_kept_and_bad_photos_and_positions_are_left_out():
     views, photos = scene()
 
     def flawed(view: View) -> np.ndarray:
@@ -77,7 +75,7 @@ def test_budget_is_shared_and_bad_photos_and_positions_are_left_out():
         return np.where(np.asarray(x) > 400, np.nan, GROUND)
 
     seeds = np.array([STEM, STEM + [0.4, 0], [450.0, 0.0]])
-    field, report = fit_with_report(views, FRAME, partly, seeds, replace(QUICK, max_gaussians=200), heard, flawed)
+    field, report = fit_with_report(views, FRAME, partly, seeds, replace(QUICK, gaussians=100), heard, flawed)
     assert len(field) <= 200 and all(stem["gaussians"] <= 100 for stem in report.stems)
     assert any("03.jpg" in warning for warning in heard.warnings)
     assert any("no ground height" in warning for warning in heard.warnings)

@@ -30,6 +30,8 @@ from .options import GaussianOptions
 
 #: Ground is modelled to this many band heights from a stem: as far as an oblique ray through the band's top goes.
 _BEHIND = 1.1
+#: Pixels are explained from so much below the ground to so much above the band, m.
+_LOW_M, _ABOVE_M = -0.15, 0.4
 
 
 def read_photo(view: View) -> np.ndarray:
@@ -70,30 +72,10 @@ def choose_views(views: Sequence[View], point: np.ndarray, most: int, least_slan
 
 
 @dataclass(frozen=True)
-class Volume:
-    """Where a stem's Gaussians may live: a cylinder about the seed, and the limits of their size, metres."""
-
-    radius_m: float
-    low_m: float
-    high_m: float
-    smallest_m: float
-    largest_m: float
-
-    def contains(self, means: np.ndarray) -> np.ndarray:
-        """(N,) bool."""
-        return (
-            (np.hypot(means[:, 0], means[:, 1]) <= self.radius_m)
-            & (means[:, 2] >= self.low_m)
-            & (means[:, 2] <= self.high_m)
-        )
-
-
-@dataclass(frozen=True)
 class _Job:
-    """A crop to cut: which stem, from which photo, at which camera (stem frame)."""
+    """A crop to cut: which stem, of which flight, at which camera (stem frame); wide: of the ground about it."""
 
     stem: int
-    view: int
     flight: int
     camera: CropCamera
     wide: bool = False
@@ -106,7 +88,6 @@ class Band:
     crops: list[Crop]
     around: list[Crop]
     plane: GroundPlane
-    volume: Volume
     pixel_m: float
 
 
@@ -131,35 +112,28 @@ class CutPhotos:
         own = [item for item in everything if not item[0].wide and item[2].mean() > 0.15]
         if not own:
             return None
-        low, high = _limits(options)
         footprint = float(np.median([np.linalg.norm(job.camera.centre) / job.camera.fx for job, _, _ in own]))
         plane = GroundPlane.around(self._ground, origin, _BEHIND * options.band_m + 1, max(0.04, 2 * footprint))
-        volume = Volume(options.radius_m, low, high, 0.3 * footprint, max(0.15, 4 * footprint))
+        low, high = _LOW_M, options.band_m + _ABOVE_M
 
         def crop(job: _Job, image: np.ndarray, weight: np.ndarray) -> Crop:
             camera = job.camera
             stem = near_axis(camera, 0.9 * options.radius_m, 0.0, 2 * options.band_m)
             for offset in near:
                 stem |= near_axis(camera.moved(offset), 0.6 * options.radius_m, 0.0, 2 * options.band_m)
-            # The stem goes on above the band, where neither Gaussians nor ground can explain it.
+            # The stem goes on above the band, where neither primitive nor ground can explain it.
             above = near_axis(camera, 0.7 * options.radius_m, high, 3 * options.band_m)
             above &= ~near_axis(camera, options.radius_m, low, high)
             pixels = image.astype(np.float32) / np.float32(255)
             clear = (weight * ~stem).astype(np.float32)
-            return Crop(camera, pixels, weight * ~above, plane.texels(camera), clear, job.view, job.flight)
+            return Crop(camera, pixels, weight * ~above, plane.texels(camera), clear, job.flight)
 
         return Band(
             [crop(*item) for item in own],
             [crop(*item) for item in everything if item[0].wide],
             plane,
-            volume,
             footprint,
         )
-
-
-def _limits(options: GaussianOptions) -> tuple[float, float]:
-    """Lowest and highest place of a Gaussian, metres above the seed."""
-    return -0.15, options.band_m + 0.4
 
 
 def cut_bands(
@@ -174,20 +148,20 @@ def cut_bands(
     """Choose photos for each seed ((K, 2) local) and cut them; arguments as of ``train.fit_with_report``."""
     origins = _origins(seeds, ground, warnings)
     views, load = averaged_photos(views, list(origins.values()), load)
-    outline = band_outline(options.radius_m + 0.3, _limits(options)[0], options.band_m)
+    outline = band_outline(options.radius_m + 0.3, _LOW_M, options.band_m)
     surround = band_outline(_BEHIND * options.band_m, 0.0, 0.1)
     jobs: dict[int, list[_Job]] = {}
     for stem, origin in origins.items():
         for view in choose_views(views, origin, options.max_views):
             camera = crop_camera(views[view], origin, outline)
             if camera is not None:
-                jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera))
+                jobs.setdefault(view, []).append(_Job(stem, views[view].flight, camera))
         # The ground behind the stem, from every photo: half the resolution is plenty for a background.
         for view in range(len(views)):
             camera = crop_camera(views[view], origin, surround)
             if camera is not None:
-                jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera.scaled(0.5), True))
-    cut, rule = _cut_crops(views, jobs, options.mask_foliage, load, reporter, warnings)
+                jobs.setdefault(view, []).append(_Job(stem, views[view].flight, camera.scaled(0.5), True))
+    cut, rule = _cut_crops(views, jobs, load, reporter, warnings)
     return CutPhotos(origins, rule, len(jobs), ground, options, cut)
 
 
@@ -226,7 +200,6 @@ def _origins(seeds: np.ndarray, ground: Callable, warnings: list[str]) -> dict[i
 def _cut_crops(
     views: Sequence[View],
     jobs: dict[int, list[_Job]],
-    mask: bool,
     load: Callable,
     reporter: Reporter,
     warnings: list[str],
@@ -246,7 +219,7 @@ def _cut_crops(
             if not job.wide:
                 samples.append(image.reshape(-1, 3)[::29])
         reporter.progress(done / len(jobs))
-    rule = foliage_rule(np.concatenate(samples)) if mask and samples else None
+    rule = foliage_rule(np.concatenate(samples)) if samples else None
     if rule is not None:
         cut = {
             stem: [(job, image, inside * rule.weight(image)) for job, image, inside in own] for stem, own in cut.items()

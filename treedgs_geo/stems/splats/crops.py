@@ -25,7 +25,7 @@ class Crop:
     camera: pinhole, in the stem's own frame (origin at the seed on the ground). image: (H, W, 3) float32, 0..1, gamma
     space. weight: (H, W) float32, 0 where the photo shows something the band model does not explain. texels: (H, W, 2)
     float32, column and row in the ground texture. ground: (H, W) float32, weight as a picture of the ground: 0 where
-    the stem may stand in front of it. view: index of the photo. flight: index of the flight.
+    the stem may stand in front of it. flight: index of the flight.
     """
 
     camera: CropCamera
@@ -33,7 +33,6 @@ class Crop:
     weight: np.ndarray
     texels: np.ndarray
     ground: np.ndarray
-    view: int
     flight: int
 
     @property
@@ -183,28 +182,6 @@ def sample_texture(texture, texels, out):
 
 
 @numba.njit(cache=True, nogil=True)
-def gather_texture(texels, value, weight, total, mass):
-    """Adjoint of :func:`sample_texture`: spread weighted pixel values over the cells (``total``) and their weights
-    (``mass``).
-    """
-    size = total.shape[0]
-    for y in range(texels.shape[0]):
-        for x in range(texels.shape[1]):
-            w = weight[y, x]
-            if w <= 0:
-                continue
-            c, r = texels[y, x, 0] - np.float32(0.5), texels[y, x, 1] - np.float32(0.5)
-            c0, r0 = min(max(int(c), 0), size - 2), min(max(int(r), 0), size - 2)
-            fc, fr = c - c0, r - r0
-            for j in range(2):
-                for i in range(2):
-                    share = w * (fc if i else 1 - fc) * (fr if j else 1 - fr)
-                    mass[r0 + j, c0 + i] += share
-                    for k in range(3):
-                        total[r0 + j, c0 + i, k] += share * value[y, x, k]
-
-
-@numba.njit(cache=True, nogil=True)
 def _median_rows(values, out):
     """Median of each row of (K, V), NaN left out; NaN where nothing is left."""
     scratch = np.empty(values.shape[1], values.dtype)
@@ -222,12 +199,12 @@ def _median_rows(values, out):
         out[i] = np.nan if n == 0 else (scratch[(n - 1) // 2] + scratch[n // 2]) / 2
 
 
-def median_texture(plane: GroundPlane, crops: list[Crop], minimum: int = 2) -> np.ndarray:
+def median_texture(plane: GroundPlane, crops: list[Crop]) -> np.ndarray:
     """(S, S, 3) float32 ground colours: per cell the median over the crops that show it, well-weighted pixels only.
 
     A given cell is hidden by the stem in few views only, and those pixels are left out (``Crop.ground``): otherwise
-    the ground would learn a picture of the stem, and nothing would be left for the Gaussians to explain. Cells that
-    fewer than ``minimum`` crops show take the colour of their nearest known neighbours.
+    the ground would learn a picture of the stem, and nothing would be left to explain. Cells that fewer than two crops
+    show take the colour of their nearest known neighbours.
     """
     size = plane.cells
     used = np.zeros((size, size), bool)
@@ -254,10 +231,24 @@ def median_texture(plane: GroundPlane, crops: list[Crop], minimum: int = 2) -> n
     median = np.empty((len(rows), 3), np.float32)
     for k in range(3):
         _median_rows(np.ascontiguousarray(seen[..., k]), median[:, k])
-    known = np.isfinite(seen[..., 0]).sum(axis=1) >= min(minimum, len(crops))
+    known = np.isfinite(seen[..., 0]).sum(axis=1) >= min(2, len(crops))
     texture = np.zeros((size, size, 3), np.float32)
     texture[rows[known], columns[known]] = median[known]
     return _fill(texture, rows[known], columns[known])
+
+
+def ground_textures(plane: GroundPlane, around: list[Crop], flights: set[int]) -> dict[int, np.ndarray]:
+    """:func:`median_texture` of each flight. Shadows move between flights: each with enough crops has a ground of its
+    own."""
+    pooled, textures = None, {}
+    for flight in sorted(flights):
+        own = [crop for crop in around if crop.flight == flight]
+        if 6 <= len(own) < len(around):
+            textures[flight] = median_texture(plane, own)
+        else:
+            pooled = median_texture(plane, around) if pooled is None else pooled
+            textures[flight] = pooled
+    return textures
 
 
 def _fill(texture: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:

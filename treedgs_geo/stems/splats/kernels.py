@@ -1,8 +1,8 @@
-"""The per-pixel loops: forward and backward compositing, float32, one horizontal strip of the image at a time.
+"""The per-pixel loops: forward and backward compositing, float32.
 
 Gaussians come sorted front to back as columns of the projected matrix of ``project.py``. Each is drawn over the row
-spans that its ellipse alpha >= alpha_min covers; strips make the work parallel without shared writes. Compositing is
-eq:alpha_compositing without early termination: exact, and the backward pass replays it front to back.
+spans that its ellipse alpha >= alpha_min covers. Compositing is eq:alpha_compositing without early termination: exact,
+and the backward pass replays it front to back.
 
 Pictures lie in memory as cells: ``LANES`` neighbouring pixels of a row, all their planes side by side. One cell is one
 contiguous piece of memory, so the compiler needs no check for overlapping arrays and turns the loop over its pixels
@@ -59,10 +59,10 @@ def from_cells(cells: np.ndarray, count: int, height: int, width: int) -> np.nda
 
 
 @numba.njit(inline="always", fastmath=True, error_model="numpy")
-def _rows(v, ka, det, cut, low, high):
-    """First and one-past-last row whose centre the ellipse reaches, within low..high."""
+def _rows(v, ka, det, cut, height):
+    """First and one-past-last row whose centre the ellipse reaches."""
     reach = np.sqrt(cut * ka / det)
-    return max(int(math.ceil(v - reach - _F(0.5))), low), min(int(math.floor(v + reach - _F(0.5))) + 1, high)
+    return max(int(math.ceil(v - reach - _F(0.5))), 0), min(int(math.floor(v + reach - _F(0.5))) + 1, height)
 
 
 @numba.njit(inline="always", fastmath=True)
@@ -78,7 +78,7 @@ def _make_forward(full: bool):
     size = count * LANES
 
     @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-    def forward(proj, n, y0, y1, width, image):
+    def forward(proj, n, height, width, image):
         top, zero = _F(ALPHA_MAX), _F(0.0)
         across = (width + LANES - 1) // LANES
         pairs = 0
@@ -88,7 +88,7 @@ def _make_forward(full: bool):
             nx, ny, nz = proj[9, g], proj[10, g], proj[11, g]
             cr, cg, cb = proj[14, g], proj[15, g], proj[16, g]
             det = ka * kc - kb * kb
-            first, last = _rows(v, ka, det, cut, y0, y1)
+            first, last = _rows(v, ka, det, cut, height)
             inverse = _F(1.0) / ka
             skew, square, bend, quad = kb * inverse, cut * inverse, det * inverse * inverse, _F(-0.5) * ka
             for y in range(first, last):
@@ -127,7 +127,7 @@ def _make_forward(full: bool):
     return forward
 
 
-#: Composite colour and transmittance: ``kernel(proj, n, y0, y1, width, image)``. image: cells of R, G, B (zero) and
+#: Composite colour and transmittance: ``kernel(proj, n, height, width, image)``. image: cells of R, G, B (zero) and
 #: T (one), updated. Returns the number of pixel-Gaussian pairs.
 forward_colour = _make_forward(False)
 #: As ``forward_colour`` with the cells of N_PLANES planes: plane 4 accumulates w d, plane 5 takes d of the last
@@ -141,7 +141,7 @@ def _make_backward(full: bool):
     size = (given + 2) * LANES
 
     @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-    def backward(proj, n, y0, y1, width, state, grad):
+    def backward(proj, n, height, width, state, grad):
         top, zero, one, half = _F(ALPHA_MAX), _F(0.0), _F(1.0), _F(0.5)
         across = (width + LANES - 1) // LANES
         for g in range(n):
@@ -150,7 +150,7 @@ def _make_backward(full: bool):
             nx, ny, nz = proj[9, g], proj[10, g], proj[11, g]
             cr, cg, cb = proj[14, g], proj[15, g], proj[16, g]
             det = ka * kc - kb * kb
-            first, last = _rows(v, ka, det, cut, y0, y1)
+            first, last = _rows(v, ka, det, cut, height)
             inverse = one / ka
             skew, square, bend, quad = kb * inverse, cut * inverse, det * inverse * inverse, _F(-0.5) * ka
             s_r, s_g, s_b, s_p = zero, zero, zero, zero
@@ -238,7 +238,7 @@ def _make_backward(full: bool):
     return backward
 
 
-#: Gradients of a loss on colour and alpha: ``kernel(proj, n, y0, y1, width, state, grad)``. state: cells of six planes,
+#: Gradients of a loss on colour and alpha: ``kernel(proj, n, height, width, state, grad)``. state: cells of six planes,
 #: used up: T (one on entry), the sum of given x rendered (what all Gaussians contribute), then the given dL/dR, dL/dG,
 #: dL/dB, dL/dA. grad: (15, >= n) float32, accumulated.
 backward_colour = _make_backward(False)

@@ -11,14 +11,10 @@ from ..quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BR
 
 @dataclass(frozen=True, kw_only=True)
 class GaussianOptions:
-    """How stems become Gaussians.
+    """How stems in photos become primitives, and Gaussians on their bark.
 
-    Of the library only: gaussians: most of a stem, its bark's. max_gaussians: in all, shared among the stems.
-    max_views: photos used per stem. band_m: top of the modelled band above the ground, radius_m: of the modelled
-    cylinder about each seed, metres. threads: stems fitted at once. seed: of every random choice. mask_foliage:
-    leave out green pixels where the photos' colours show a clear split. stem_gaussians: Gaussians around a stem
-    primitive (twigs and leaves before and beside it). stem_epochs: passes over the crops in which primitive and
-    Gaussians are fitted together.
+    Of the library only: gaussians: most of a stem. max_views: photos used per stem. band_m: top of the modelled band
+    above the ground, radius_m: of the modelled cylinder about each seed, metres. threads: stems fitted at once.
     """
 
     bh_m: float = param(
@@ -29,22 +25,11 @@ class GaussianOptions:
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
     )
-    device: str = param(
-        "cpu",
-        kind="choice",
-        choices=("cpu", "cuda"),
-        help="where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang",
-    )
     gaussians: int = 3000
-    max_gaussians: int = 60_000
     max_views: int = 60
     band_m: float = 3.0
     radius_m: float = 0.5
     threads: int = 2
-    seed: int = 0
-    mask_foliage: bool = True
-    stem_gaussians: int = 300
-    stem_epochs: int = 4
 
 
 @dataclass(frozen=True, kw_only=True)

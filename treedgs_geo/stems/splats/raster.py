@@ -1,14 +1,10 @@
-"""Draw a Gaussian field into a crop, and pull gradients back to its parameters.
-
-``Rasteriser`` runs the strips of ``kernels.py`` on a thread pool of its own (the kernels release the GIL): no
-threading layer to install, the same result for any number of threads, safe to use from several Python threads at once.
-"""
+"""Draw a Gaussian field into a crop, and pull gradients back to its parameters: one thread, the kernels release the
+GIL, safe to use from several Python threads at once."""
 
 from __future__ import annotations
 
 import math
 import threading
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +15,6 @@ from .project import N_ROWS, CropCamera, gather_columns, project_backward_kernel
 
 #: Fainter than this a Gaussian is not drawn (one grey level of 255).
 ALPHA_MIN = 1 / 255
-#: Strips a thread gets, so that an uneven picture still fills all of them; and the least rows of one.
-_STRIPS_A_THREAD, _MIN_ROWS = 4, 8
 
 
 class _Scratch(threading.local):
@@ -42,24 +36,6 @@ _scratch = _Scratch()
 
 
 @dataclass(frozen=True)
-class Render:
-    """What one view shows.
-
-    colour: (H, W, 3) float32, sum of w c (no background). alpha: (H, W). depth: (H, W) expected distance from the
-    camera centre, sum w d / sum w, NaN where nothing is drawn. median_depth: (H, W) distance where the transmittance
-    passes 0.5, NaN where it does not. normals: (H, W, 3) unit, camera axes, facing the camera; NaN where nothing is
-    drawn. pairs: pixel-Gaussian pairs composited.
-    """
-
-    colour: np.ndarray
-    alpha: np.ndarray
-    depth: np.ndarray | None
-    median_depth: np.ndarray | None
-    normals: np.ndarray | None
-    pairs: int
-
-
-@dataclass(frozen=True)
 class Pass:
     """One forward pass, kept for its backward: the sorted projection and the raw planes (see ``kernels.py``)."""
 
@@ -71,100 +47,56 @@ class Pass:
     dilation: float
 
 
-class Rasteriser:
-    """Forward and backward compositing.
+def draw(
+    parameters: np.ndarray,
+    camera: CropCamera,
+    full: bool = False,
+    dilation_px2: float = 0.0,
+    alpha_min: float = ALPHA_MIN,
+) -> Pass:
+    """Project, sort front to back by distance and composite.
 
-    threads: strips in flight at once; 1 runs in the calling thread. dilation_px2: variance added to each ellipse, with
-    the opacity lowered so that its integral stays (Mip-Splatting's 2D filter); 0 draws the Gaussians as they are.
+    parameters: (N, 14) float64. full: depth and normals too. dilation_px2: variance added to each ellipse, with the
+    opacity lowered so that its integral stays (Mip-Splatting's 2D filter); 0 draws the Gaussians as they are.
+    alpha_min: fainter than this a Gaussian is not drawn.
     """
+    projected, index = project(parameters, camera, dilation_px2, alpha_min)
+    height, width, count = camera.height, camera.width, kernels.N_PLANES if full else 4
+    cells = _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
+    cells[:] = 0
+    cells[:, :, 3] = 1
+    if full:
+        cells[:, :, 5] = np.nan
+    cells = cells.reshape(-1)
+    pairs = (kernels.forward_full if full else kernels.forward_colour)(projected, len(index), height, width, cells)
+    return Pass(camera, projected, index, kernels.from_cells(cells, count, height, width), pairs, dilation_px2)
 
-    def __init__(self, threads: int = 1, dilation_px2: float = 0.0, alpha_min: float = ALPHA_MIN) -> None:
-        self.threads = max(int(threads), 1)
-        self.dilation = float(dilation_px2)
-        self.alpha_min = float(alpha_min)
-        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
 
-    def close(self) -> None:
-        """Stop the worker threads."""
-        if self._pool:
-            self._pool.shutdown()
+def pull_back(parameters: np.ndarray, done: Pass, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient with respect to the parameters, (N, 14) float64, and to each centre in the picture, (N, 2) float32 per
+    pixel.
 
-    def forward(self, parameters: np.ndarray, camera: CropCamera, full: bool = False) -> Pass:
-        """Project, sort front to back by distance and composite. parameters: (N, 14) float64. full: depth and normals
-        too.
-        """
-        projected, index = project(parameters, camera, self.dilation, self.alpha_min)
-        height, width, n = camera.height, camera.width, len(index)
-        count = kernels.N_PLANES if full else 4
-        cells = _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
-        cells[:] = 0
-        cells[:, :, 3] = 1
-        if full:
-            cells[:, :, 5] = np.nan
-        cells = cells.reshape(-1)
-        kernel = kernels.forward_full if full else kernels.forward_colour
-        pairs = sum(self._strips(height, lambda y0, y1: kernel(projected, n, y0, y1, width, cells)))
-        planes = kernels.from_cells(cells, count, height, width)
-        return Pass(camera, projected, index, planes, pairs, self.dilation)
-
-    def backward(
-        self,
-        parameters: np.ndarray,
-        done: Pass,
-        given: np.ndarray,
-        out: np.ndarray | None = None,
-        pull: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """Gradient with respect to the parameters.
-
-        given: (4, H, W), (8, H, W) or (9, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3)
-        as in ``done.planes``, then of the median depth. Returns (N, 14) float64; ``out`` is accumulated into when
-        given. pull: (N, 2) float32, filled with the gradient on each centre in the picture, per pixel.
-        """
-        planes, n, width = done.planes, len(done.index), done.camera.width
-        full = len(given) >= 8
-        state = _scratch.take("state", (11 if full else 6, *given.shape[1:]))
-        state[0], state[2 : 2 + len(given)], state[2 + len(given) :] = 1, given, 0
-        state[1] = np.einsum("chw,chw->hw", state[2:5], planes[:3]) + state[5] * (1 - planes[3])
-        if full:
-            state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:10], planes[6:9])
-        kernel = kernels.backward_full if full else kernels.backward_colour
-        count, height = len(state), done.camera.height
-        cells = kernels.to_cells(
-            state, _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
-        )
-
-        def strip(y0: int, y1: int) -> np.ndarray:
-            shape = 15, max(n, 1)
-            grad = _scratch.take("grad", shape) if self._pool is None else np.empty(shape, np.float32)
-            grad[:] = 0
-            kernel(done.projected, n, y0, y1, width, cells, grad)
-            return grad
-
-        grads = self._strips(height, strip)
-        grad = grads[0] if len(grads) == 1 else sum(grads)
-        if pull is not None:
-            pull[done.index] = grad[:2, :n].T
-        if out is None:
-            out = np.zeros((len(parameters), N_PARAMETERS))
-        project_backward_kernel(
-            parameters,
-            done.camera.intrinsics,
-            done.camera.rotation,
-            done.camera.translation,
-            done.dilation,
-            done.index,
-            grad,
-            out,
-        )
-        return out
-
-    def _strips(self, height: int, work):
-        if self._pool is None:
-            return [work(0, height)]
-        rows = max(-(-height // (_STRIPS_A_THREAD * self.threads)), _MIN_ROWS)
-        edges = [(y, min(y + rows, height)) for y in range(0, height, rows)]
-        return list(self._pool.map(lambda edge: work(*edge), edges))
+    given: (4, H, W) or (9, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3) as in
+    ``done.planes``, then of the median depth.
+    """
+    planes, n, camera = done.planes, len(done.index), done.camera
+    full, height, width = len(given) == 9, camera.height, camera.width
+    state = _scratch.take("state", (len(given) + 2, height, width))
+    state[0], state[2:] = 1, given
+    state[1] = np.einsum("chw,chw->hw", state[2:5], planes[:3]) + state[5] * (1 - planes[3])
+    if full:
+        state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:10], planes[6:9])
+    count = len(state)
+    cells = kernels.to_cells(state, _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES)))
+    grad = _scratch.take("grad", (15, max(n, 1)))
+    grad[:] = 0
+    (kernels.backward_full if full else kernels.backward_colour)(done.projected, n, height, width, cells, grad)
+    pull = np.zeros((len(parameters), 2), np.float32)
+    pull[done.index] = grad[:2, :n].T
+    out = np.zeros((len(parameters), N_PARAMETERS))
+    pose = camera.intrinsics, camera.rotation, camera.translation
+    project_backward_kernel(parameters, *pose, done.dilation, done.index, grad, out)
+    return out, pull
 
 
 def project(
@@ -190,21 +122,3 @@ def project(
     projected = np.empty((N_ROWS, n), np.float32)
     gather_columns(out, order, projected)
     return projected, index[order]
-
-
-def render(
-    parameters: np.ndarray, camera: CropCamera, rasteriser: Rasteriser | None = None, full: bool = True
-) -> Render:
-    """Draw a field (``GaussianField.packed``) as seen by ``camera``."""
-    done = (rasteriser or Rasteriser()).forward(parameters, camera, full)
-    planes = done.planes
-    colour, alpha = np.moveaxis(planes[:3], 0, -1), 1 - planes[3]
-    if not full:
-        return Render(colour, alpha, None, None, None, done.pairs)
-    drawn = alpha > 0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        depth = np.where(drawn, planes[4] / alpha, np.nan)
-        normals = np.moveaxis(planes[6:9], 0, -1)
-        normals = np.where(drawn[..., None], normals / np.linalg.norm(normals, axis=-1, keepdims=True), np.nan)
-    median = np.where(planes[3] <= 0.5, planes[5], np.nan)
-    return Render(colour, alpha, depth, median, normals, done.pairs)

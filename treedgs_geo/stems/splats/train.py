@@ -1,13 +1,12 @@
-"""From photos and stem seeds to one Gaussian field of the stem band (``docs/analyst/gaussians.md``).
+"""From photos and stem seeds to stem primitives, and one Gaussian field of their bark (``docs/analyst/gaussians.md``).
 
-The paper optimises the whole forest on a large GPU. Here each stem is a small problem of its own: crops over its band,
-a tapered primitive among Gaussians in a cylinder, the ground behind it as a texture. Stems are independent, so they run
-side by side, and time and memory grow linearly with their number.
+Each stem is a small problem of its own: crops over its band, a tapered primitive, the ground behind it as a texture.
+Stems are independent, so they run side by side, and time and memory grow linearly with their number.
 """
 
 from __future__ import annotations
 
-import math
+import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
@@ -17,31 +16,17 @@ import numpy as np
 from ...core.crs import LocalFrame
 from ...core.errors import InputError
 from ...core.progress import Reporter
-from ...core.seeding import own_seed
 from ...reconstruction.cameras import View
 from .bands import Band, CutPhotos, cut_bands, read_photo
-from .crops import FoliageRule
-from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
-from .joint_fit import BandFit, fit_with_primitive
-from .layered_model import FitSettings
+from .crops import FoliageRule, ground_textures
+from .field import COLOUR, LARGEST_COORDINATE_M, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
 from .options import GaussianOptions
-from .primitive.fit import PrimitiveFit
-from .primitive.views import JointSettings
+from .primitive.fit import PrimitiveFit, fit_primitive
+from .primitive.model import CELL_M, GAMMA, N_ANGLES, axis_xy, radius_m
+from .primitive.views import PrimitiveSettings
 
-
-@dataclass(frozen=True)
-class FitReport:
-    """What was modelled, for ``run.json``. stems: one dict per seed with crops, pixels, Gaussians, seconds and why it
-    stopped. primitives: fitted stems by seed.
-    """
-
-    stems: list[dict]
-    photos: int = 0
-    megapixels: float = 0.0
-    pairs: int = 0
-    foliage: FoliageRule | None = None
-    warnings: list[str] = field(default_factory=list)
-    primitives: dict[int, FoundStem] = field(default_factory=dict)
+#: Opacity of the Gaussians on the bark, and their standard deviation across it, m.
+_BARK_OPACITY, _BARK_M = 0.95, 0.002
 
 
 @dataclass(frozen=True)
@@ -50,6 +35,25 @@ class FoundStem:
 
     origin: np.ndarray
     primitive: PrimitiveFit
+
+
+@dataclass(frozen=True)
+class FitReport:
+    """What was modelled, for ``run.json``. stems: one dict per seed with crops, pixels, Gaussians, seconds and
+    diameter. photos: how many were needed. foliage: the colour split, None where there is none. primitives: fitted
+    stems by seed.
+    """
+
+    stems: list[dict]
+    photos: int
+    foliage: FoliageRule | None
+    warnings: list[str] = field(default_factory=list)
+    primitives: dict[int, FoundStem] = field(default_factory=dict)
+
+    @property
+    def megapixels(self) -> float:
+        """In all crops."""
+        return round(sum(stem["pixels"] for stem in self.stems) / 1e6, 3)
 
 
 def fit_with_report(
@@ -61,7 +65,7 @@ def fit_with_report(
     reporter: Reporter | None = None,
     load: Callable[[View], np.ndarray] = read_photo,
 ) -> tuple[GaussianField, FitReport]:
-    """Fit a field of the stem band around seeds.
+    """Fit a primitive at each seed; the Gaussians of the field lie on their bark.
 
     views: registered photos, local frame. frame: that frame (only named in messages; the field stays local). ground:
     local x, y arrays -> local ground height, NaN where unknown. seeds_xy: (K, 2) local stem positions, good to a few
@@ -97,7 +101,15 @@ def fit_with_report(
             "No stem could be fitted: no photo shows the stem band of any of the "
             f"{len(seeds)} positions; check the positions, the ground model and the photos' overlap."
         )
-    return _merged(bands, fits), _report(bands, fits, warnings)
+    found = {stem: FoundStem(bands.origins[stem], fit.primitive) for stem, fit in sorted(fits.items())}
+    packed, groups = [], []
+    for stem, fit in sorted(fits.items()):
+        fit.bark[:, MEAN] += bands.origins[stem]
+        packed.append(fit.bark)
+        groups.append(np.full(len(fit.bark), stem))
+    made = GaussianField.from_packed(np.concatenate(packed), np.concatenate(groups))
+    modelled = [{"seed": stem, **fit.modelled} for stem, fit in sorted(fits.items())]
+    return made, FitReport(modelled, bands.photos, bands.rule, warnings, found)
 
 
 def _checked_seeds(views: Sequence[View], frame: LocalFrame, seeds_xy: np.ndarray) -> np.ndarray:
@@ -117,16 +129,23 @@ def _checked_seeds(views: Sequence[View], frame: LocalFrame, seeds_xy: np.ndarra
     return seeds
 
 
-def _fit_all(bands: CutPhotos, options: GaussianOptions, reporter: Reporter) -> dict[int, BandFit]:
+@dataclass(frozen=True)
+class _StemFit:
+    """bark: (N, 14) in the stem's own frame. modelled: as :class:`FitReport` has it."""
+
+    primitive: PrimitiveFit
+    bark: np.ndarray
+    modelled: dict
+
+
+def _fit_all(bands: CutPhotos, options: GaussianOptions, reporter: Reporter) -> dict[int, _StemFit]:
     """The stems side by side; those without a band or a fit are left out."""
-    share = max(options.max_gaussians // max(len(bands.origins), 1), 10)
 
-    def work(stem: int) -> tuple[int, BandFit | None]:
+    def work(stem: int) -> tuple[int, _StemFit | None]:
         band = bands.band(stem)
-        origin = bands.origins[stem]
-        return stem, None if band is None else _fit_one(origin, band, options, share, spread)
+        return stem, None if band is None else _fit_one(band, options, spread)
 
-    fits: dict[int, BandFit] = {}
+    fits: dict[int, _StemFit] = {}
     # Explanations of one stem run side by side as well: a last stem alone would leave all but one core idle.
     with ThreadPoolExecutor(options.threads) as parts, ThreadPoolExecutor(options.threads) as pool:
         spread = parts.map if options.threads > 1 else map
@@ -144,56 +163,54 @@ def _fit_all(bands: CutPhotos, options: GaussianOptions, reporter: Reporter) -> 
     return fits
 
 
-def _merged(bands: CutPhotos, fits: dict[int, BandFit]) -> GaussianField:
-    """One field, local frame, of the stems' own."""
-    pieces = []
-    for stem in sorted(fits):
-        parameters = fits[stem].parameters.copy()
-        parameters[:, MEAN] += bands.origins[stem]
-        pieces.append(GaussianField.from_packed(parameters, stem))
-    return merge_fields(pieces)
-
-
-def _report(bands: CutPhotos, fits: dict[int, BandFit], warnings: list[str]) -> FitReport:
-    found = {stem: FoundStem(bands.origins[stem], fit.primitive) for stem, fit in fits.items()}
-    return FitReport(
-        stems=[_modelled(stem, fit) for stem, fit in sorted(fits.items())],
-        photos=bands.photos,
-        megapixels=round(sum(fit.pixels for fit in fits.values()) / 1e6, 3),
-        pairs=sum(fit.pairs for fit in fits.values()),
-        foliage=bands.rule,
-        warnings=warnings,
-        primitives=found,
-    )
-
-
-def _modelled(stem: int, fit: BandFit) -> dict:
-    held_out = fit.held_out
-    return {
-        "seed": stem,
-        "crops": fit.crops,
-        "pixels": fit.pixels,
-        "gaussians": len(fit.parameters),
-        "epochs": fit.epochs,
-        "seconds": round(fit.seconds, 2),
-        "stopped": fit.stopped,
-        "held_out": None
-        if held_out is None
-        else {key: round(value, 4) for key, value in vars(held_out).items() if math.isfinite(value)},
-        "dbh_cm": round(fit.primitive.dbh_cm, 2),
+def _fit_one(band: Band, options: GaussianOptions, spread: Callable[..., Iterable]) -> _StemFit | None:
+    began = time.perf_counter()
+    settings = PrimitiveSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
+    ground = ground_textures(band.plane, band.around, {crop.flight for crop in band.crops})
+    primitive = fit_primitive(band.crops, band.plane, ground, settings, spread)
+    if primitive is None:
+        return None
+    spacing_m = max(2.5 * band.pixel_m, 0.03)
+    bark = bark_gaussians(primitive, options.bh_m, settings.low_m, settings.high_m, spacing_m, options.gaussians)
+    modelled = {
+        "crops": len(band.crops),
+        "pixels": sum(crop.pixels for crop in band.crops),
+        "gaussians": len(bark),
+        "seconds": round(time.perf_counter() - began, 2),
+        "dbh_cm": round(primitive.dbh_cm, 2),
     }
+    return _StemFit(primitive, bark, modelled)
 
 
-def _fit_one(
-    origin: np.ndarray, band: Band, options: GaussianOptions, share: int, spread: Callable[..., Iterable]
-) -> BandFit | None:
-    """share: most Gaussians of a stem."""
-    budget = min(share, options.gaussians)
-    # Drawn by the stem's place: neighbours found or not change nothing.
-    seed = own_seed(options.seed, origin) % 2**31
-    around = FitSettings(min(options.stem_gaussians, budget // 2), options.stem_epochs, options.device, seed)
-    joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
-    bark = max(budget - around.gaussians, 0)
-    return fit_with_primitive(
-        band.crops, band.plane, band.volume, around, band.pixel_m, band.around, joint, bark, spread
+def bark_gaussians(
+    primitive: PrimitiveFit, bh_m: float, low_m: float, high_m: float, spacing_m: float, max_count: int
+) -> np.ndarray:
+    """(K, 14) opaque flat Gaussians on the bark of a primitive, coloured by its texture; at most ``max_count``.
+
+    They are the stem for everything that knows Gaussians only (viewers, sampling). Discs touch a curved surface from
+    outside, so each lies deeper by its mean bulge, sigma^2 / 2 r: sampled points then scatter about the bark.
+    """
+    while True:
+        heights = np.arange(low_m, high_m, spacing_m)
+        radius = radius_m(primitive.shape, bh_m, heights)
+        around = np.maximum(np.ceil(2 * np.pi * radius / spacing_m), 6).astype(int)
+        if around.sum() <= max_count:
+            break
+        spacing_m *= 1.1
+    row = np.repeat(np.arange(len(heights)), around)
+    height, r, n = heights[row], radius[row], around[row]
+    angle = (np.concatenate([np.arange(count) for count in around]) + 0.5 * (row % 2)) * 2 * np.pi / n
+    sigma = 0.55 * np.minimum(spacing_m, 2 * np.pi * r / n)
+    deep = (r - sigma**2 / (2 * r))[:, None]
+    p = np.zeros((len(row), N_PARAMETERS))
+    p[:, MEAN] = np.column_stack(
+        [axis_xy(primitive.shape, bh_m, height) + deep * np.column_stack([np.cos(angle), np.sin(angle)]), height]
     )
+    # First axis radial: a turn about the vertical.
+    p[:, QUATERNION] = np.column_stack([np.cos(angle / 2), 0 * angle, 0 * angle, np.sin(angle / 2)])
+    p[:, LOG_SCALE] = np.log(np.column_stack([0 * sigma + _BARK_M, sigma, 0 * sigma + 0.55 * spacing_m]))
+    p[:, LOGIT] = np.log(_BARK_OPACITY / (1 - _BARK_OPACITY))
+    cell = ((angle / (2 * np.pi)) * N_ANGLES).astype(int) % N_ANGLES
+    level = np.minimum((height / CELL_M).astype(int), primitive.texture.shape[1] - 1)
+    p[:, COLOUR] = np.clip(primitive.texture[cell, level], 0, 1) ** (1 / GAMMA)
+    return p

@@ -8,7 +8,7 @@ from ...core.crs import LocalFrame
 from ..quality.findings import Findings
 from ..quality.limits import judge
 from ..quality.tree import Tree
-from .joint_fit import axis_xy
+from .primitive.model import axis_xy
 from .train import FoundStem
 
 

@@ -15,11 +15,11 @@ import numpy as np
 import torch
 
 from ....core.errors import InputError
-from ..devices import make_rasteriser
+from .. import raster
+from ..kernels import N_PLANES
 from ..project import CropCamera
-from ..raster import ALPHA_MIN, Rasteriser
+from ..raster import ALPHA_MIN
 from .harmonics import COEFFICIENTS, seen_colours
-from .planes import for_kernels, shown_planes
 from .project import project
 
 #: Widths of the parts of the packed parameters: means, quaternions, log-scales, opacity logit, colours.
@@ -84,19 +84,76 @@ class _Compiled(torch.autograd.Function):
     """(N, 14) float64 parameters of the CPU -> the planes and median depth of :class:`Rendered`."""
 
     @staticmethod
-    def forward(ctx: Any, packed: torch.Tensor, camera: CropCamera, rasteriser: Rasteriser, full: bool, kept: dict):
-        parameters = packed.detach().numpy()
-        done = rasteriser.forward(parameters, camera, full)
-        ctx.done, ctx.rasteriser, ctx.parameters, ctx.kept = done, rasteriser, parameters, kept
+    def forward(
+        ctx: Any, packed: torch.Tensor, camera: CropCamera, full: bool, dilation: float, alpha_min: float, kept: dict
+    ) -> Any:
+        ctx.parameters, ctx.kept = packed.detach().numpy(), kept
+        ctx.done = raster.draw(ctx.parameters, camera, full, dilation, alpha_min)
         ctx.set_materialize_grads(False)
-        kept["pairs"] = done.pairs
-        return shown_planes(torch.from_numpy(done.planes))
+        kept["pairs"] = ctx.done.pairs
+        return _shown(torch.from_numpy(ctx.done.planes))
 
     @staticmethod
     def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
-        back = for_kernels(given, torch.from_numpy(ctx.done.planes)).numpy()
-        grad = ctx.rasteriser.backward(ctx.parameters, ctx.done, back, pull=ctx.kept["pull"].numpy())
-        return torch.from_numpy(grad), None, None, None, None
+        back = _for_kernels(given, torch.from_numpy(ctx.done.planes)).numpy()
+        grad, pull = raster.pull_back(ctx.parameters, ctx.done, back)
+        ctx.kept["pull"].copy_(torch.from_numpy(pull))
+        return torch.from_numpy(grad), None, None, None, None, None
+
+
+class _OnDevice(torch.autograd.Function):
+    """(17, n) rows of the projection, front to back, on any device -> the planes and median depth of
+    :class:`Rendered`, by Warp's kernels on the tensors' own memory."""
+
+    @staticmethod
+    def forward(ctx: Any, rows: torch.Tensor, index: torch.Tensor, camera: CropCamera, full: bool, kept: dict) -> Any:
+        from . import warp_raster
+
+        ctx.rows = rows.detach().to(torch.float32).contiguous()
+        ctx.planes = torch.zeros((N_PLANES if full else 4, camera.height, camera.width), device=rows.device)
+        ctx.planes[3] = 1
+        if full:
+            ctx.planes[5] = torch.nan
+        ctx.lists = warp_raster.draw(ctx.rows, ctx.planes)
+        kept["pairs"] = int(ctx.lists[0][-1]) * warp_raster.TILE_PX**2
+        ctx.index, ctx.kept = index, kept
+        ctx.set_materialize_grads(False)
+        return _shown(ctx.planes)
+
+    @staticmethod
+    def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
+        from . import warp_raster
+
+        grad = warp_raster.pull_back(ctx.rows, ctx.lists, _for_kernels(given, ctx.planes), ctx.planes)
+        ctx.kept["pull"][ctx.index] = grad[:2].T
+        out = torch.zeros_like(ctx.rows)
+        out[:12], out[14:] = grad[:12], grad[12:15]
+        return out, None, None, None, None
+
+
+def _shown(raw: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """(4 or 8, H, W) colour, alpha, sum w d, sum w n, and (H, W) median depth (empty for four planes) of the kernels'
+    planes (4 or 9, H, W: R, G, B, T, sum w d, median, sum w n)."""
+    full = len(raw) == N_PLANES
+    planes = torch.empty((8 if full else 4, *raw.shape[1:]), device=raw.device)
+    planes[:3], planes[3] = raw[:3], 1 - raw[3]
+    if not full:
+        return planes, torch.empty(0, device=raw.device)
+    planes[4], planes[5:] = raw[4], raw[6:9]
+    return planes, torch.where(raw[3] <= 0.5, raw[5], torch.nan)
+
+
+def _for_kernels(given: tuple[torch.Tensor | None, ...], raw: torch.Tensor) -> torch.Tensor:
+    """(4 or 9, H, W) float32 gradients as the kernels want them: of colour, alpha, sum w d, sum w n, median depth.
+    given: those of :func:`_shown`; None: none."""
+    planes, median = given
+    whole = torch.zeros((len(raw), *raw.shape[1:]), device=raw.device)
+    if planes is not None:
+        whole[: len(planes)] = planes.detach()
+    if median is not None and len(raw) == N_PLANES:
+        # Where there is no median there is nothing to pull at, whatever a loss says there.
+        whole[8] = torch.where(raw[3] <= 0.5, torch.nan_to_num(median.detach().to(torch.float32)), 0.0)
+    return whole
 
 
 def rasterize(
@@ -110,7 +167,7 @@ def rasterize(
     geometry: bool = False,
     dilation_px2: float = 0.0,
     alpha_min: float = ALPHA_MIN,
-    rasteriser: Any = None,
+    warp: bool | None = None,
 ) -> Rendered:
     """Draw Gaussians; gradients reach all five tensors.
 
@@ -120,12 +177,11 @@ def rasterize(
             of spherical harmonics, K = 1, 4, 9 or 16 (:mod:`.harmonics`). All float32 or float64, on one device.
             camera: pinhole crop, first pixel's centre at (0.5, 0.5). geometry: depth and normals too
             (eq:radegs_depth_plane).
-            dilation_px2, alpha_min: see :class:`~treedgs_geo.stems.splats.raster.Rasteriser`.
-            rasteriser: one to use again (its threads, its dilation); default: one thread of the CPU, or Warp on the
-            tensors' GPU. A Warp rasteriser takes the path of GPU tensors on the CPU too.
+            dilation_px2, alpha_min: see :func:`~treedgs_geo.stems.splats.raster.draw`. warp: draw with Warp; default:
+            for tensors of a GPU.
 
     Raises:
-        InputError: tensors of other shapes, or on several devices. MissingComponentError: GPU tensors without Warp.
+        InputError: tensors of other shapes, or on several devices. ImportError: GPU tensors without warp-lang.
     """
     if colours.ndim == 3 and colours.shape[1] in COEFFICIENTS and colours.shape[2] == 3:
         colours = seen_colours(colours, means, torch.as_tensor(camera.centre, dtype=means.dtype, device=means.device))
@@ -137,22 +193,15 @@ def rasterize(
         "colours": colours,
     }
     _check(parts)
-    if rasteriser is None:
-        on_cpu = means.device.type == "cpu"
-        rasteriser = (
-            Rasteriser(1, dilation_px2, alpha_min) if on_cpu else make_rasteriser(str(means.device), dilation_px2)
-        )
     kept: dict = {"pull": torch.zeros((len(means), 2), device=means.device)}
-    if isinstance(rasteriser, Rasteriser):
+    if means.device.type == "cpu" if warp is None else not warp:
         packed = torch.cat([part.to(torch.float64) for part in parts.values()], dim=1).contiguous()
-        planes, median = _Compiled.apply(packed, camera, rasteriser, geometry, kept)
+        planes, median = _Compiled.apply(packed, camera, geometry, dilation_px2, alpha_min, kept)
     else:
-        from .on_device import CompositeOnDevice
-
         # As the compiled twin: float64 up to the ellipses, float32 in the picture.
         doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
-        rows, index = project(doubles, camera, rasteriser.dilation, rasteriser.alpha_min)
-        planes, median = CompositeOnDevice.apply(rows, index, camera, geometry, kept)
+        rows, index = project(doubles, camera, dilation_px2, alpha_min)
+        planes, median = _OnDevice.apply(rows, index, camera, geometry, kept)
     return Rendered(planes, median if geometry else None, kept["pairs"], kept["pull"])
 
 

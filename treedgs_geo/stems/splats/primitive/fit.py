@@ -7,7 +7,6 @@ that is too thick paints ground onto itself, and only a photo that took no part 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
@@ -17,10 +16,9 @@ from ...quality.findings import Findings
 from ...quality.limits import judge
 from ...quality.priors import START_TAPER, TAPER_SD
 from ..crops import Crop, GroundPlane, halved
-from ..loss import robust_weight
 from .model import CELL_M, N_SHAPE, StemView, normal_equations
 from .search import gather_evidence, starts
-from .views import NO_STEM, JointSettings, Layers, Sight, compare, draw, expose, ground_layers, textures
+from .views import NO_STEM, PrimitiveSettings, Sight, compare, draw, expose, ground_seen, textures
 
 #: Prior means and sds of the shape: place, slope, bend, radius, taper.
 PRIOR = np.array([0, 0, 0, 0, 0, 0, 0, START_TAPER])
@@ -29,14 +27,12 @@ PRIOR_SD = np.array([0.3, 0.3, 0.05, 0.05, 0.004, 0.004, np.inf, TAPER_SD])
 
 @dataclass
 class PrimitiveExplanation:
-    """A fitted shape. shifts: (V,) px. loss: leave-one-photo-out mean of rho. losses, areas: per photo. sd: formal
-    standard errors of the shape. texture: (V, A, L, 3)."""
+    """A fitted shape. shifts: (V,) px. loss: leave-one-photo-out mean of rho. sd: formal standard errors of the
+    shape."""
 
     shape: np.ndarray
     shifts: np.ndarray
     loss: float = math.inf
-    losses: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    areas: np.ndarray = field(default_factory=lambda: np.zeros(0))
     sd: np.ndarray = field(default_factory=lambda: np.full(N_SHAPE, np.nan))
 
     @property
@@ -48,9 +44,8 @@ class PrimitiveExplanation:
 def fit_shape(
     sights: list[Sight],
     start: PrimitiveExplanation,
-    settings: JointSettings,
+    settings: PrimitiveSettings,
     blurs: list[float],
-    first: bool = True,
 ) -> PrimitiveExplanation:
     """Gauss-Newton from ``start``, one step for each blur; the loss is of the shape before the last step's draw."""
     shape, shifts = start.shape.copy(), start.shifts.copy()
@@ -59,9 +54,9 @@ def fit_shape(
     noise = settings.noise**2
     for step, blur in enumerate([*blurs, blurs[-1]]):
         draw(sights, shape, shifts, blur, settings)
-        texture = textures(sights, settings, first and step == 0)
+        texture = textures(sights, settings, step == 0)
         rho, area = compare(sights, texture, settings)
-        if first and step == 0:
+        if step == 0:
             texture = textures(sights, settings, False)
             rho, area = compare(sights, texture, settings)
         expose(sights)
@@ -93,7 +88,7 @@ def fit_shape(
         shape[2:4] = np.clip(shape[2:4], -0.3, 0.3)
         for v, (h, g) in enumerate(each):
             shifts[v] = np.clip(shifts[v] + (g[8] - h[8, :8] @ move) / h[8, 8], -2, 2)
-    return PrimitiveExplanation(shape, shifts, float(rho.sum() / max(area.sum(), 1e-9)), rho, area, formal)
+    return PrimitiveExplanation(shape, shifts, float(rho.sum() / max(area.sum(), 1e-9)), formal)
 
 
 @dataclass(frozen=True)
@@ -102,8 +97,8 @@ class PrimitiveFit:
 
     shape: (8,) of :mod:`.primitive.model`. se_cm: standard error of the diameter, given that the right explanation
     won. n_views: photos that show both edges near breast height. gap: how much worse the next different explanation
-    predicts the photos; evidence: how much worse the bare ground does. shifts: (V,) sideways pose errors, px.
-    texture: (A, L, 3) linear-light colours, all photos. loss: mean rho. seconds: process time.
+    predicts the photos; evidence: how much worse the bare ground does. texture: (A, L, 3) linear-light colours, all
+    photos. loss: mean rho.
     """
 
     shape: np.ndarray
@@ -112,9 +107,7 @@ class PrimitiveFit:
     gap: float
     evidence: float
     loss: float
-    shifts: np.ndarray
     texture: np.ndarray
-    seconds: float
 
     @property
     def dbh_cm(self) -> float:
@@ -130,6 +123,8 @@ class PrimitiveFit:
 
 #: Explanations whose diameters differ less (cm) are one answer.
 _SAME_CM = 2.5
+#: Different explanations that are fitted at full resolution.
+_FINALISTS = 3
 _COARSE_BLURS, _FINE_BLURS = [1.3, 1.1, 0.9, 0.7, 0.6, 0.6], [1.0, 0.8, 0.7, 0.6, 0.6, 0.6]
 
 
@@ -142,48 +137,39 @@ def different(one: PrimitiveExplanation, other: PrimitiveExplanation) -> bool:
 def fit_primitive(
     crops: list[Crop],
     plane: GroundPlane,
-    ground: dict[int, np.ndarray] | Callable[[Crop], Layers],
-    settings: JointSettings | None = None,
-    reach_m: float = 0.3,
-    finalists: int = 3,
+    ground: dict[int, np.ndarray],
+    settings: PrimitiveSettings | None = None,
     spread: Callable[..., Iterable] = map,
 ) -> PrimitiveFit | None:
-    """Find and fit the stem within ``reach_m`` of the seed.
+    """Find and fit the stem near the seed.
 
-    crops: full resolution, stem frame. ground: ground texture of each flight; or what a crop shows without the stem,
-    where more than the ground is known (Gaussians of the whole scene). spread: ``map``, or one like it that tries
-    several explanations at once. None where nothing stands out at all.
+    crops: full resolution, stem frame. ground: ground texture of each flight. spread: ``map``, or one like it that
+    tries several explanations at once. None where nothing stands out at all.
     """
-    settings = settings or JointSettings()
-    began = time.process_time()
-    look = ground if callable(ground) else lambda crop: ground_layers(crop, ground[crop.flight])
+    settings = settings or PrimitiveSettings()
     half = [halved(crop, plane) for crop in crops]
-    sights, unlike = [], []
-    for crop in half:
-        front, through, behind = look(crop)
-        sights.append(Sight.between(crop, front, through, behind).compared(settings))
-        bare = front + through[..., None] * behind
-        unlike.append(1 - np.sqrt(robust_weight(bare - crop.image, 0.12)))
-    evidence = gather_evidence(half, unlike, settings.bh_m)
+    behind = [ground_seen(crop, ground[crop.flight]) for crop in half]
+    sights = [Sight.of(*pair).compared(settings) for pair in zip(half, behind, strict=True)]
+    evidence = gather_evidence(half, behind, settings.bh_m)
 
     def rough(shape: np.ndarray) -> PrimitiveExplanation:
         own = [sight.again() for sight in sights]
         return fit_shape(own, PrimitiveExplanation(shape, np.zeros(len(own))), settings, _COARSE_BLURS)
 
-    tried = list(spread(rough, starts(evidence, reach_m, np.arange(0.04, 0.36, 0.02), 5)))
+    tried = list(spread(rough, starts(evidence)))
     kept: list[PrimitiveExplanation] = []
     for item in sorted(tried, key=lambda e: e.loss):
         if all(different(item, other) for other in kept):
             kept.append(item)
     if not kept:
         return None
-    fine = [Sight.between(crop, *look(crop)).compared(settings) for crop in crops]
+    fine = [Sight.of(crop, ground_seen(crop, ground[crop.flight])).compared(settings) for crop in crops]
 
     def closer(item: PrimitiveExplanation) -> PrimitiveExplanation:
         own = [sight.again() for sight in fine]
         return fit_shape(own, PrimitiveExplanation(item.shape, 2 * item.shifts), settings, _FINE_BLURS)
 
-    ended = list(spread(closer, kept[:finalists]))
+    ended = list(spread(closer, kept[:_FINALISTS]))
     ended.sort(key=lambda e: e.loss)
     best = ended[0]
     rivals = [e.loss for e in ended[1:] if abs(e.dbh_cm - best.dbh_cm) > _SAME_CM]
@@ -197,19 +183,17 @@ def fit_primitive(
         min(rivals) - best.loss if rivals else math.inf,
         bare - loss,
         best.loss,
-        best.shifts,
         texture.mean(axis=0),
-        time.process_time() - began,
     )
 
 
-def clear_views(sights: list[Sight], settings: JointSettings) -> int:
+def clear_views(sights: list[Sight], settings: PrimitiveSettings) -> int:
     """Photos that show both edges over half a metre or more around breast height."""
     rows = slice(int((settings.bh_m - 0.6) / CELL_M), int((settings.bh_m + 0.6) / CELL_M) + 1)
     return int(sum((np.minimum(*sight.composite.clear[:, rows]) > 0.5).sum() >= 2 for sight in sights))
 
 
-def _loss_of(sights: list[Sight], explanation: PrimitiveExplanation, settings: JointSettings) -> float:
+def _loss_of(sights: list[Sight], explanation: PrimitiveExplanation, settings: PrimitiveSettings) -> float:
     draw(sights, explanation.shape, explanation.shifts, settings.blur_px, settings)
     rho, area = np.zeros(1), np.zeros(1)
     for first in (True, False, False):

@@ -1,10 +1,9 @@
 """A stem as a primitive: a leaning, bending, tapering cone with an analytic, anti-aliased silhouette and a texture.
 
-What is seen at a pixel is, front to back: Gaussians before the stem, the stem (coverage alpha, colour S), Gaussians
-behind it, ground. Coverage is exact up to the photo's blur: a ray touches a cone where its distance s from the axis
-equals the radius, so alpha = Phi((r - s) / blur). Splats drawn with a blur of their own add it to the stem's width
-(about a pixel in all); this edge has no such bias. Stem and ground are mixed in linear light, as a lens mixes them, and
-compared in image space.
+What is seen at a pixel is the stem (coverage alpha, colour S) before the ground. Coverage is exact up to the photo's
+blur: a ray touches a cone where its distance s from the axis equals the radius, so alpha = Phi((r - s) / blur). Splats
+drawn with a blur of their own add it to the stem's width (about a pixel in all); this edge has no such bias. Stem and
+ground are mixed in linear light, as a lens mixes them, and compared in image space.
 
 Kernels work on one crop; float32 images, float64 geometry. The shape vector is x, y (axis at breast height), lx, ly
 (slope, m/m), bx, by (bend, 1/m), r (radius at breast height), taper (m/m), all in the stem frame (metres).
@@ -73,13 +72,10 @@ class Coverage(NamedTuple):
 class Surroundings(NamedTuple):
     """What a crop shows besides the stem.
 
-    behind: (H, W, 3) linear, ground and the Gaussians behind. front: (H, W, 3) gamma space, Gaussians before the stem;
-    through: (H, W) light that they let pass. gain: (3,). image: (H, W, 3) the photo; mask: (H, W) its weights.
+    behind: (H, W, 3) linear, the ground. gain: (3,). image: (H, W, 3) the photo; mask: (H, W) its weights.
     """
 
     behind: np.ndarray
-    front: np.ndarray
-    through: np.ndarray
     gain: np.ndarray
     image: np.ndarray
     mask: np.ndarray
@@ -96,6 +92,17 @@ class Composite(NamedTuple):
     shown: np.ndarray
     weight: np.ndarray
     clear: np.ndarray
+
+
+def axis_xy(shape: np.ndarray, bh_m: float, height_m: np.ndarray) -> np.ndarray:
+    """(N, 2) axis at heights above the ground."""
+    q = np.asarray(height_m, float) - bh_m
+    return shape[:2] + np.outer(q, shape[2:4]) + np.outer(q * q, shape[4:6])
+
+
+def radius_m(shape: np.ndarray, bh_m: float, height_m: np.ndarray) -> np.ndarray:
+    """(N,) radius at heights above the ground."""
+    return np.maximum(shape[6] + shape[7] * (np.asarray(height_m, float) - bh_m), 0.005)
 
 
 @njit(inline="always", **_FAST)
@@ -182,19 +189,16 @@ def cover(stem, lens, region, out, known=False):
 
 
 @njit(**_FAST)
-def gather(coverage, linear, through, weight, total, mass):
-    """Sum the colours (linear light) of clearly covered pixels into one photo's texture: total (A, L, 3), mass (A, L).
-
-    linear: (H, W, 3) what the photo shows once the Gaussians in front are taken away; through: (H, W) light that they
-    let pass.
-    """
+def gather(coverage, linear, weight, total, mass):
+    """Sum the colours (linear light, (H, W, 3)) of clearly covered pixels into one photo's texture: total (A, L, 3),
+    mass (A, L)."""
     alpha, angle, level, window = coverage.alpha, coverage.angle, coverage.level, coverage.window
     for y in range(alpha.shape[0]):
         for x in range(alpha.shape[1]):
             if not window[y, x] or alpha[y, x] < 0.75:
                 continue
             # A rim pixel holds ground too; trusted, it would lighten the bark and widen the stem.
-            w = weight[y, x] * through[y, x] * ((alpha[y, x] - 0.75) * 4.0) ** 3
+            w = weight[y, x] * ((alpha[y, x] - 0.75) * 4.0) ** 3
             a, k = angle[y, x], min(level[y, x], mass.shape[1] - 1)
             mass[a, k] += w
             for c in range(3):
@@ -223,7 +227,7 @@ def compose(coverage, texture, scene, scale, out):
     weight.
     """
     alpha, edge, angle, level, window = coverage
-    behind, front, through, gain, image, mask = scene
+    behind, gain, image, mask = scene
     shown, weight, clear = out
     rows = texture.shape[1]
     sums = np.zeros((2, rows, 2, 3))
@@ -239,7 +243,7 @@ def compose(coverage, texture, scene, scale, out):
                 if a > 0.01:
                     k = min(level[y, x], texture.shape[1] - 1)
                     light = a * texture[angle[y, x], k, c] + (np.float32(1.0) - a) * light
-                value = (front[y, x, c] + through[y, x] * max(light, np.float32(0.0)) ** back) * gain[c]
+                value = max(light, np.float32(0.0)) ** back * gain[c]
                 shown[y, x, c] = value
                 e = value - image[y, x, c]
                 square += e * e
@@ -270,7 +274,7 @@ def normal_equations(stem, lens, coverage, texture, scene, composite, sharpness,
     """
     shape, bh, shift_px, blur_px = stem
     alpha, edge, angle, level, window = coverage
-    behind, _, through, gain, image, _ = scene
+    behind, gain, image, _ = scene
     shown, weight, clear = composite
     intr = lens.intrinsics
     row = np.empty(9)
@@ -303,7 +307,7 @@ def normal_equations(stem, lens, coverage, texture, scene, composite, sharpness,
                 light = behind[y, x, c]
                 step = texture[angle[y, x], k, c] - light
                 mixed = max(light + a * step, 1e-4)
-                g = gain[c] * through[y, x] * step * mixed ** (1.0 / GAMMA - 1.0) / GAMMA * slope
+                g = gain[c] * step * mixed ** (1.0 / GAMMA - 1.0) / GAMMA * slope
                 power += g * g
                 cross += g * (image[y, x, c] - shown[y, x, c])
             trust = weight[y, x] * clear[1 if edge[y, x] > 500.0 else 0, k] ** sharpness

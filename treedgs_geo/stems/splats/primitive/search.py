@@ -23,6 +23,8 @@ _FAST: dict[str, Any] = {"nogil": True, "cache": True, "fastmath": True, "error_
 _BIN_M, _REACH_M = 0.02, 0.78
 _LOW_M, _BLOCK_M, _BLOCKS = 0.4, 0.3, 8
 _BESIDE_M = 0.2
+#: Colour distance from the ground at which a pixel is half a stem's.
+_UNLIKE = 0.12
 
 
 @dataclass(frozen=True)
@@ -63,15 +65,17 @@ def _collect(lens, unlike, weight, bh, total, mass, normal):
             mass[block, i + 2] += f * w
 
 
-def gather_evidence(crops: list[Crop], unlike: list[np.ndarray], bh_m: float) -> SilhouetteEvidence:
-    """unlike: per crop (H, W) float32, 0 = ground, 1 = certainly not."""
+def gather_evidence(crops: list[Crop], behind: list[np.ndarray], bh_m: float) -> SilhouetteEvidence:
+    """behind: (H, W, 3) of each crop, the ground that it would show without a stem."""
     bins = int(2 * _REACH_M / _BIN_M)
     shape = (len(crops), _BLOCKS, bins + 1)
     total, mass, normal = np.zeros(shape), np.zeros(shape), np.zeros((len(crops), 2))
     for v, crop in enumerate(crops):
         camera = crop.camera
         lens = Lens(np.ascontiguousarray(camera.rotation, float), camera.centre, camera.intrinsics)
-        _collect(lens, unlike[v], crop.weight, bh_m, total[v], mass[v], normal[v])
+        square = ((behind[v] - crop.image) ** 2).sum(axis=-1)
+        unlike = square / (square + np.float32(_UNLIKE**2))  # 0 = ground, 1 = certainly not (Geman and McClure)
+        _collect(lens, unlike, crop.weight, bh_m, total[v], mass[v], normal[v])
     q = _LOW_M + (np.arange(_BLOCKS) + 0.5) * _BLOCK_M - bh_m
     return SilhouetteEvidence(np.cumsum(total, axis=2), np.cumsum(mass, axis=2), normal, q)
 
@@ -115,16 +119,18 @@ def _grid(total, mass, normal, q, offsets, radii, score):
                 score[a, b, k] = _contrast(total, mass, normal, q, offsets[b], offsets[a], 0.0, 0.0, radii[k])
 
 
+#: Stems are tried this far from the seed, with these radii (m).
+_OFFSET_M, _RADII_M = 0.3, np.arange(0.04, 0.36, 0.02)
 #: Radii (m) that divide the starts into classes. Each class sends its best: a thin stem beside a bush would have none.
-CLASSES = 0.0, 0.075, 0.11, 0.15, 0.22, 1.0
+_CLASSES = 0.0, 0.075, 0.11, 0.15, 0.22, 1.0
+#: Starts: so many of all, and of each class.
+_BEST, _BEST_OF_CLASS = 5, 2
 
 
-def starts(
-    evidence: SilhouetteEvidence, reach_m: float, radii: np.ndarray, most: int, each: int = 2
-) -> list[np.ndarray]:
-    """Shape vectors of the best different silhouettes of upright stems within ``reach_m`` of the seed: the best
-    ``most``, and the best ``each`` of every class of radii."""
-    offsets = np.arange(-reach_m, reach_m + 0.01, 0.03)
+def starts(evidence: SilhouetteEvidence) -> list[np.ndarray]:
+    """Shape vectors of the best different silhouettes of upright stems near the seed, of all and of each class of
+    radii."""
+    offsets, radii = np.arange(-_OFFSET_M, _OFFSET_M + 0.01, 0.03), _RADII_M
     score = np.empty((len(offsets), len(offsets), len(radii)))
     _grid(evidence.total, evidence.mass, evidence.normal, evidence.q, offsets, radii, score)
     chosen: list[tuple[int, int, int]] = []
@@ -137,9 +143,9 @@ def starts(
                 chosen.append((int(place[0]), int(place[1]), int(place[2])))
 
     best = max(float(score.max()), 1e-9)
-    add(score, most, 0.3 * best)
-    for low, high in zip(CLASSES[:-1], CLASSES[1:], strict=True):
+    add(score, _BEST, 0.3 * best)
+    for low, high in zip(_CLASSES[:-1], _CLASSES[1:], strict=True):
         own = (radii >= low) & (radii < high)
         if own.any():
-            add(np.where(own, score, -np.inf), each, 0.0)
+            add(np.where(own, score, -np.inf), _BEST_OF_CLASS, 0.0)
     return [np.array([offsets[b], offsets[a], 0, 0, 0, 0, radii[k], START_TAPER]) for a, b, k in chosen]

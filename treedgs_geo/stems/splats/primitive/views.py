@@ -27,11 +27,13 @@ from .model import (
 
 
 @dataclass(frozen=True)
-class JointSettings:
-    """blur_px: edge blur of the photos (sd). scale: colour error (RGB norm) at which a pixel loses its say.
-    noise: colour sd that balances pixels against priors. shift_sd_px: pose error of a photo across the stem. window_m,
-    low_m, high_m: the compared region about the seed. sharpness: exponent on how well an edge's surroundings are
-    explained; higher trusts fewer, clearer edges."""
+class PrimitiveSettings:
+    """How a primitive is compared with its crops.
+
+    bh_m: breast height. blur_px: edge blur of the photos (sd). scale: colour error (RGB norm) at which a pixel loses
+    its say. noise: colour sd that balances pixels against priors. shift_sd_px: pose error of a photo across the stem.
+    window_m, low_m, high_m: the compared region about the seed. sharpness: exponent on how well an edge's surroundings
+    are explained; higher trusts fewer, clearer edges."""
 
     bh_m: float = BREAST_HEIGHT_M
     blur_px: float = 0.6
@@ -56,38 +58,27 @@ class JointSettings:
 
 @dataclass
 class Sight:
-    """One crop made ready. behind, front, through: what Gaussians and ground show there, as
-    :class:`.model.Surroundings` has it; they change while Gaussians are fitted along, and so does the gain."""
+    """One crop made ready. linear, behind: (H, W, 3) float32 linear light, of the photo and of the ground. gain: (3,)
+    exposure, fitted along. drawn: which pixels are compared is known."""
 
     crop: Crop
     linear: np.ndarray
     behind: np.ndarray
-    front: np.ndarray
-    through: np.ndarray
     gain: np.ndarray
     lens: Lens
     coverage: Coverage
     composite: Composite
-    drawn: bool = False  # the coverage's window is known
+    drawn: bool = False
 
     @classmethod
-    def of(cls, crop: Crop, ground: np.ndarray, gain: np.ndarray | None = None) -> Sight:
-        """ground: (S, S, 3) gamma-space ground texture of the crop's flight."""
-        return cls.between(crop, *ground_layers(crop, ground), gain)
-
-    @classmethod
-    def between(
-        cls, crop: Crop, front: np.ndarray, through: np.ndarray, behind: np.ndarray, gain: np.ndarray | None = None
-    ) -> Sight:
-        """front, through: of what stands before the stem. behind: (H, W, 3) gamma space."""
+    def of(cls, crop: Crop, behind: np.ndarray) -> Sight:
+        """behind: (H, W, 3) gamma space, :func:`ground_seen`."""
         camera = crop.camera
         return cls(
             crop,
             linear=(np.clip(crop.image, 0, 1) ** GAMMA).astype(np.float32),
             behind=(np.clip(behind, 0, 1) ** GAMMA).astype(np.float32),
-            front=front,
-            through=through,
-            gain=np.ones(3, np.float32) if gain is None else gain,
+            gain=np.ones(3, np.float32),
             lens=Lens(
                 np.ascontiguousarray(camera.rotation, float), np.asarray(camera.centre, float), camera.intrinsics
             ),
@@ -105,7 +96,7 @@ class Sight:
             coverage = empty_coverage(self.crop.image.shape[:2])
         return replace(self, gain=np.ones(3, np.float32), coverage=coverage, composite=_empty_composite(self.crop))
 
-    def compared(self, settings: JointSettings) -> Sight:
+    def compared(self, settings: PrimitiveSettings) -> Sight:
         """The same with only those rows and columns that hold compared pixels: a fit that reads no others takes a
         third of the time."""
         none = StemView(NO_STEM, settings.bh_m, 0.0, settings.blur_px)
@@ -121,8 +112,6 @@ class Sight:
             crop=crop,
             linear=np.ascontiguousarray(self.linear[box]),
             behind=np.ascontiguousarray(self.behind[box]),
-            front=np.ascontiguousarray(self.front[box]),
-            through=np.ascontiguousarray(self.through[box]),
             lens=self.lens._replace(intrinsics=crop.camera.intrinsics),
             coverage=Coverage(*[np.ascontiguousarray(values[box]) for values in self.coverage]),
             composite=_empty_composite(crop),
@@ -132,7 +121,7 @@ class Sight:
     @property
     def scene(self) -> Surroundings:
         """What the crop shows besides the stem, as the kernels take it."""
-        return Surroundings(self.behind, self.front, self.through, self.gain, self.crop.image, self.crop.weight)
+        return Surroundings(self.behind, self.gain, self.crop.image, self.crop.weight)
 
 
 def _empty_composite(crop: Crop) -> Composite:
@@ -147,19 +136,16 @@ def empty_coverage(shape: tuple[int, ...]) -> Coverage:
 
 #: A stem too thin to be seen.
 NO_STEM = np.array([0, 0, 0, 0, 0, 0, 1e-4, 0.0])
-#: What a photo shows without the stem: before it (H, W, 3), the light that this lets pass (H, W), and behind it
-#: (H, W, 3); gamma space, float32.
-Layers = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def ground_layers(crop: Crop, texture: np.ndarray) -> Layers:
-    """Nothing before the stem, the ground behind it. texture: (S, S, 3) of the crop's flight."""
+def ground_seen(crop: Crop, texture: np.ndarray) -> np.ndarray:
+    """(H, W, 3) float32, gamma space: what a crop shows without the stem. texture: (S, S, 3) of the crop's flight."""
     behind = np.empty_like(crop.image)
     sample_texture(texture, crop.texels, behind)
-    return np.zeros_like(crop.image), np.ones(crop.image.shape[:2], np.float32), behind
+    return behind
 
 
-def textures(sights: list[Sight], settings: JointSettings, first: bool) -> np.ndarray:
+def textures(sights: list[Sight], settings: PrimitiveSettings, first: bool) -> np.ndarray:
     """(V, A, L, 3) linear-light texture that each photo is compared with: painted by the other photos of its flight.
 
     first: colours are medians over the photos, because nothing is known yet about which pixels to trust.
@@ -170,12 +156,9 @@ def textures(sights: list[Sight], settings: JointSettings, first: bool) -> np.nd
     for v, sight in enumerate(sights):
         weight = sight.crop.weight if first else sight.composite.weight
         linear = sight.linear
-        if sight.front.any():
-            bare = (sight.crop.image / sight.gain - sight.front) / np.maximum(sight.through[..., None], 0.05)
-            linear = (np.clip(bare, 0, 1) ** GAMMA).astype(np.float32)
-        elif not first:
+        if not first:
             linear = (np.clip(sight.crop.image / sight.gain, 0, 1) ** GAMMA).astype(np.float32)
-        gather(sight.coverage, linear, sight.through, weight, total[v], mass[v])
+        gather(sight.coverage, linear, weight, total[v], mass[v])
     flights = np.array([sight.crop.flight for sight in sights])
     counts = {f: int((flights == f).sum()) for f in set(flights.tolist())}
     if min(counts.values()) < 6:
@@ -215,7 +198,9 @@ def _blurred(values: np.ndarray) -> np.ndarray:
     return gaussian_filter1d(gaussian_filter1d(values, 1.0, axis=1, mode="wrap"), 1.0, axis=2, mode="nearest")
 
 
-def draw(sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: float, settings: JointSettings) -> None:
+def draw(
+    sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: float, settings: PrimitiveSettings
+) -> None:
     """Fill every sight's coverage and texture cells."""
     for sight, shift in zip(sights, shifts, strict=True):
         stem = StemView(shape, settings.bh_m, shift, blur_px)
@@ -223,7 +208,7 @@ def draw(sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: fl
         sight.drawn = True
 
 
-def compare(sights: list[Sight], texture: np.ndarray, settings: JointSettings) -> tuple[np.ndarray, np.ndarray]:
+def compare(sights: list[Sight], texture: np.ndarray, settings: PrimitiveSettings) -> tuple[np.ndarray, np.ndarray]:
     """Composite every sight; (V,) sums of rho and of weight."""
     result = np.array(
         [compose(s.coverage, texture[v], s.scene, settings.scale, s.composite) for v, s in enumerate(sights)]

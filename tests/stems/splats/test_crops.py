@@ -1,4 +1,4 @@
-"""Gradients of the losses, the ground texture, the foliage split, crops, density control."""
+"""Crops: the ground texture, the foliage split, photos cut and averaged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.stems.splats.bands import Volume, averaged_photos
+from treedgs_geo.stems.splats.bands import averaged_photos
 from treedgs_geo.stems.splats.crops import (
     Crop,
     FoliageRule,
@@ -17,53 +17,13 @@ from treedgs_geo.stems.splats.crops import (
     crop_camera,
     cut_out,
     foliage_rule,
-    gather_texture,
     median_texture,
     near_axis,
-    sample_texture,
 )
-from treedgs_geo.stems.splats.loss import d_ssim, l1, robust_weight
-from treedgs_geo.stems.splats.optimise import Adam, constrain, decay, learning_rates, relocate
 from treedgs_geo.stems.splats.project import CropCamera
 
 RNG = np.random.default_rng(0)
 DOWN = np.diag([1.0, -1.0, -1.0])
-
-
-@pytest.mark.parametrize("loss", [l1, d_ssim])
-def test_photometric_gradients(loss):
-    image, shown = RNG.random((14, 17, 3)), RNG.random((14, 17, 3))
-    weight = RNG.random((14, 17))
-    _, gradient = loss(shown, image, weight)
-    for at in ((3, 4, 0), (0, 0, 1), (13, 16, 2), (7, 8, 1)):
-        up, down = shown.copy(), shown.copy()
-        up[at] += 1e-5
-        down[at] -= 1e-5
-        numeric = (loss(up, image, weight)[0] - loss(down, image, weight)[0]) / 2e-5
-        assert gradient[at] == pytest.approx(numeric, rel=2e-3, abs=1e-7)
-
-
-def test_same_picture_costs_nothing_and_constant_pictures_are_finite():
-    image = RNG.random((20, 20, 3)).astype(np.float32)
-    assert l1(image, image, np.ones((20, 20), np.float32))[0] == pytest.approx(0, abs=1e-6)
-    assert d_ssim(image, image, np.ones((20, 20), np.float32))[0] == pytest.approx(0, abs=1e-5)
-    flat = np.full((20, 20, 3), 0.3, np.float32)
-    for loss in (l1, d_ssim):
-        value, gradient = loss(flat, flat, np.zeros((20, 20), np.float32))
-        assert value == 0 and np.all(gradient == 0)
-    np.testing.assert_allclose(robust_weight(np.zeros((2, 2, 3)), 0.1), 1)
-
-
-def test_texture_sampling_and_gathering_are_adjoint():
-    texture = RNG.random((12, 12, 3)).astype(np.float32)
-    texels = RNG.uniform(0.5, 11.5, (6, 7, 2)).astype(np.float32)
-    value, weight = RNG.random((6, 7, 3)).astype(np.float32), np.ones((6, 7), np.float32)
-    shown = np.empty((6, 7, 3), np.float32)
-    sample_texture(texture, texels, shown)
-    total, mass = np.zeros((12, 12, 3), np.float32), np.zeros((12, 12), np.float32)
-    gather_texture(texels, value, weight, total, mass)
-    assert (shown * value).sum() == pytest.approx((texture * total).sum(), rel=1e-5)
-    assert mass.sum() == pytest.approx(42, rel=1e-5)
 
 
 def nadir_crops(colour_of, size=80, half_m=1.0, cell_m=0.05) -> tuple[GroundPlane, list[Crop]]:
@@ -78,7 +38,7 @@ def nadir_crops(colour_of, size=80, half_m=1.0, cell_m=0.05) -> tuple[GroundPlan
         if number == 1:
             image[30:50, 30:50] = 0.9
         clear = np.ones((size, size), np.float32)
-        crops.append(Crop(view, image, clear, texels, clear, number, 0))
+        crops.append(Crop(view, image, clear, texels, clear, 0))
     return plane, crops
 
 
@@ -162,35 +122,6 @@ def test_the_foliage_split_is_learned_or_not_made():
     assert foliage_rule(np.zeros((1000, 3), np.uint8)) is None
     red = np.clip([170, 70, 60] + noise, 0, 255)
     assert foliage_rule(np.concatenate([bark, red]).astype(np.uint8)) is None
-
-
-def test_relocation_keeps_the_number_and_the_opacity_of_the_pile():
-    volume = Volume(0.5, 0.0, 3.0, 0.005, 0.2)
-    p = np.zeros((40, 14))
-    p[:, :3] = [0.1, 0.1, 1.0]
-    p[:, 3], p[:, 7:10] = 1, np.log(0.05)
-    p[:, 10] = -9
-    p[0, 10] = 2.0
-    p[1, :3], p[2, 0] = [5, 5, 1], np.nan
-    before = 1 / (1 + np.exp(-2.0))
-    adam = Adam.start(40, learning_rates(0.02))
-    assert relocate(p, adam, volume, np.random.default_rng(0)) == 39
-    assert np.isfinite(p).all() and volume.contains(p[:, :3]).all()
-    piled = 1 - np.prod(1 - 1 / (1 + np.exp(-p[:, 10])))
-    assert piled == pytest.approx(before, abs=0.02)
-    assert relocate(p[:0], Adam.start(0, learning_rates(0.02)), volume, np.random.default_rng(0)) == 0
-
-
-def test_adam_skips_what_is_not_finite_and_constrain_restores_ranges():
-    p = np.ones((2, 14))
-    adam = Adam.start(2, learning_rates(0.02))
-    gradient = np.ones((2, 14))
-    gradient[0, 3] = np.nan
-    adam.step(p, gradient, decay(0.0))
-    assert np.all(p[0] == 1) and np.all(p[1] < 1)
-    p[0, 3:7], p[0, 7:10], p[0, 10] = 0, 50, 99
-    constrain(p, Volume(0.5, 0, 3, 0.005, 0.2))
-    assert p[0, 3] == 1 and np.allclose(np.exp(p[0, 7:10]), 0.2) and p[0, 10] == 6
 
 
 def test_photos_finer_than_a_stem_needs_are_read_as_coarser_ones():

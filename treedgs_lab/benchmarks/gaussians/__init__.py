@@ -1,1 +1,0 @@
-"""Gaussians: stem primitives and the published method."""
