@@ -204,8 +204,7 @@ def _prior(
     site: Site, sparse: np.ndarray, dense: Path | None, box: Box, reporter: Reporter
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """(M, 3) points to start from, local, (M, 3) their colours, and whose they are."""
-    from ..stems.splats.scene_start import dense_prior
-    from ..stems.splats.seeds import read_dense
+    from ..stems.splats.scene_start import dense_prior, read_dense
 
     if dense is not None:
         points, colours = read_dense(dense, site.frame)

@@ -44,8 +44,7 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
 def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..run.photo_files import views_of
     from ..stems.splats.ply import frame_path, write_field
-    from ..stems.splats.seeds import read_seeds
-    from ..stems.splats.train import fit_with_report
+    from ..stems.splats.train import fit_with_report, read_seeds
     from ..terrain.dtm import read_dtm
 
     frame, views = views_of(space, photo_folder(space, settings.photos), reporter)

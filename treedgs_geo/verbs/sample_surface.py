@@ -8,7 +8,6 @@ from typing import Any
 
 from ..core import workspace as names
 from ..core.command import Command
-from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
@@ -50,13 +49,7 @@ def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporte
 
     frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
     field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
-    field, field_frame = read_field(field_file)
-    if field_frame is not None and (
-        abs(field_frame.origin - frame.origin).max() > 1e-6 or abs(field_frame.scale - frame.scale) > 1e-9
-    ):
-        raise InputError(
-            f"{field_file}: is in another local frame than {space.path(names.SFM)}; run fit-gaussians again."
-        )
+    field = read_field(field_file, frame)
     options = replace(settings, **PAPER_SAMPLING) if settings.preset == "paper" else settings
     with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
         points = sample(field, views, options, reporter)

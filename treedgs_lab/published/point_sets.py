@@ -11,7 +11,6 @@ import numpy as np
 
 from treedgs_geo.core import workspace as names
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
@@ -54,10 +53,7 @@ def open_field(plot: PlotFiles) -> tuple[LocalFrame, list[View], GaussianField, 
     """
     assert plot.workspace_in is not None
     frame, views = scene(plot)
-    path = plot.workspace_in / names.FIELD
-    field, own = read_field(path)
-    if own is not None and (abs(own.origin - frame.origin).max() > 1e-6 or abs(own.scale - frame.scale) > 1e-9):
-        raise InputError(f"{path}: is in another local frame than the photos beside it; run photos-to-dbh again.")
+    field = read_field(plot.workspace_in / names.FIELD, frame)
     return frame, views, field, read_dtm(plot.workspace_in / names.DTM, frame.crs)
 
 

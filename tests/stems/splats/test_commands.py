@@ -10,12 +10,13 @@ import pyproj
 import pytest
 
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.core.errors import CRSError, InputError
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.settings import build
 from treedgs_geo.reconstruction.cameras import Camera
-from treedgs_geo.stems.splats.seeds import read_dense, read_seeds
+from treedgs_geo.stems.splats.scene_start import read_dense
+from treedgs_geo.stems.splats.train import read_seeds
 from treedgs_geo.verbs.fit_gaussians import COMMAND as FIT
 from treedgs_geo.verbs.sample_surface import COMMAND as SAMPLE
 
@@ -158,8 +159,9 @@ def test_seed_tables(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError, match=message):
             read_seeds(path, FRAME)
-    with pytest.raises(InputError, match="not found"):
+    with pytest.raises(InputError, match="No such file"):
         read_seeds(tmp_path / "none.csv", FRAME)
+    # Without a CRS places are the project's; degrees are then too far away.
     layer.set_crs(None, allow_override=True).to_file(tmp_path / "b.shp")
-    with pytest.raises(CRSError, match="no coordinate reference system"):
+    with pytest.raises(InputError, match="km from the photos"):
         read_seeds(tmp_path / "b.shp", FRAME)

@@ -8,13 +8,8 @@ import pytest
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.stems.splats.field import (
-    GaussianField,
-    empty_field,
-    merge_fields,
-    quaternion_matrices,
-)
-from treedgs_geo.stems.splats.ply import read_field, write_field
+from treedgs_geo.stems.splats.field import GaussianField, quaternion_matrices
+from treedgs_geo.stems.splats.ply import frame_path, read_field, write_field
 
 FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
 
@@ -26,12 +21,14 @@ def field(count: int = 20, seed: int = 0) -> GaussianField:
 def test_round_trip_is_exact_and_local(tmp_path):
     path = tmp_path / "field.ply"
     write_field(path, field(), FRAME)
-    back, frame = read_field(path)
+    back = read_field(path, FRAME)
     for name in ("means", "log_scales", "opacity_logits", "groups"):
         np.testing.assert_array_equal(getattr(back, name), getattr(field(), name))
     np.testing.assert_allclose(back.quaternions, field().quaternions, atol=1e-7)
     np.testing.assert_allclose(back.colours, field().colours, atol=1e-6)
-    np.testing.assert_array_equal(frame.origin, FRAME.origin)
+    np.testing.assert_array_equal(LocalFrame.load(frame_path(path)).origin, FRAME.origin)
+    with pytest.raises(InputError, match="another local frame"):
+        read_field(path, LocalFrame(FRAME.crs, FRAME.origin + 1))
     header = path.read_bytes().split(b"end_header")[0].decode()
     assert "local_origin 611337.000 3718451.000 38.000" in header and "property float f_dc_0" in header
     assert sorted(p.name for p in tmp_path.iterdir()) == ["field.frame.json", "field.ply"]
@@ -66,8 +63,8 @@ def test_another_trainers_file_with_more_colour_bands(tmp_path):
         "",
     ]
     (tmp_path / "other.ply").write_bytes("\n".join(header).encode() + rows.tobytes())
-    found, frame = read_field(tmp_path / "other.ply")
-    assert frame is None and np.all(found.groups == -1)
+    found = read_field(tmp_path / "other.ply", FRAME)  # no frame beside it: taken to be in the one asked for
+    assert np.all(found.groups == -1)
     np.testing.assert_array_equal(found.means, rows[:, :3])
     np.testing.assert_array_equal(found.opacity_logits, rows[:, 8])
 
@@ -105,10 +102,8 @@ def test_fields_refuse_nonsense():
         GaussianField(good[:, :3], good[:, 3:7], good[:, 7:10], good[:5, 10], good[:, 11:], np.zeros(20, int))
 
 
-def test_merge_and_select_keep_groups():
-    whole = merge_fields([field(5, 1), empty_field(), field(4, 2)])
-    assert len(whole) == 9 and whole.groups.tolist() == [0, 1, 2, 0, 1, 0, 1, 2, 0]
+def test_select_keeps_groups():
+    whole = field(9, 1)
     np.testing.assert_array_equal(whole.select(whole.groups == 1).means, whole.means[whole.groups == 1])
     turn = quaternion_matrices(whole.quaternions)
     np.testing.assert_allclose(turn @ turn.transpose(0, 2, 1), np.broadcast_to(np.eye(3), turn.shape), atol=1e-12)
-    assert len(merge_fields([])) == 0

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.stems.splats.field import GaussianField, empty_field
+from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.options import PAPER_SAMPLING, SampleOptions
 from treedgs_geo.stems.splats.project import CropCamera
 from treedgs_geo.stems.splats.raster import draw
@@ -156,7 +156,7 @@ def test_opacity_is_the_minimum_over_views_and_threads_do_not_matter():
 
 def test_refusals():
     with pytest.raises(InputError, match="empty"):
-        sample_surface(empty_field(), ring_of_views(2))
+        sample_surface(GaussianField.from_packed(np.zeros((0, 14))), ring_of_views(2))
     with pytest.raises(InputError, match="no registered photo"):
         sample_surface(cloud(), [])
     away = cloud()

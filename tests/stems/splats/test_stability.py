@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField, empty_field
+from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField
 from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover
 from treedgs_geo.stems.splats.primitive.views import empty_coverage
 from treedgs_geo.stems.splats.project import CropCamera
@@ -88,7 +88,8 @@ def test_coordinates_of_a_map_are_refused_and_empty_things_too():
     with pytest.raises(InputError, match="local frame"):
         GaussianField.from_packed(p)
     view = View("a", Path("a"), Camera(40, 30, 60.0, 60.0, 20.0, 15.0), DOWN, np.array([0, 0, 6.0]))
-    for call in (lambda: sample_surface(empty_field(), [view]), lambda: fuse_depth(empty_field(), [view])):
+    empty = GaussianField.from_packed(np.zeros((0, 14)))
+    for call in (lambda: sample_surface(empty, [view]), lambda: fuse_depth(empty, [view])):
         with pytest.raises(InputError):
             call()
     done = draw(np.zeros((0, 14)), camera(1.0))

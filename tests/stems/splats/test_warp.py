@@ -13,7 +13,7 @@ from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATE
 from treedgs_geo.stems.splats.on_torch import check_device  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.warp_raster import available, lists_by_tile  # noqa: E402
-from treedgs_geo.stems.splats.point_kernels import TILE_PX, list_by_tile  # noqa: E402
+from treedgs_geo.stems.splats.point_kernels import TILE_PX, tile_lists  # noqa: E402
 from treedgs_geo.stems.splats.project import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.raster import project  # noqa: E402
 
@@ -58,11 +58,7 @@ def test_tile_lists_made_by_torch_are_those_of_the_kernel():
     rows, _ = project(some(30), CAMERA)
     start, items, across = lists_by_tile(torch.tensor(rows), CAMERA.width, CAMERA.height)
     tiles_x, tiles_y = (CAMERA.width - 1) // TILE_PX + 1, (CAMERA.height - 1) // TILE_PX + 1
-    first = np.zeros(tiles_x * tiles_y + 1, np.int64)
-    list_by_tile(rows, rows.shape[1], tiles_x, tiles_y, first, first, False)
-    first = np.cumsum(first)
-    own = np.empty(first[-1], np.int64)
-    list_by_tile(rows, rows.shape[1], tiles_x, tiles_y, first.copy(), own, True)
+    first, own = tile_lists(rows, tiles_x, tiles_y)
     assert across == tiles_x
     np.testing.assert_array_equal(start.numpy(), first)
     np.testing.assert_array_equal(items.numpy(), own)

@@ -7,7 +7,6 @@ sky does not pay for more.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,23 +118,6 @@ class GaussianField:
             self.colours[which],
             self.groups[which],
         )
-
-
-def empty_field() -> GaussianField:
-    """A field without Gaussians."""
-    return GaussianField.from_packed(np.zeros((0, N_PARAMETERS)))
-
-
-def merge_fields(fields: Sequence[GaussianField]) -> GaussianField:
-    """One field from many; groups are kept."""
-    if not fields:
-        return empty_field()
-    return GaussianField(
-        *(
-            np.concatenate([getattr(f, name) for f in fields])
-            for name in ("means", "quaternions", "log_scales", "opacity_logits", "colours", "groups")
-        )
-    )
 
 
 def quaternion_matrices(quaternions: np.ndarray) -> np.ndarray:

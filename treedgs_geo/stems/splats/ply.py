@@ -19,24 +19,12 @@ from .field import GaussianField
 SH_0 = 0.28209479177387814
 
 _COLUMNS = (
-    "x",
-    "y",
-    "z",
-    "nx",
-    "ny",
-    "nz",
-    "f_dc_0",
-    "f_dc_1",
-    "f_dc_2",
-    "opacity",
-    "scale_0",
-    "scale_1",
-    "scale_2",
-    "rot_0",
-    "rot_1",
-    "rot_2",
-    "rot_3",
+    *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"),
+    *("scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"),
 )
+#: PLY's old names of types; the new ones are numpy's.
+_TYPES = {"float": "float32", "double": "float64", "int": "int32", "uint": "uint32", "char": "int8", "uchar": "uint8",
+          "short": "int16", "ushort": "uint16"}  # fmt: skip
 
 
 def frame_path(path: Path) -> Path:
@@ -77,13 +65,13 @@ def write_field(path: Path, field: GaussianField, frame: LocalFrame) -> None:
     frame.save(frame_path(path))
 
 
-def read_field(path: Path) -> tuple[GaussianField, LocalFrame | None]:
+def read_field(path: Path, frame: LocalFrame | None = None) -> GaussianField:
     """Read a 3DGS PLY (ours or another trainer's, any SH degree: the higher bands are dropped).
 
-    Returns the field and its frame; the frame is None where no ``.frame.json`` lies beside the file.
+    frame: that the field has to be in, if a ``.frame.json`` lies beside the file.
 
     Raises:
-        InputError: missing, truncated or not a binary little-endian 3DGS PLY.
+        InputError: missing, truncated, not a binary little-endian 3DGS PLY, or in another frame.
     """
     path = Path(path)
     try:
@@ -94,26 +82,8 @@ def read_field(path: Path) -> tuple[GaussianField, LocalFrame | None]:
     lines = raw[: max(end, 0)].decode("ascii", "replace").split("\n")
     if not raw.startswith(b"ply") or end < 0 or "format binary_little_endian 1.0" not in lines:
         raise InputError(f"{path}: is not a binary little-endian PLY file; give a field written by fit-gaussians.")
-    kinds = {
-        "float": "<f4",
-        "float32": "<f4",
-        "double": "<f8",
-        "float64": "<f8",
-        "int": "<i4",
-        "int32": "<i4",
-        "uint": "<u4",
-        "uint32": "<u4",
-        "uchar": "u1",
-        "uint8": "u1",
-        "char": "i1",
-        "int8": "i1",
-        "short": "<i2",
-        "int16": "<i2",
-        "ushort": "<u2",
-        "uint16": "<u2",
-    }
     count, inside = 0, False
-    dtype: list[tuple[str, str]] = []
+    dtype: list[tuple[str, np.dtype]] = []
     for line in lines:
         words = line.split()
         if words[:1] == ["element"]:
@@ -122,9 +92,12 @@ def read_field(path: Path) -> tuple[GaussianField, LocalFrame | None]:
             inside = words[1] == "vertex"
             count = int(words[2]) if inside else count
         elif words[:1] == ["property"] and inside:
-            if words[1] not in kinds:
-                raise InputError(f"{path}: vertex property type {words[1]!r} is not supported, expected a 3DGS PLY.")
-            dtype.append((words[2], kinds[words[1]]))
+            try:
+                dtype.append((words[2], np.dtype(_TYPES.get(words[1], words[1])).newbyteorder("<")))
+            except TypeError:
+                raise InputError(
+                    f"{path}: vertex property type {words[1]!r} is not supported, expected a 3DGS PLY."
+                ) from None
     names = {name for name, _ in dtype}
     missing = [name for name in _COLUMNS if name not in names and name not in ("nx", "ny", "nz")]
     if missing:
@@ -143,7 +116,13 @@ def read_field(path: Path) -> tuple[GaussianField, LocalFrame | None]:
         return np.column_stack([rows[name] for name in wanted]).astype(np.float32)
 
     groups = rows["group"].astype(np.int32) if "group" in names else np.full(count, -1, np.int32)
-    field = GaussianField(
+    beside = frame_path(path)
+    own = LocalFrame.load(beside) if beside.exists() else None
+    if own and frame and (abs(own.origin - frame.origin).max() > 1e-6 or abs(own.scale - frame.scale) > 1e-9):
+        raise InputError(
+            f"{path}: is in another local frame than the reconstruction beside it; run the step that wrote it again."
+        )
+    return GaussianField(
         columns("x", "y", "z"),
         columns("rot_0", "rot_1", "rot_2", "rot_3"),
         columns("scale_0", "scale_1", "scale_2"),
@@ -151,5 +130,3 @@ def read_field(path: Path) -> tuple[GaussianField, LocalFrame | None]:
         0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2"),
         groups,
     )
-    beside = frame_path(path)
-    return field, LocalFrame.load(beside) if beside.exists() else None

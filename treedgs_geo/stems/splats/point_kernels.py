@@ -13,7 +13,7 @@ TILE_PX = 8
 
 
 @numba.njit(cache=True, nogil=True)
-def list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
+def _list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
     """Tiles that each Gaussian's ellipse box touches, as compressed rows.
 
     First call with ``fill`` False counts into ``start[1:]``; after a cumulative sum, a call with ``fill`` True writes
@@ -37,8 +37,25 @@ def list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
                     start[tile + 1] += 1
 
 
+def tile_lists(projected: np.ndarray, tiles_x: int, tiles_y: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gaussians (columns of the projected matrix) by tile, in their order: start (tiles + 1,) and items, int64."""
+    n, start = projected.shape[1], np.zeros(tiles_x * tiles_y + 1, np.int64)
+    _list_by_tile(projected, n, tiles_x, tiles_y, start, start, False)
+    start = np.cumsum(start)
+    items = np.empty(start[-1], np.int64)
+    _list_by_tile(projected, n, tiles_x, tiles_y, start.copy(), items, True)
+    return start, items
+
+
 @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _query(proj, start, items, point_start, points, opacity, drawn):
+def opacity_before(proj, start, items, point_start, points, opacity, drawn):
+    """Cumulative opacity in front of each point (eq:radegs_point_offset ... eq:pointwise_opacity_integral).
+
+    proj: projected Gaussians, any order (the product is order-free); row 13 limits each ellipse. start, items:
+    Gaussians by tile. point_start: (tiles + 1,) points by tile. points: (3, M) float32 u, v, distance, sorted by tile.
+    opacity: (M,) float32 out. drawn: (M,) int32 out, how many Gaussians the point's ray meets. Returns the number of
+    pairs.
+    """
     one, zero, half, top = _F(1.0), _F(0.0), _F(0.5), _F(ALPHA_MAX)
     longest = 1
     for tile in range(len(start) - 1):
@@ -81,21 +98,3 @@ def _query(proj, start, items, point_start, points, opacity, drawn):
             opacity[p] = one - left
             drawn[p] = met
     return pairs
-
-
-def opacity_before(
-    proj: np.ndarray,
-    start: np.ndarray,
-    items: np.ndarray,
-    point_start: np.ndarray,
-    points: np.ndarray,
-    opacity: np.ndarray,
-    drawn: np.ndarray,
-) -> int:
-    """Cumulative opacity in front of each point (eq:radegs_point_offset ... eq:pointwise_opacity_integral).
-
-    proj: projected Gaussians, any order (the product is order-free); row 13 limits each ellipse. start, items:
-    Gaussians by tile. point_start: (tiles + 1,) points by tile. points: (3, M) float32 u, v, distance, sorted by tile.
-    opacity: (M,) out. drawn: (M,) out, how many Gaussians the point's ray meets. Returns the number of pairs.
-    """
-    return _query(proj, start, items, point_start, points, opacity, drawn)

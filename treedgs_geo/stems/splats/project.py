@@ -13,7 +13,7 @@ branch. The conditional standard deviation sigma_ray = sqrt(var(r) - slope . cov
 point query (``sample.py``): Delta^T Sigma^-1 Delta of eq:radegs_point_offset equals conic(u) + ((r - d(u)) /
 sigma_ray)^2 exactly. The surface normal is the gradient of r - d(u) in camera axes, pointing at the camera.
 
-Kernels are scalar per Gaussian, float64 inside; ``reference.py`` holds the NumPy twin.
+Kernels are scalar per Gaussian, float64 inside; ``tests/gaussian_reference.py`` holds the NumPy twin.
 """
 
 from __future__ import annotations
@@ -61,16 +61,10 @@ class CropCamera:
         """The same view at ``factor`` times the resolution (pixel corners, not centres, scale)."""
         width, height = max(int(round(self.width * factor)), 1), max(int(round(self.height * factor)), 1)
         along, down = width / self.width, height / self.height
-        return CropCamera(
-            width,
-            height,
-            self.fx * along,
-            self.fy * down,
-            self.cx * along,
-            self.cy * down,
-            self.rotation,
-            self.translation,
-        )
+        return replace(
+            self, width=width, height=height,
+            fx=self.fx * along, fy=self.fy * down, cx=self.cx * along, cy=self.cy * down,
+        )  # fmt: skip
 
     def part(self, left: int, top: int, width: int, height: int) -> CropCamera:
         """A piece of the view, given in its pixels."""
@@ -78,16 +72,7 @@ class CropCamera:
 
     def moved(self, origin: np.ndarray) -> CropCamera:
         """The same view in a world frame whose origin is ``origin`` (3,) of the present one."""
-        return CropCamera(
-            self.width,
-            self.height,
-            self.fx,
-            self.fy,
-            self.cx,
-            self.cy,
-            self.rotation,
-            self.translation + self.rotation @ np.asarray(origin, float),
-        )
+        return replace(self, translation=self.translation + self.rotation @ np.asarray(origin, float))
 
     def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, 3) world -> (N, 2) pixels, (N,) depth along the axis; NaN pixels at depth <= 0."""

@@ -26,7 +26,7 @@ from ...core.seeding import own_seed
 from ...reconstruction.cameras import View
 from .field import GaussianField
 from .options import SampleOptions
-from .point_kernels import TILE_PX, list_by_tile, opacity_before
+from .point_kernels import TILE_PX, opacity_before, tile_lists
 from .project import CropCamera
 from .raster import project
 
@@ -95,13 +95,8 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tupl
         width, height, camera.fx, camera.fy, camera.cx - corner_u, camera.cy - corner_v, view.rotation, view.translation
     )
     projected, _ = project(parameters, crop)
-    n = projected.shape[1]
     tiles_x, tiles_y = width // TILE_PX + 1, height // TILE_PX + 1
-    start = np.zeros(tiles_x * tiles_y + 1, np.int64)
-    list_by_tile(projected, n, tiles_x, tiles_y, start, start, False)
-    start = np.cumsum(start)
-    items = np.empty(start[-1], np.int64)
-    list_by_tile(projected, n, tiles_x, tiles_y, start.copy(), items, True)
+    start, items = tile_lists(projected, tiles_x, tiles_y)
     u, v = u - corner_u, v - corner_v
     tile = (v // TILE_PX).astype(np.int64) * tiles_x + (u // TILE_PX).astype(np.int64)
     order = np.argsort(tile, kind="stable")

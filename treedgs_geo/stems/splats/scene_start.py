@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...core.errors import InputError
+from ...core.crs import LocalFrame
+from ...core.errors import InputError, MissingComponentError
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
@@ -129,6 +131,46 @@ def dense_prior(
         points.append(xyz)
         colours.append(rgb / 255)
     return np.concatenate(points), np.concatenate(colours)
+
+
+def read_dense(path: Path, frame: LocalFrame) -> tuple[np.ndarray, np.ndarray | None]:
+    """Points to start Gaussians from: (M, 3) local, and (M, 3) colours 0..1 or None.
+
+    path: LAS/LAZ in the project CRS, or a PLY in the reconstruction's own local frame, as OpenMVS writes it
+    (``scene_dense.ply``, made from the workspace's ``sfm/``).
+
+    Raises:
+        InputError: missing, unreadable, empty, or not where the photos are. MissingComponentError: open3d, for a PLY.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: not found; give a LAS/LAZ cloud or OpenMVS's scene_dense.ply.")
+    colours = None
+    if path.suffix.lower() == ".ply":
+        try:
+            import open3d
+        except ImportError:
+            raise MissingComponentError(
+                f"{path}: reading a PLY needs the package open3d, which is not installed; run 'pip install open3d' in "
+                "the engine's environment, or give the points as LAZ in the project CRS."
+            ) from None
+
+        with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+            cloud = open3d.io.read_point_cloud(path)
+        xyz = np.asarray(cloud.points, float)
+        colours = np.asarray(cloud.colors, float) if cloud.has_colors() else None
+    else:
+        from ...pointcloud.files import read_cloud
+
+        xyz = frame.to_local(read_cloud(path, attributes=()).xyz)
+    if len(xyz) == 0 or not np.isfinite(xyz).all():
+        raise InputError(f"{path}: holds no readable points; write it again.")
+    if np.abs(np.median(xyz, axis=0)).max() > 5000:
+        raise InputError(
+            f"{path}: lies {np.abs(np.median(xyz, axis=0)).max() / 1000:.0f} km from the photos; a PLY must be "
+            "in the local frame of sfm/, a LAZ in the project CRS."
+        )
+    return xyz, colours
 
 
 def thinned(points: np.ndarray, colours: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:

@@ -10,11 +10,13 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from ...core.crs import LocalFrame
 from ...core.errors import InputError
+from ...core.field_stems import read_field_stems
 from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from .bands import Band, CutPhotos, cut_bands, read_photo
@@ -110,6 +112,24 @@ def fit_with_report(
     made = GaussianField.from_packed(np.concatenate(packed), np.concatenate(groups))
     modelled = [{"seed": stem, **fit.modelled} for stem, fit in sorted(fits.items())]
     return made, FitReport(modelled, bands.photos, bands.rule, warnings, found)
+
+
+def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
+    """(K, 2) stem positions in the local frame.
+
+    path: as :func:`~treedgs_geo.core.field_stems.read_field_stems` reads it.
+
+    Raises:
+        InputError: not readable, without a position of each stem, or not where the photos are.
+    """
+    found = read_field_stems(path, frame.crs).xy
+    local = frame.to_local(np.column_stack([found, np.zeros(len(found))]))[:, :2]
+    if np.abs(local).max() > 5000:
+        raise InputError(
+            f"{path}: stem positions lie {np.abs(local).max() / 1000:.0f} km from the photos; give them in "
+            f"{frame.crs.to_string()}."
+        )
+    return local
 
 
 def _checked_seeds(views: Sequence[View], frame: LocalFrame, seeds_xy: np.ndarray) -> np.ndarray:

@@ -225,10 +225,3 @@ def tensors_of(parameters: np.ndarray, device: str = "cpu", dtype: torch.dtype =
     columns = np.split(np.asarray(parameters), np.cumsum(list(_PARTS.values()))[:-1], axis=1)
     columns[3] = columns[3][:, 0]
     return [torch.tensor(part, device=device, dtype=dtype).requires_grad_() for part in columns]
-
-
-def packed_of(tensors: list[torch.Tensor]) -> np.ndarray:
-    """(N, 14) float64 parameter matrix of the five tensors."""
-    parts = [part.detach().cpu().to(torch.float64) for part in tensors]
-    parts[3] = parts[3].unsqueeze(-1)
-    return torch.cat(parts, dim=1).numpy()
