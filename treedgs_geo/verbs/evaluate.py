@@ -111,7 +111,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     if settings.paper or any(plot.has_experiments for plot in plots):
         from ..core.extras import lab
 
-        published = lab("published.evaluation", "evaluate with clouds, a workspace or --paper")
+        published = lab("published.experiments", "evaluate with clouds, a workspace or --paper")
         more, paper = published.add_experiments(settings, plots, evidence, metrics, reporter)
     for note in metrics["notes"]:
         reporter.warn(note)

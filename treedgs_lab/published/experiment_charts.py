@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.stats import gaussian_kde
 
 from treedgs_geo.report.charts import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, new_chart
 
@@ -33,10 +34,7 @@ def draw_densities(errors: dict[str, np.ndarray]) -> Any:
             axes.plot(error, np.zeros(len(error)), "|", color=colour, ms=16, mew=2, label=f"{name} ({len(error)})")
         if len(error) < 3:
             continue
-        spread = min(error.std(), (np.percentile(error, 75) - np.percentile(error, 25)) / 1.34) or error.std()
-        width = max(0.9 * spread * len(error) ** -0.2, 0.05)
-        curve = np.exp(-0.5 * ((x[:, None] - error) / width) ** 2).sum(axis=1)
-        curve /= len(error) * width * np.sqrt(2 * np.pi)
+        curve = gaussian_kde(error, "silverman")(x) if error.std() > 0 else np.zeros(len(x))
         axes.plot(x, curve, color=colour, ls=line, lw=1.8, label=f"{name} ({len(error)})")
     axes.axvline(0, color="0.4", ls="--", lw=1)
     axes.set_xlabel("estimate − reference, cm")
@@ -50,12 +48,8 @@ def draw_densities(errors: dict[str, np.ndarray]) -> Any:
 def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray, step_cm: float = 5.0, least: int = 2) -> np.ndarray:
     """(B, 3): bin centre, median error, number of stems; bins with fewer than ``least`` stems are left out."""
     good = np.isfinite(error_cm)
-    bins = np.floor(dbh_cm[good] / step_cm).astype(int)
-    rows = [
-        (step_cm * (b + 0.5), float(np.median(error_cm[good][bins == b])), int((bins == b).sum()))
-        for b in np.unique(bins)
-        if (bins == b).sum() >= least
-    ]
+    errors = pd.Series(error_cm[good]).groupby(np.floor(dbh_cm[good] / step_cm))
+    rows = [(step_cm * (bin_ + 0.5), own.median(), len(own)) for bin_, own in errors if len(own) >= least]
     return np.array(rows, float).reshape(-1, 3)
 
 
@@ -102,31 +96,17 @@ def draw_power(sweep: list[dict]) -> Any:
     return figure
 
 
-def draw_visibility(table: pd.DataFrame) -> Any:
-    """Absolute error against free views, their mean width, and the product; least-squares line and Pearson's r."""
-    figure, grid = new_chart(10.2, 3.4, ncols=3, sharey=True)
+def draw_visibility(table: pd.DataFrame, against: dict[str, str]) -> Any:
+    """Absolute error over some columns of a table, each with its words; least-squares line and Pearson's r."""
+    figure, grid = new_chart(3.4 * len(against), 3.4, ncols=len(against), sharey=True)
     known = table[table["error_cm"].notna() & (table["free_views"] > 0)]
-    for axes, (name, label) in zip(
-        grid,
-        (
-            ("free_views", "photos that show breast height"),
-            ("width_px", "mean width there, px"),
-            ("score", "photos × width, px"),
-        ),
-        strict=True,
-    ):
+    for axes, (name, label) in zip(grid, against.items(), strict=True):
         x, y = known[name].to_numpy(float), known["error_cm"].abs().to_numpy(float)
         axes.scatter(x, y, s=16, color=BLUE, alpha=0.8)
         if len(x) > 2 and x.std() > 0 and y.std() > 0:
-            slope, start = np.polyfit(x, y, 1)
-            ends = np.array([x.min(), x.max()])
-            axes.plot(
-                ends,
-                start + slope * ends,
-                color=VERMILION,
-                lw=1.6,
-                label=f"r = {np.corrcoef(x, y)[0, 1]:+.2f}, n = {len(x)}",
-            )
+            ends, r = np.array([x.min(), x.max()]), np.corrcoef(x, y)[0, 1]
+            line = np.polyval(np.polyfit(x, y, 1), ends)
+            axes.plot(ends, line, color=VERMILION, lw=1.6, label=f"r = {r:+.2f}, n = {len(x)}")
             axes.legend(fontsize=8)
         axes.set_xlabel(label)
     grid[0].set_ylabel("|error|, cm")

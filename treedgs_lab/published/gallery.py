@@ -14,12 +14,11 @@ from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.report.blocks import Block, Heading, Picture
 from treedgs_geo.report.charts import BLUE, VERMILION
-from treedgs_geo.stems.cloud.estimate.published import PublishedOptions, measure_published
-from treedgs_geo.stems.geometry.circles import SolidCircle
+from treedgs_geo.stems.cloud.estimate.published import measure_published
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 
-from .methods import StemPoints
-from .paper_pictures import panels
+from .methods import SEED, StemPoints, with_power
+from .paper_pictures import dress, panels, ring
 
 #: Stems of each kind in the gallery of slices; half width of a picture, m.
 EACH, HALF_M = 3, 0.5
@@ -38,22 +37,19 @@ class Fitted:
     dbh_cm: float
 
 
-def fitted_stems(
-    stems: StemPoints, reference: Reference, power: float, seed: int, bh_m: float = BREAST_HEIGHT_M
-) -> list[Fitted]:
+def fitted_stems(stems: StemPoints, power: float) -> list[Fitted]:
     """The weighted circles of the published fit at every reference stem; a stem without points has an empty slice."""
-    options = PublishedOptions(circle=SolidCircle(power=power))
-    found = []
-    for k in range(len(reference)):
-        points, weight = stems.points[k], stems.weights[k]
-        if points is None or weight is None:
+    options, found = with_power(power), []
+    for k, given in enumerate(stems):
+        if given is None:
             found.append(Fitted(k, np.empty((0, 2)), None, float("nan")))
             continue
-        (own,) = measure_published([(points, weight)], bh_m, options, seed)
+        points = given[0]
+        (own,) = measure_published([given], BREAST_HEIGHT_M, options, SEED)
         slices = own.slices[np.isfinite(own.slices[:, 3])]
-        circle, at = None, bh_m
+        circle, at = None, BREAST_HEIGHT_M
         if len(slices):
-            at, x, y, diameter = slices[np.argmin(np.abs(slices[:, 0] - bh_m))]
+            at, x, y, diameter = slices[np.argmin(np.abs(slices[:, 0] - at))]
             circle = float(x), float(y), float(diameter)
         here = np.abs(points[:, 2] - at) < options.thickness_m / 2
         dbh = float("nan") if own.taper is None else float(own.taper.at_bh_cm)
@@ -99,40 +95,23 @@ def draw_fits(
         true = float(reference.dbh_cm[fit.number])
         middle = np.array(fit.circle[:2]) if fit.circle else np.median(fit.points, axis=0) if len(fit.points) else 0.0
         if len(fit.points):
-            axes.scatter(
-                *(fit.points - middle).T,
-                s=3 if len(fit.points) > 300 else 14,
-                color="0.45",
-                linewidths=0,
-                rasterized=True,
-            )
+            size = 3 if len(fit.points) > 300 else 14
+            axes.scatter(*(fit.points - middle).T, s=size, color="0.45", linewidths=0, rasterized=True)
         if fit.circle is not None:
-            axes.add_patch(_ring(fit.circle[2] / 200, VERMILION, "-"))
-        axes.add_patch(_ring(true / 200, BLUE, "--"))
-        axes.set_xlim(-HALF_M, HALF_M)
-        axes.set_ylim(-HALF_M, HALF_M)
-        axes.set_aspect("equal")
+            axes.add_patch(ring((0, 0), fit.circle[2] / 200, fill=False, color=VERMILION, lw=1.5))
+        axes.add_patch(ring((0, 0), true / 200, fill=False, color=BLUE, ls="--", lw=1.5))
         estimate = f"est. {fit.dbh_cm:.1f}" if np.isfinite(fit.dbh_cm) else "no estimate"
         name = f"{reference.plot[fit.number]} {reference.tree[fit.number]}"
         words = circumstances(fit.number, reference, seen)
-        axes.set_title(
-            f"{kind}: {name}\n{estimate}, reference {true:.1f} cm; {len(fit.points)} points\n{words}", fontsize=7.5
-        )
-        axes.tick_params(labelsize=7)
+        title = f"{kind}: {name}\n{estimate}, reference {true:.1f} cm; {len(fit.points)} points\n{words}"
+        dress(axes, title, aspect="equal", xlim=(-HALF_M, HALF_M), ylim=(-HALF_M, HALF_M))
     figure.supxlabel(f"{source}: slice at breast height, m; solid: circle fitted there, dashed: reference", fontsize=8)
     return figure
 
 
-def _ring(radius_m: float, colour: str, line: str) -> Any:
-    from matplotlib.patches import Circle
-
-    return Circle((0, 0), radius_m, fill=False, color=colour, ls=line, lw=1.5)
-
-
 def sheets(plot: PlotFiles, reference: Reference) -> list[Block]:
     """Evidence sheets: the two best diameters of a plot, the two worst, and up to two stems without one."""
-    if plot.workspace_in is None:
-        return []
+    assert plot.workspace_in is not None
     trees = read_trees(plot.workspace_in / "trees.gpkg")
     partner = {int(j): int(i) for i, j in pair_by_position(reference.xy, trees[["x", "y"]].to_numpy(float))}
     rows = []
@@ -141,14 +120,13 @@ def sheets(plot: PlotFiles, reference: Reference) -> list[Block]:
         if k in partner and file.is_file():
             rows.append((float(tree["dbh_cm"]) - reference.dbh_cm[partner[k]], tree["tree_id"], file))
     measured = sorted((row for row in rows if np.isfinite(row[0])), key=lambda row: abs(row[0]))
-    refused = [row for row in rows if not np.isfinite(row[0])][:2]
-    worst = measured[2:][-2:]
+    kinds = {
+        "success, {:+.2f} cm": measured[:2],
+        "largest error, {:+.2f} cm": measured[2:][-2:],
+        "no diameter": [row for row in rows if not np.isfinite(row[0])][:2],
+    }
     shown: list[Block] = []
-    for words, part in (
-        ("success, {:+.2f} cm", measured[:2]),
-        ("largest error, {:+.2f} cm", worst),
-        ("no diameter", refused),
-    ):
+    for words, part in kinds.items():
         for error, tree_id, file in part:
             shown.append(Heading(f"{plot.name}, tree {tree_id}: {words.format(error)}", 3))
             shown.append(Picture("evidence sheet", file.read_bytes()))

@@ -6,7 +6,7 @@ alone, figures on the others: over what each method measured, and over the stems
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,19 +24,21 @@ from treedgs_geo.terrain.dtm import Dtm
 
 #: Exponents tried on the held-out stems.
 POWERS = (0.2, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
+#: Share of the stems that is held out, and the seed of that choice and of all fits.
+SHARE, SEED = 0.1, 0
 #: A stem without a diameter counts as one that is so wrong when p is chosen, cm.
 FAILED_CM = 10.0
 #: Reliability of each source's points.
 WEIGHTS = {"lidar": "intensity", "splats": "opacity"}
 FITS = ("cylinder", "circle", "weighted circle")
-#: "All" row of the paper's table (context: other plots, 189 stems): RMSE, RRMSE %, MAE, ME, SR.
+#: "All" row of the paper's table (context: other plots, 189 stems): RMSE, ME, cm.
 PAPER_ALL = {
-    ("lidar", "cylinder"): (7.66, 28.09, 5.23, 1.50, 189 / 189),
-    ("lidar", "circle"): (16.61, 60.96, 14.81, 14.67, 187 / 189),
-    ("lidar", "weighted circle"): (10.29, 36.97, 8.79, 1.02, 176 / 189),
-    ("splats", "cylinder"): (13.29, 48.69, 10.25, -6.46, 189 / 189),
-    ("splats", "circle"): (9.61, 35.22, 6.97, 5.79, 189 / 189),
-    ("splats", "weighted circle"): (4.79, 17.54, 3.70, -0.38, 189 / 189),
+    ("lidar", "cylinder"): (7.66, 1.50),
+    ("lidar", "circle"): (16.61, 14.67),
+    ("lidar", "weighted circle"): (10.29, 1.02),
+    ("splats", "cylinder"): (13.29, -6.46),
+    ("splats", "circle"): (9.61, 5.79),
+    ("splats", "weighted circle"): (4.79, -0.38),
 }
 #: Values of the paper's ablation: setting -> (name there, values, the default).
 ABLATION = {
@@ -49,15 +51,10 @@ ABLATION = {
 SAME_STEM_TOP_M = 8.0
 
 
-@dataclass(frozen=True)
-class StemPoints:
-    """Segmented points of one source, stem by stem in the order of the reference (``None``: not found).
-
-    points: (N, 3) local x, y and height above the ground at the stem's foot (:class:`.frames.TreeFrame`), m. weights:
-    (N,) reliability, ones where there is none."""
-
-    points: list[np.ndarray | None]
-    weights: list[np.ndarray | None]
+#: Segmented points of one source, stem by stem in the order of the reference: (N, 3) local x, y and height above the
+#: ground at the stem's foot (:class:`.frames.TreeFrame`), m, and (N,) reliability, ones where there is none; ``None``:
+#: not found.
+StemPoints = list[tuple[np.ndarray, np.ndarray] | None]
 
 
 def stem_points(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, reference: Reference, weights: str) -> StemPoints:
@@ -77,11 +74,11 @@ def stem_points(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, reference: Ref
             continue
         groups.append(own)
         places.append(np.median(cloud.xyz[near, :2], axis=0))
-    found = StemPoints([None] * len(reference), [None] * len(reference))
+    found: StemPoints = [None] * len(reference)
     for i, j in pair_by_position(reference.xy, np.array(places).reshape(-1, 2), MATCH_M):
         own = groups[int(j)]
-        found.points[int(i)] = TreeFrame.of(cloud, own, dtm).points
-        found.weights[int(i)] = np.ones(len(own)) if reliability is None else reliability[own]
+        weight = np.ones(len(own)) if reliability is None else reliability[own]
+        found[int(i)] = TreeFrame.of(cloud, own, dtm).points, weight
     return found
 
 
@@ -93,41 +90,43 @@ def hold_out(count: int, share: float, seed: int) -> np.ndarray:
     return chosen
 
 
-def measure(
-    stems: StemPoints, fit: str, options: PublishedOptions, bh_m: float, seed: int, only: np.ndarray | None = None
-) -> np.ndarray:
+def measure(stems: StemPoints, fit: str, options: PublishedOptions, only: np.ndarray | None = None) -> np.ndarray:
     """(K,) DBH in cm by one published fit, NaN where it failed or the stem was not found."""
-    result = np.full(len(stems.points), np.nan)
-    which = [k for k, points in enumerate(stems.points) if points is not None and (only is None or only[k])]
+    result = np.full(len(stems), np.nan)
+    found = {k: own for k, own in enumerate(stems) if own is not None and (only is None or only[k])}
     if fit == "cylinder":
-        for k in which:
-            found = fit_cylinder(_points(stems, k), seed=seed)
-            result[k] = np.nan if found is None else 200 * found.r
+        for k, (points, _) in found.items():
+            cylinder = fit_cylinder(points, seed=SEED)
+            result[k] = np.nan if cylinder is None else 200 * cylinder.r
         return result
-    work = []
-    for k in which:
-        weight = stems.weights[k] if fit == "weighted circle" else np.ones(len(_points(stems, k)))
-        assert weight is not None
-        work.append((_points(stems, k), weight))
-    for k, measured in zip(which, measure_published(work, bh_m, options, seed), strict=True):
+    work = [(points, weight if fit == "weighted circle" else np.ones(len(points))) for points, weight in found.values()]
+    for k, measured in zip(found, measure_published(work, BREAST_HEIGHT_M, options, SEED), strict=True):
         if measured.taper is not None:
             result[k] = measured.taper.at_bh_cm
     return result
 
 
-def _points(stems: StemPoints, k: int) -> np.ndarray:
-    points = stems.points[k]
-    assert points is not None
-    return points
+def figures(read_cm: np.ndarray, true_cm: np.ndarray, counted: np.ndarray) -> dict:
+    """``n, of, rmse_cm, rrmse_pct, mae_cm, me_cm`` of diameters (K,), NaN = failed, over the counted stems (K,)."""
+    done = counted & np.isfinite(read_cm)
+    found = score((read_cm - true_cm)[done], true_cm[done], int(counted.sum()))
+    return {
+        "n": found.n_measured,
+        "of": found.n_reference,
+        **{key: getattr(found, key) for key in ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm")},
+    }
 
 
-def choose_power(
-    stems: StemPoints, reference: Reference, held: np.ndarray, fit: str, bh_m: float, seed: int
-) -> tuple[float, list[dict]]:
-    """The exponent that the held-out stems choose (:func:`best_power`), and the whole sweep."""
+def with_power(power: float) -> PublishedOptions:
+    """The published fit with another exponent."""
+    return PublishedOptions(circle=SolidCircle(power=power))
+
+
+def choose_power(stems: StemPoints, reference: Reference, held: np.ndarray) -> tuple[float, list[dict]]:
+    """The exponent of the weighted circle that the held-out stems choose (:func:`best_power`), and the whole sweep."""
     sweep = []
     for power in POWERS:
-        read = measure(stems, fit, PublishedOptions(circle=SolidCircle(power=power)), bh_m, seed, held)
+        read = measure(stems, "weighted circle", with_power(power), held)
         sweep.append(power_row(power, (read - reference.dbh_cm)[held]))
     return best_power(sweep), sweep
 
@@ -158,11 +157,7 @@ def best_power(sweep: list[dict]) -> float:
 
 
 def compare_methods(
-    sources: dict[str, StemPoints],
-    reference: Reference,
-    share: float = 0.1,
-    seed: int = 0,
-    bh_m: float = BREAST_HEIGHT_M,
+    sources: dict[str, StemPoints], reference: Reference, share: float = SHARE, seed: int = SEED
 ) -> dict:
     """Every source by every fit.
 
@@ -181,22 +176,17 @@ def compare_methods(
     powers, sweeps = {}, []
     for source, stems in sources.items():
         # As published: one exponent a source, chosen for the weighted fit.
-        power, sweep = choose_power(stems, reference, held, "weighted circle", bh_m, seed)
+        power, sweep = choose_power(stems, reference, held)
         powers[source] = power
         sweeps += [{"source": source, **row} for row in sweep]
         for fit in FITS:
-            estimates[source, fit] = measure(stems, fit, PublishedOptions(circle=SolidCircle(power=power)), bh_m, seed)
+            estimates[source, fit] = measure(stems, fit, with_power(power))
     common = ~held & np.all([np.isfinite(read) for read in estimates.values()], axis=0)
     rows = []
     for (source, fit), read in estimates.items():
         for plot in ["All", *dict.fromkeys(reference.plot)]:
             here = ~held & ((reference.plot == plot) | (plot == "All"))
-            for subset, mask in (("own", here & np.isfinite(read)), ("common", here & common)):
-                found = score(
-                    (read - reference.dbh_cm)[mask],
-                    reference.dbh_cm[mask],
-                    int(here.sum()) if subset == "own" else int(mask.sum()),
-                )
+            for subset, counted in (("own", here), ("common", here & common)):
                 paper = PAPER_ALL.get((source, fit)) if plot == "All" and subset == "own" else None
                 rows.append(
                     {
@@ -204,14 +194,9 @@ def compare_methods(
                         "fit": fit,
                         "plot": plot,
                         "subset": subset,
-                        "n": found.n_measured,
-                        "of": found.n_reference,
-                        "rmse_cm": found.rmse_cm,
-                        "rrmse_pct": found.rrmse_pct,
-                        "mae_cm": found.mae_cm,
-                        "me_cm": found.me_cm,
+                        **figures(read, reference.dbh_cm, counted),
                         "paper_rmse_cm": paper[0] if paper else None,
-                        "paper_me_cm": paper[3] if paper else None,
+                        "paper_me_cm": paper[1] if paper else None,
                     }
                 )
     names = [f"{p}/{t}" for p, t in zip(reference.plot, reference.tree, strict=True)]
@@ -229,19 +214,12 @@ def compare_methods(
     }
 
 
-def ablate(
-    stems: StemPoints,
-    reference: Reference,
-    held: np.ndarray,
-    power: float,
-    bh_m: float = BREAST_HEIGHT_M,
-    seed: int = 0,
-) -> list[dict]:
+def ablate(stems: StemPoints, reference: Reference, held: np.ndarray, power: float) -> list[dict]:
     """One setting of the published fit at a time, on the stems that were not held out."""
     rows = []
     for name, (label, values, default) in ABLATION.items():
         for value in values:
-            options = PublishedOptions(circle=SolidCircle(power=power))
+            options = with_power(power)
             fit = "weighted circle"
             if name == "weights":
                 fit = "circle" if value == "uniform" else fit
@@ -249,19 +227,8 @@ def ablate(
                 options = replace(options, **{name: value})  # type: ignore[arg-type]
             else:
                 options = replace(options, taper=replace(options.taper, **{name: value}))  # type: ignore[arg-type]
-            read = measure(stems, fit, options, bh_m, seed, ~held)
-            mask = ~held & np.isfinite(read)
-            found = score((read - reference.dbh_cm)[mask], reference.dbh_cm[mask], int((~held).sum()))
-            rows.append(
-                {
-                    "setting": label,
-                    "value": "unbounded" if value == 1e6 else value,
-                    "default": value == default,
-                    "n": found.n_measured,
-                    "of": found.n_reference,
-                    "mae_cm": found.mae_cm,
-                    "rmse_cm": found.rmse_cm,
-                    "me_cm": found.me_cm,
-                }
-            )
+            read = measure(stems, fit, options, ~held)
+            shown = "unbounded" if value == 1e6 else value
+            row = {"setting": label, "value": shown, "default": value == default}
+            rows.append({**row, **figures(read, reference.dbh_cm, ~held)})
     return rows

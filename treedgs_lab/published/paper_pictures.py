@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,15 @@ def panels(count: int, columns: int, wide: float, high: float) -> tuple[Any, lis
     return figure, list(grid.flat)[:count]
 
 
+def dress(axes: Any, title: str, x: str = "", y: str = "", **more: Any) -> None:
+    """A panel's words, small, and figures to match. more: of matplotlib's ``Axes.set``."""
+    axes.set(**more)
+    axes.set_title(title, fontsize=8)
+    axes.set_xlabel(x, fontsize=8)
+    axes.set_ylabel(y, fontsize=8)
+    axes.tick_params(labelsize=7)
+
+
 def scene(plot: PlotFiles) -> tuple[LocalFrame, list[View]]:
     """The registered photos of a plot's workspace."""
     assert plot.workspace_in is not None
@@ -56,8 +66,7 @@ def _paired(plot: PlotFiles, frame: LocalFrame, reference: Reference) -> list[St
     trees = trees[trees["dbh_cm"].notna() & trees["z_ground"].notna()].reset_index(drop=True)
     local = frame.to_local(trees[["x", "y", "z_ground"]].to_numpy(float))
     pairs = pair_by_position(reference.xy, trees[["x", "y"]].to_numpy(float))
-    dbh_m = trees["dbh_cm"].to_numpy(float) / 100
-    return [Stem(float(local[j, 0]), float(local[j, 1]), float(local[j, 2]), float(dbh_m[j])) for _, j in pairs]
+    return [Stem(*map(float, (*local[j], trees["dbh_cm"][j] / 100))) for _, j in pairs]
 
 
 def draw_layout(references: list[Reference]) -> Any:
@@ -66,22 +75,24 @@ def draw_layout(references: list[Reference]) -> Any:
     figure, grid = panels(len(plots), 4, 3.0, 3.0)
     for axes, (name, ref, here) in zip(grid, plots, strict=True):
         xy = ref.xy[here] - ref.xy[here].mean(axis=0)
-        for (x, y), dbh in zip(xy, ref.dbh_cm[here], strict=True):
-            axes.add_patch(_disc(x, y, dbh / 20))
-        reach = np.abs(xy).max() + 1.5
-        axes.set_xlim(-reach, reach)
-        axes.set_ylim(-reach, reach)
-        axes.set_aspect("equal")
-        axes.set_title(f"{name}: {int(here.sum())} stems", fontsize=9)
-        axes.tick_params(labelsize=7)
+        for place, dbh in zip(xy, ref.dbh_cm[here], strict=True):
+            axes.add_patch(ring(place, dbh / 20, color=BLUE, alpha=0.6))
+        dress(axes, f"{name}: {int(here.sum())} stems", aspect="equal", **_about(xy))
     figure.supxlabel("metres east, of the stems' mean; diameters ten times", fontsize=8)
     return figure
 
 
-def _disc(x: float, y: float, radius: float) -> Any:
+def ring(middle: Any, radius: float, **look: Any) -> Any:
+    """A circle to add to a panel."""
     from matplotlib.patches import Circle
 
-    return Circle((x, y), radius, color=BLUE, alpha=0.6)
+    return Circle(middle, radius, **look)
+
+
+def _about(xy: np.ndarray) -> dict[str, Any]:
+    """Limits of a square about the origin that holds the points with a margin."""
+    reach = float(np.abs(xy).max()) + 1.5
+    return {"xlim": (-reach, reach), "ylim": (-reach, reach)}
 
 
 def draw_flight(plots: list[PlotFiles]) -> Any:
@@ -97,10 +108,8 @@ def draw_flight(plots: list[PlotFiles]) -> Any:
             beside.plot(at[own, 0], at[own, 2], ".", color=colour)
         above.set_aspect("equal")
         above.legend(fontsize=7)
-        for axes, words, upwards in ((above, "from above", "north, m"), (beside, "from the south", "height, m")):
-            axes.set_title(f"{plot.name}, {words}", fontsize=9)
-            axes.set_xlabel("east, m (local)")
-            axes.set_ylabel(f"{upwards} (local)")
+        dress(above, f"{plot.name}, from above", "east, m (local)", "north, m (local)")
+        dress(beside, f"{plot.name}, from the south", "east, m (local)", "height, m (local)")
     return figure
 
 
@@ -115,14 +124,19 @@ def draw_pixels(plot: PlotFiles, reference: Reference) -> Any | None:
     seen = seen[seen["free"].astype(bool)].sort_values("width_px", ascending=False)
     if not len(seen):
         return None
-    of_name = {view.name: view for view in views}
     rows = seen.iloc[np.unique(np.linspace(0, len(seen) - 1, 3).astype(int))]
-    figure, grid = panels(len(rows), 3, 3.2, 3.4)
-    for axes, row in zip(grid, rows.itertuples(), strict=True):
-        pixels, width = band_pixels(of_name[row.image], stem)
+    return _crops([*rows.itertuples()], 3, views, stem, lambda row: f"{row.image}\n{row.width_px:.1f} px across")
+
+
+def _crops(rows: list[Any], columns: int, views: list[View], stem: Stem, title: Callable[[Any], str]) -> Any:
+    """The stem's band in the photo of each row of :func:`classify`."""
+    of_name = {view.name: view for view in views}
+    figure, grid = panels(len(rows), columns, 2.8, 3.0)
+    for axes, row in zip(grid, rows, strict=True):
+        pixels, _ = band_pixels(of_name[row.image], stem)
         assert pixels is not None
         _crop(axes, of_name[row.image], pixels)
-        axes.set_title(f"{row.image.rpartition('/')[2]}\n{width:.1f} px across", fontsize=8)
+        dress(axes, title(row).rpartition("/")[2], xticks=[], yticks=[])
     return figure
 
 
@@ -134,11 +148,7 @@ def _crop(axes: Any, view: View, pixels: np.ndarray) -> None:
     crop = image[y0 : y + HALF_PX, x0 : x + HALF_PX]
     axes.imshow(crop, interpolation="nearest", extent=(x0, x0 + crop.shape[1], y0 + crop.shape[0], y0))
     low, high = pixels.min(axis=0), pixels.max(axis=0)
-    axes.plot(
-        [low[0], high[0], high[0], low[0], low[0]], [low[1], low[1], high[1], high[1], low[1]], color="red", lw=0.9
-    )
-    axes.set_xticks([])
-    axes.set_yticks([])
+    axes.plot(*np.array([low, (high[0], low[1]), high, (low[0], high[1]), low]).T, color="red", lw=0.9)
 
 
 def matched(plot: PlotFiles, reference: Reference) -> tuple[np.ndarray, np.ndarray]:
@@ -167,12 +177,8 @@ def draw_matching(
             axes.plot([a[0], b[0]], [a[1], b[1]], color=GREY, lw=0.8)
         axes.plot(*(reference.xy - middle).T, "o", ms=5, mfc="none", color=VERMILION, label="reference")
         axes.plot(*(measured - middle).T, ".", ms=4, color=BLUE, label="measured")
-        reach = np.abs(reference.xy - middle).max() + 1.5
-        axes.set_xlim(-reach, reach)
-        axes.set_ylim(-reach, reach)
-        axes.set_aspect("equal")
-        axes.set_title(f"{plot.name}: {len(measured)} of {len(reference)} paired", fontsize=9)
-        axes.tick_params(labelsize=7)
+        title = f"{plot.name}: {len(measured)} of {len(reference)} paired"
+        dress(axes, title, aspect="equal", **_about(reference.xy - middle))
     grid[0].legend(fontsize=7)
     figure.supxlabel("metres east, of the stems' mean", fontsize=8)
     return figure
@@ -180,9 +186,8 @@ def draw_matching(
 
 def draw_reliability(gathered: dict[str, StemPoints], reference: Reference) -> Any | None:
     """Slices about breast height from above, a row a source, points coloured by their reliability."""
-    slices = {name: [_slice(stems, k) for k in range(len(stems.points))] for name, stems in gathered.items()}
-    count = len(next(iter(slices.values())))
-    fewest = [min(len(own[k][0]) for own in slices.values()) for k in range(count)]
+    slices = {name: [_slice(own) for own in stems] for name, stems in gathered.items()}
+    fewest = [min((len(own[k][0]) for own in slices.values()), default=0) for k in range(len(reference))]
     stems = [k for k in np.argsort(fewest)[::-1][:STEMS] if fewest[k] >= 3]
     if not stems:
         return None
@@ -191,11 +196,8 @@ def draw_reliability(gathered: dict[str, StemPoints], reference: Reference) -> A
     for axes, (name, k) in zip(grid, places, strict=True):
         points, weight = slices[name][k]
         dots = axes.scatter(*(100 * (points - points.mean(axis=0))).T, c=weight, s=4, cmap="viridis", rasterized=True)
-        axes.set_aspect("equal")
         what = "intensity" if name == "lidar" else "opacity"
-        axes.set_title(f"{_name(reference, k)}, {name}: {what}\n{len(points)} points", fontsize=8)
-        axes.tick_params(labelsize=7)
-        axes.set_xlabel("east, cm", fontsize=8)
+        dress(axes, f"{_name(reference, k)}, {name}: {what}\n{len(points)} points", "east, cm", aspect="equal")
         figure.colorbar(dots, ax=axes).ax.tick_params(labelsize=7)
     return figure
 
@@ -204,10 +206,8 @@ def _name(reference: Reference, k: int) -> str:
     return f"{reference.plot[k]} {reference.tree[k]}"
 
 
-def _slice(stems: StemPoints, k: int) -> tuple[np.ndarray, np.ndarray]:
-    points, weight = stems.points[k], stems.weights[k]
-    if points is None or weight is None:
-        return np.empty((0, 2)), np.empty(0)
+def _slice(own: tuple[np.ndarray, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray]:
+    points, weight = own or (np.empty((0, 3)), np.empty(0))
     here = (points[:, 2] > SLICE_M[0]) & (points[:, 2] < SLICE_M[1])
     return points[here, :2], weight[here]
 
@@ -236,11 +236,7 @@ def draw_density(sets: dict[str, list[np.ndarray]], reference: Reference) -> Any
         points = stems[k]
         if len(points):
             axes.plot(points[:, 0] - np.median(points[:, 0]), points[:, 2], ".", ms=1.5, color=BLUE, rasterized=True)
-        axes.set_ylim(0, 8)
-        axes.set_xlim(-0.8, 0.8)
-        axes.set_title(f"{name}\n{len(points)} points", fontsize=8)
-        axes.tick_params(labelsize=7)
-        axes.set_xlabel("east, m", fontsize=8)
+        dress(axes, f"{name}\n{len(points)} points", "east, m", xlim=(-0.8, 0.8), ylim=(0, 8))
     grid[0].set_ylabel(f"height above the ground at {_name(reference, k)}, m", fontsize=8)
     return figure
 
@@ -249,7 +245,6 @@ def draw_bands(plot: PlotFiles, reference: Reference) -> Any | None:
     """Photos of one stem whose breast height is called free (above) and hidden (below)."""
     frame, views = scene(plot)
     stems = _paired(plot, frame, reference)
-    of_name = {view.name: view for view in views}
     best: tuple[int, Stem, Any] | None = None
     for stem in stems[:: max(len(stems) // 6, 1)]:
         seen = classify(views, [stem])
@@ -258,13 +253,6 @@ def draw_bands(plot: PlotFiles, reference: Reference) -> Any | None:
             best = both, stem, seen
     if best is None or best[0] == 0:
         return None
-    _, stem, seen = best
-    each = min(best[0], 4)
-    rows = [*seen[seen["free"]].head(each).itertuples(), *seen[~seen["free"].astype(bool)].head(each).itertuples()]
-    figure, grid = panels(2 * each, each, 2.4, 2.6)
-    for axes, row in zip(grid, rows, strict=True):
-        pixels, _ = band_pixels(of_name[row.image], stem)
-        assert pixels is not None
-        _crop(axes, of_name[row.image], pixels)
-        axes.set_title(f"{'free' if row.free else 'hidden'} ({100 * row.share:.0f} %)", fontsize=8)
-    return figure
+    each, (_, stem, seen) = min(best[0], 4), best
+    rows = [row for wanted in (True, False) for row in seen[seen["free"] == wanted].head(each).itertuples()]
+    return _crops(rows, each, views, stem, lambda row: f"{'free' if row.free else 'hidden'} ({100 * row.share:.0f} %)")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,13 @@ from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_geo.reconstruction.model import load_views
-from treedgs_geo.report.blocks import Block, Heading, Paragraph
+from treedgs_geo.report.blocks import Heading, Paragraph
 from treedgs_geo.report.charts import write_chart
 
-from . import experiment_charts
-from .sections import plain_latex, table_of, write_table, write_text
+from .experiment_charts import draw_visibility
+from .paper_pictures import scene
+from .sections import RUNTIME_COLUMNS, plain_latex, table_of, write_table, write_text
+from .study import Study
 from .visibility import Stem, agreement, classify, per_stem
 
 #: What the error is set against: column of the table -> words.
@@ -31,26 +31,21 @@ AGAINST = {
 }
 
 
-def photo_experiments(
-    plots: list[tuple[PlotFiles, Reference]], folder: Path, parts: list[Block], reporter: Reporter
-) -> dict[str, Any]:
-    """Visibility and runtime of every plot with a workspace: tables and charts into ``folder``, blocks into
-    ``parts``; returns what belongs in ``metrics.json``."""
-    tables, runtime, checks = [], [], []
-    for number, (plot, reference) in enumerate(plots):
-        reporter.progress(number / len(plots))
+def photo_experiments(study: Study, reporter: Reporter) -> None:
+    """Visibility and runtime of every plot with a workspace: tables, charts, blocks and metrics of the study."""
+    tables, runtime, checks, folder = [], [], [], study.folder
+    for number, plot in enumerate(study.workspaces):
+        reporter.progress(number / len(study.workspaces))
         assert plot.workspace_in is not None
-        record = read_json(plot.workspace_in / "run.json")
-        runtime += _runtime(plot.name, record.get("stages", {}))
-        table, agreed = _visibility(plot, reference, Path(record["parameters"]["photos"]))
+        runtime += _runtime(plot.name, read_json(plot.workspace_in / "run.json").get("stages", {}))
+        table, agreed = _visibility(plot, study.reference_of(plot))
         tables.append(table)
         checks += [{"plot": plot.name, **agreed}] if agreed else []
     table = pd.concat(tables, ignore_index=True)
     related = correlations(table)
-    write_table(folder / "visibility.csv", table.to_dict("records"))
-    write_table(folder / "correlations.csv", related)
-    write_table(folder / "runtime.csv", runtime)
-    write_text(folder / "runtime.tex", plain_latex(runtime, ("plot", "stage", "seconds", "peak_memory_mb")))
+    for name, rows in {"visibility": table.to_dict("records"), "correlations": related, "runtime": runtime}.items():
+        write_table(folder / f"{name}.csv", rows)
+    write_text(folder / "runtime.tex", plain_latex(runtime, RUNTIME_COLUMNS))
     width = table["width_px"]
     seen: dict[str, Any] = {
         "stems": len(table),
@@ -60,18 +55,18 @@ def photo_experiments(
     }
     if checks:
         seen["against_truth"] = checks
-    parts += [
+    study.metrics |= {"runtime": runtime, "visibility": seen}
+    study.blocks += [
         Heading("Visibility of breast height"),
         Paragraph(
             "Bands called free from the photos' own colours; Pearson's r with the absolute error, p of no relation."
         ),
         table_of(related),
         *([table_of(checks, "Against the simulator, views called free and stems' counts")] if checks else ()),
-        write_chart(folder, "visibility", experiment_charts.draw_visibility(table)),
+        write_chart(folder, "visibility", draw_visibility(table, AGAINST)),
         Heading("Runtime by stage"),
         table_of(runtime),
     ]
-    return {"runtime": runtime, "visibility": seen}
 
 
 def _runtime(plot: str, stages: dict[str, Any]) -> list[dict[str, Any]]:
@@ -105,10 +100,10 @@ def correlations(table: pd.DataFrame) -> list[dict[str, Any]]:
     return rows
 
 
-def _visibility(plot: PlotFiles, reference: Reference, photos: Path) -> tuple[pd.DataFrame, dict[str, Any]]:
+def _visibility(plot: PlotFiles, reference: Reference) -> tuple[pd.DataFrame, dict[str, Any]]:
     """One row a tree of the workspace; and, on a simulated plot, how right "free" is."""
     assert plot.workspace_in is not None
-    frame, views = load_views(plot.workspace_in / "sfm", photos)
+    frame, views = scene(plot)
     trees = read_trees(plot.workspace_in / "trees.gpkg")
     trees = trees[trees["z_ground"].notna()].reset_index(drop=True)
     place = trees[["x", "y"]].to_numpy(float)
@@ -116,7 +111,7 @@ def _visibility(plot: PlotFiles, reference: Reference, photos: Path) -> tuple[pd
     usual = float(np.nanmedian(trees["dbh_cm"])) if trees["dbh_cm"].notna().any() else 25.0
     width = trees["dbh_cm"].fillna(usual).to_numpy(float) / 100
     partner = {int(j): int(i) for i, j in pair_by_position(reference.xy, place)}
-    stems = [Stem(float(x), float(y), float(z), float(w)) for (x, y, z), w in zip(local, width, strict=True)]
+    stems = [Stem(*map(float, (*at, w))) for at, w in zip(local, width, strict=True)]
     seen = classify(views, stems)
     of = [partner.get(k) for k in range(len(trees))]
     names = ["" if i is None else str(reference.tree[i]) for i in of]
@@ -126,6 +121,5 @@ def _visibility(plot: PlotFiles, reference: Reference, photos: Path) -> tuple[pd
         reference=[name or None for name in names],
         error_cm=[np.nan if i is None else trees["dbh_cm"][k] - reference.dbh_cm[i] for k, i in enumerate(of)],
     )
-    if plot.truth is None or not plot.truth.with_name("visibility.csv").exists():
-        return table, {}
-    return table, agreement(seen, names, pd.read_csv(plot.truth.with_name("visibility.csv")))
+    truth = None if plot.truth is None else plot.truth.with_name("visibility.csv")
+    return table, agreement(seen, names, pd.read_csv(truth)) if truth is not None and truth.exists() else {}

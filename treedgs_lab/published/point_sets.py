@@ -1,31 +1,40 @@
-"""Three ways from a run's Gaussians to points, about the same stems: centres, fused depth maps, surface samples."""
+"""A run's Gaussians: as one photo shows them, their surface points by opacity, by views and as segmented, and three
+ways from them to points about the same stems: centres, fused depth maps, surface samples."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from treedgs_geo.core import workspace as names
 from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.report.charts import VERMILION
+from treedgs_geo.stems.splats.crops import crop_around
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.ply import read_field
+from treedgs_geo.stems.splats.project import CropCamera
+from treedgs_geo.stems.splats.raster import draw
+from treedgs_geo.stems.splats.scene_start import WholePhotos
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
-from .baseline_points import fuse_depth, means_only
-from .paper_pictures import NEAR_M, STEM_M, panels, scene
-from .segmentation import true_labels
+from .paper_pictures import NEAR_M, STEM_M, dress, panels, scene
+from .segmentation import stems_json, true_labels
 
 #: Stems that are compared, evenly over the diameters; depth maps of a whole scene are drawn for each of them.
 COMPARED = 4
 MEANS, DEPTH, SAMPLES = "means of the Gaussians", "fused depth maps", "surface samples"
+#: A fused point needs so much alpha in its map, and so many maps, its own included, that agree within this, m.
+MIN_ALPHA, MIN_MAPS, AGREE_M = 0.5, 2, 0.05
+#: Widest picture, px; most points of a panel.
+WIDE_PX, MOST_POINTS = 900, 40_000
 
 
 @dataclass(frozen=True)
@@ -37,12 +46,6 @@ class PointSets:
     stems: list[str]
     points: dict[str, list[np.ndarray]]
     true: dict[str, list[np.ndarray]] | None
-
-
-def has_gaussians(plot: PlotFiles) -> bool:
-    """A workspace with a field and its surface samples."""
-    folder = plot.workspace_in
-    return folder is not None and (folder / names.FIELD).is_file() and (folder / names.SURFACE).is_file()
 
 
 def open_field(plot: PlotFiles) -> tuple[LocalFrame, list[View], GaussianField, Dtm]:
@@ -71,66 +74,89 @@ def point_sets(plot: PlotFiles, reference: Reference) -> PointSets:
     """
     assert plot.workspace_in is not None
     frame, views, field, dtm = open_field(plot)
-    stems = compared_stems(reference)
     samples = read_cloud(plot.workspace_in / names.SURFACE).xyz
-    centres = frame.to_project(means_only(field)[0])
+    centres = frame.to_project(field.means.astype(float))
     points: dict[str, list[np.ndarray]] = {MEANS: [], DEPTH: [], SAMPLES: []}
     true: dict[str, list[np.ndarray]] = {MEANS: [], DEPTH: [], SAMPLES: []}
-    truth = None if plot.truth is None else plot.truth.with_name("stems.json")
+    truth, stems = stems_json(plot), compared_stems(reference)
     for k in stems:
         xy = reference.xy[k]
-        fused = _fused(field, views, frame, dtm, xy)
+        turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+        rim = xy + NEAR_M * np.column_stack([np.cos(turn), np.sin(turn)])
+        ground = float(dtm.height(xy[:1], xy[1:])[0])
+        about = np.concatenate([np.column_stack([rim, np.full(len(rim), ground + height)]) for height in STEM_M])
+        fused = frame.to_project(fuse_depth(field, views, frame.to_local(about)))
         for name, cloud in ((MEANS, centres), (DEPTH, fused), (SAMPLES, samples)):
-            own, inside = _about(cloud, dtm, xy, truth)
-            points[name].append(own)
-            true[name].append(inside)
-    labelled = truth is not None and truth.exists()
-    return PointSets(plot.name, [str(reference.tree[k]) for k in stems], points, true if labelled else None)
+            near = cloud[np.hypot(*(cloud[:, :2] - xy).T) < NEAR_M]
+            height = near[:, 2] - dtm.height(near[:, 0], near[:, 1])
+            here = (height > STEM_M[0]) & (height < STEM_M[1])
+            points[name].append(np.column_stack([near[here, :2] - xy, height[here]]))
+            if truth is not None:
+                true[name].append(true_labels(near[here], truth) > 0)
+    return PointSets(plot.name, [str(reference.tree[k]) for k in stems], points, None if truth is None else true)
 
 
-def _fused(field: GaussianField, views: Sequence[View], frame: LocalFrame, dtm: Dtm, xy: np.ndarray) -> np.ndarray:
-    """(N, 3) fused depth about a stem, project coordinates."""
-    ground = float(dtm.height(xy[:1], xy[1:])[0])
-    turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    rim = [xy[0] + NEAR_M * np.cos(turn), xy[1] + NEAR_M * np.sin(turn)]
-    ends = np.concatenate([np.column_stack([*rim, np.full(len(turn), ground + h)]) for h in STEM_M])
-    return frame.to_project(fuse_depth(field, views, about=frame.to_local(ends))[0])
+def fuse_depth(field: GaussianField, views: Sequence[View], about: np.ndarray) -> np.ndarray:
+    """(P, 3) local points of the median-depth maps of all views about some points (M, 3, local), kept where other
+    views' maps agree. All Gaussians are drawn at once, as a whole scene is seen.
+
+    Raises:
+        InputError: empty field or no view.
+    """
+    if len(field) == 0 or not views:
+        raise InputError("Depth fusion needs a field with Gaussians and at least one photo; run fit-gaussians first.")
+    maps = [made for view in views if (made := _depth_map(field, about, view)) is not None]
+    found = [np.empty((0, 3))]
+    for camera, depth in maps:
+        rows, columns = np.nonzero(np.isfinite(depth))
+        rays = camera.pixel_rays()[rows, columns] @ camera.rotation
+        points = camera.centre + depth[rows, columns, None] * rays
+        agree = sum((_agrees(points, *other) for other in maps), np.zeros(len(points), int))
+        found.append(points[agree >= MIN_MAPS])
+    return np.concatenate(found)
 
 
-def _about(xyz: np.ndarray, dtm: Dtm, xy: np.ndarray, truth: Path | None) -> tuple[np.ndarray, np.ndarray]:
-    """The points about a stem, and which of them lie in a true stem."""
-    near = xyz[np.hypot(*(xyz[:, :2] - xy).T) < NEAR_M]
-    height = near[:, 2] - dtm.height(near[:, 0], near[:, 1])
-    here = (height > STEM_M[0]) & (height < STEM_M[1])
-    near, height = near[here], height[here]
-    inside = np.zeros(len(near), bool)
-    if truth is not None and truth.exists() and len(near):
-        inside = true_labels(near, truth)[0] > 0
-    return np.column_stack([near[:, :2] - xy, height]), inside
+def _depth_map(field: GaussianField, about: np.ndarray, view: View) -> tuple[CropCamera, np.ndarray] | None:
+    """Pinhole crop around the (M, 3) points and the field's median depth (H, W), NaN where it is not known; None where
+    the points are out of sight."""
+    pixels, depth = view.project(about)
+    inside = view.contains(pixels) & (depth > 0)
+    if inside.sum() < 3:
+        return None
+    crop = crop_around(view, about[inside], margin_px=3.0)
+    planes = draw(field.packed, crop, full=True).planes
+    return crop, np.where(1 - planes[3] >= MIN_ALPHA, planes[5], np.nan)
+
+
+def _agrees(points: np.ndarray, camera: CropCamera, depth: np.ndarray) -> np.ndarray:
+    """(P,) bool: the map shows a depth near the point's own."""
+    pixels = np.nan_to_num(camera.project(points)[0], nan=-1.0)
+    inside = ((pixels >= 0) & (pixels < [camera.width, camera.height])).all(axis=1)
+    columns, rows = np.floor(pixels[inside]).astype(int).T
+    result = np.zeros(len(points), bool)
+    result[inside] = np.abs(depth[rows, columns] - np.linalg.norm(points[inside] - camera.centre, axis=1)) < AGREE_M
+    return result
 
 
 def table(plots: list[PointSets]) -> list[dict[str, Any]]:
     """One row a plot and set: points, stems with any, gaps along the stem, and how many of the points lie in a true
     stem."""
-    return [row for sets in plots for row in _rows(sets)]
-
-
-def _rows(sets: PointSets) -> list[dict[str, Any]]:
     rows = []
-    for name, stems in sets.points.items():
-        count = sum(len(own) for own in stems)
-        row: dict[str, Any] = {
-            "points": name,
-            "plot": sets.plot,
-            "stems with any": sum(len(own) > 0 for own in stems),
-            "of": len(stems),
-            "median a stem": round(float(np.median([len(own) for own in stems]))),
-            "covered height %": 100 * float(np.mean([covered(own[:, 2]) for own in stems])),
-        }
-        if sets.true is not None:
-            inside = sum(int(own.sum()) for own in sets.true[name])
-            row["in a true stem %"] = 100 * inside / count if count else None
-        rows.append(row)
+    for sets in plots:
+        for name, stems in sets.points.items():
+            count = sum(len(own) for own in stems)
+            row: dict[str, Any] = {
+                "points": name,
+                "plot": sets.plot,
+                "stems with any": sum(len(own) > 0 for own in stems),
+                "of": len(stems),
+                "median a stem": round(float(np.median([len(own) for own in stems]))),
+                "covered height %": 100 * float(np.mean([covered(own[:, 2]) for own in stems])),
+            }
+            if sets.true is not None:
+                inside = sum(int(own.sum()) for own in sets.true[name])
+                row["in a true stem %"] = 100 * inside / count if count else None
+            rows.append(row)
     return rows
 
 
@@ -151,15 +177,82 @@ def draw_pair(plots: list[PointSets], other: str) -> Any | None:
         return None
     figure, grid = panels(2, 2, 3.4, 4.4)
     for axes, name in zip(grid, (other, SAMPLES), strict=True):
-        points = sets.points[name][k]
-        axes.scatter(
-            points[:, 0], points[:, 2], c=points[:, 2], s=3, cmap="turbo", vmin=STEM_M[0], vmax=STEM_M[1],
-            linewidths=0, rasterized=True,
-        )  # fmt: skip
-        axes.set_xlim(-NEAR_M, NEAR_M)
-        axes.set_ylim(0, STEM_M[1])
-        axes.set_title(f"{name}\n{len(points)} points about {sets.plot} {sets.stems[k]}", fontsize=8)
-        axes.tick_params(labelsize=7)
-        axes.set_xlabel("east, m", fontsize=8)
-    grid[0].set_ylabel("height above the ground, m", fontsize=8)
+        x, _, height = sets.points[name][k].T
+        axes.scatter(x, height, c=height, s=3, cmap="turbo", vmin=STEM_M[0], vmax=STEM_M[1], linewidths=0,
+                     rasterized=True)  # fmt: skip
+        title = f"{name}\n{len(x)} points about {sets.plot} {sets.stems[k]}"
+        dress(axes, title, "east, m", xlim=(-NEAR_M, NEAR_M), ylim=(0, STEM_M[1]))
+    grid[0].set_ylabel("height above the ground, m")
     return figure
+
+
+def draw_overview(plot: PlotFiles) -> Any | None:
+    """The photo that shows most Gaussians, what the Gaussians give from there, and the segmented surface points from
+    the south (stems in red); ``None`` where no photo shows any."""
+    assert plot.workspace_in is not None
+    _, views, field, dtm = open_field(plot)
+    if (view := _widest(field, views)) is None:
+        return None
+    photo = WholePhotos.load([view], min(WIDE_PX / view.camera.width, 1.0))
+    shown = draw(field.packed, photo.cameras[0]).planes
+    surface, stems = _thinned(plot, names.SURFACE), _thinned(plot, names.STEMS)
+    figure, grid = panels(3, 3, 4.4, 3.6)
+    for axes, picture, title in (
+        (grid[0], photo.images[0], view.name.rpartition("/")[2]),
+        (grid[1], np.clip(np.moveaxis(shown[:3], 0, 2) + shown[3][:, :, None], 0, 1), f"{len(field):,} Gaussians"),
+    ):
+        axes.imshow(picture)
+        dress(axes, title, xticks=[], yticks=[])
+    middle = surface[:, 0].mean()
+    for xyz, colour, size in ((surface, "0.75", 1.0), (stems, VERMILION, 1.5)):
+        height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+        grid[2].scatter(xyz[:, 0] - middle, height, s=size, color=colour, linewidths=0, rasterized=True)
+    dress(grid[2], "surface points from the south, stems red", "east, m", "height above the ground, m")
+    return figure
+
+
+def draw_pipeline(plot: PlotFiles, reference: Reference) -> Any | None:
+    """Surface points about a stem by opacity, by the number of views, and as segmented: the compared stem with most
+    points; ``None`` where no compared stem has any."""
+    assert plot.workspace_in is not None
+    _, _, _, dtm = open_field(plot)
+    cloud = read_cloud(plot.workspace_in / names.SURFACE)
+    away = {k: np.hypot(*(cloud.xyz[:, :2] - reference.xy[k]).T) < NEAR_M for k in compared_stems(reference)}
+    best = max(away, key=lambda k: int(away[k].sum()))
+    if not away[best].any():
+        return None
+    near = cloud.select(away[best])
+    stems = read_cloud(plot.workspace_in / names.STEMS).xyz
+    stems = stems[np.hypot(*(stems[:, :2] - reference.xy[best]).T) < NEAR_M]
+    figure, grid = panels(3, 3, 2.8, 4.4)
+    across, height = (near.xyz[:, 0] - reference.xy[best, 0]), near.xyz[:, 2] - dtm.height(*near.xyz[:, :2].T)
+    limits: dict[str, Any] = {"xlim": (-NEAR_M, NEAR_M), "ylim": (0, STEM_M[1])}
+    for axes, name, words in ((grid[0], "opacity", "opacity α"), (grid[1], "n_views", "photos w")):
+        values = np.asarray(near.attributes[name], float)
+        dots = axes.scatter(across, height, c=values, s=2, cmap="viridis", linewidths=0, rasterized=True)
+        figure.colorbar(dots, ax=axes).ax.tick_params(labelsize=7)
+        dress(axes, f"{words}\n{len(near)} points", "east, m", **limits)
+    for x, y, colour in (
+        (across, height, "0.8"),
+        (stems[:, 0] - reference.xy[best, 0], stems[:, 2] - dtm.height(*stems[:, :2].T), VERMILION),
+    ):
+        grid[2].scatter(x, y, color=colour, s=2, linewidths=0, rasterized=True)
+    dress(grid[2], f"segmented as stem (T)\n{len(stems)} points", "east, m", **limits)
+    grid[0].set_ylabel(f"height above the ground at {reference.tree[best]}, m", fontsize=8)
+    return figure
+
+
+def _widest(field: GaussianField, views: list[View]) -> View | None:
+    """The photo with most of the Gaussians' centres inside."""
+    some = field.means[:: max(len(field) // 5000, 1)].astype(float)
+    inside = []
+    for view in views:
+        pixels, depth = view.project(some)
+        inside.append(int((view.contains(pixels) & (depth > 0)).sum()))
+    return views[int(np.argmax(inside))] if max(inside, default=0) else None
+
+
+def _thinned(plot: PlotFiles, name: str) -> np.ndarray:
+    assert plot.workspace_in is not None
+    xyz = read_cloud(plot.workspace_in / name).xyz
+    return xyz[:: max(-(-len(xyz) // MOST_POINTS), 1)]

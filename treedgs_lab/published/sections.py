@@ -21,6 +21,9 @@ LABELS = {
     ("splats", "circle"): "T-CN",
     ("splats", "weighted circle"): "T-CW",
 }
+#: Columns of the LaTeX tables of the ablation and of the stages' cost.
+ABLATION_COLUMNS = ("setting", "value", "n", "mae_cm", "rmse_cm", "me_cm")
+RUNTIME_COLUMNS = ("plot", "stage", "seconds", "peak_memory_mb")
 #: Column -> its words on a page.
 HEADS = {
     "mean_cm": "mean, cm",

@@ -7,7 +7,7 @@ height, and looks alike in the photos of one flight.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -28,16 +28,13 @@ FREE_SHARE = 0.7
 BARK_SPREAD = 13.0
 
 
-@dataclass(frozen=True)
-class Stem:
-    """A stem's foot x, y, ground height z and axis lean (dx, dy a metre), all local; dbh_m: its width."""
+class Stem(NamedTuple):
+    """A stem's foot x, y and ground height z, local; dbh_m: its width."""
 
     x: float
     y: float
     z: float
     dbh_m: float
-    dx: float = 0.0
-    dy: float = 0.0
 
 
 def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
@@ -46,7 +43,7 @@ def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
     share: of the band's samples whose colour lies near the stem's own bark colour, which is the median over the least
     green samples of all photos of the flight (brightness may differ from photo to photo: sun and shade side).
     """
-    samples: list[dict] = []
+    samples: list[tuple] = []
     for view in views:
         image = None
         for number, stem in enumerate(stems):
@@ -55,49 +52,28 @@ def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
                 continue
             if image is None:
                 image = cv2.cvtColor(load_image(view), cv2.COLOR_RGB2LAB).astype(np.float32)
-            colour = cv2.remap(
-                image,
-                pixels[:, 0].astype(np.float32)[None] - 0.5,
-                pixels[:, 1].astype(np.float32)[None] - 0.5,
-                cv2.INTER_LINEAR,
-            )[0]
+            u, v = pixels.astype(np.float32).T - np.float32(0.5)
             samples.append(
-                {"stem": number, "image": view.name, "flight": view.flight, "width_px": width, "colour": colour}
+                (number, view.flight, view.name, width, cv2.remap(image, u[None], v[None], cv2.INTER_LINEAR)[0])
             )
     rows = []
-    for number in range(len(stems)):
-        for flight in sorted({s["flight"] for s in samples if s["stem"] == number}):
-            own = [s for s in samples if s["stem"] == number and s["flight"] == flight]
-            bark = _bark(np.concatenate([s["colour"] for s in own]))
-            for s in own:
-                share = float(
-                    (
-                        np.hypot(*(s["colour"][:, 1:] - bark[1:]).T) * 2.2 + 0.12 * np.abs(s["colour"][:, 0] - bark[0])
-                        < BARK_SPREAD
-                    ).mean()
-                )
-                rows.append(
-                    {
-                        "stem": number,
-                        "image": s["image"],
-                        "share": round(share, 3),
-                        "width_px": round(s["width_px"], 2),
-                        "free": share >= FREE_SHARE,
-                    }
-                )
+    for _, own in pd.DataFrame(samples, columns=["stem", "flight", "image", "width", "colour"]).groupby(
+        ["stem", "flight"]
+    ):
+        colours = np.stack(own["colour"])
+        red = colours[..., 1]  # a of Lab: green is low
+        bark = np.median(colours[red >= np.median(red)], axis=0)
+        off = colours - bark
+        like = np.hypot(off[..., 1], off[..., 2]) * 2.2 + 0.12 * np.abs(off[..., 0]) < BARK_SPREAD
+        for row, share in zip(own.itertuples(), like.mean(axis=1), strict=True):
+            rows.append((row.stem, row.image, round(float(share), 3), round(row.width, 2), share >= FREE_SHARE))
     return pd.DataFrame(rows, columns=["stem", "image", "share", "width_px", "free"])
-
-
-def _bark(colours: np.ndarray) -> np.ndarray:
-    """(3,) Lab: the median of the least green half (a: green is low)."""
-    redness = colours[:, 1]
-    return np.median(colours[redness >= np.median(redness)], axis=0)
 
 
 def band_pixels(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
     """(ACROSS * ALONG, 2) pixels within the stem's outline, and its width in pixels."""
     height = np.linspace(*BAND_M, ALONG)
-    middle = np.column_stack([stem.x + stem.dx * height, stem.y + stem.dy * height, stem.z + height])
+    middle = np.column_stack([0 * height + stem.x, 0 * height + stem.y, stem.z + height])
     ray = middle[ALONG // 2] - view.centre
     distance = float(np.linalg.norm(ray))
     if np.hypot(ray[0], ray[1]) / distance < MIN_SINE:
@@ -114,9 +90,8 @@ def band_pixels(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
 
 def per_stem(table: pd.DataFrame, count: int) -> pd.DataFrame:
     """A row a stem: ``free_views``, mean ``width_px`` over them, and their product ``score``."""
-    free = table[table["free"].astype(bool)]
-    views = free.groupby("stem").size().reindex(range(count), fill_value=0)
-    width = free.groupby("stem")["width_px"].mean().reindex(range(count))
+    free = table[table["free"].astype(bool)].groupby("stem")["width_px"]
+    views, width = free.size().reindex(range(count), fill_value=0), free.mean().reindex(range(count))
     return pd.DataFrame({"free_views": views, "width_px": width, "score": views * width.fillna(0)})
 
 
@@ -124,15 +99,15 @@ def agreement(table: pd.DataFrame, names: list[str], truth: pd.DataFrame) -> dic
     """The photos' verdict against ``truth/visibility.csv``: precision and recall of ``free``, and the correlation of
     the stems' counts."""
     both = table.assign(tree_id=[names[k] for k in table["stem"]]).merge(truth, on=["tree_id", "image"])
-    clear = (both["visible_fraction"] >= 0.7) & (both["in_frame"] == 1) & (both["foreshortening"] > 0.35)
-    hit = int((both["free"] & clear).sum())
+    clear = (both["visible_fraction"] >= FREE_SHARE) & (both["in_frame"] == 1) & (both["foreshortening"] > MIN_SINE)
+    free, hit = both["free"].astype(bool), int((both["free"].astype(bool) & clear).sum())
     counted = both.assign(clear=clear).groupby("tree_id")[["free", "clear"]].sum()
-    varied = len(counted) > 2 and counted["free"].nunique() > 1 and counted["clear"].nunique() > 1
+    varied = len(counted) > 2 and (counted.nunique() > 1).all()
     return {
         "views": len(both),
         "clear": int(clear.sum()),
-        "called_free": int(both["free"].sum()),
-        "precision": round(hit / max(int(both["free"].sum()), 1), 3),
+        "called_free": int(free.sum()),
+        "precision": round(hit / max(int(free.sum()), 1), 3),
         "recall": round(hit / max(int(clear.sum()), 1), 3),
-        "stem_count_r": round(float(np.corrcoef(counted["free"], counted["clear"])[0, 1]), 3) if varied else None,
+        "stem_count_r": round(float(np.corrcoef(*counted.T.astype(float).to_numpy())[0, 1]), 3) if varied else None,
     }

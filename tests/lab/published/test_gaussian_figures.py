@@ -20,11 +20,9 @@ from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.options import SampleOptions
 from treedgs_geo.stems.splats.sample import sample_surface
 from treedgs_geo.terrain.dtm import Dtm
-from treedgs_lab.published import gallery, overview, paper_document, point_sets
-from treedgs_lab.published.baseline_points import fuse_depth
-from treedgs_lab.published.labelled import LabelledPoints, draw_labels
-from treedgs_lab.published.methods import StemPoints
-from treedgs_lab.published.segmentation import score_segmentation
+from treedgs_lab.published import gallery, paper_document, point_sets
+from treedgs_lab.published.point_sets import fuse_depth
+from treedgs_lab.published.segmentation import LabelledPoints, draw_labels, score_segmentation
 
 PLACE = FRAME.to_project(np.array([[*STEM, GROUND]]))[0]
 REFERENCE = Reference(np.array(["p"]), np.array(["T1"]), PLACE[None, :2], np.array([200 * RADIUS]))
@@ -65,7 +63,6 @@ def plot(tmp_path, monkeypatch) -> PlotFiles:
     rows = [[h, 200 * RADIUS, *PLACE[:2], PLACE[2] + h] for h in np.arange(0, 8.1, 0.5)]
     (truth / "stems.json").write_text(json.dumps({"origin": [0, 0, 0], "stems": {"T1": rows}}))
     monkeypatch.setattr(point_sets, "open_field", lambda _: (FRAME, views, field, dtm))
-    monkeypatch.setattr(overview, "open_field", lambda _: (FRAME, views, field, dtm))
     return PlotFiles(plot_id="p", trees=truth, truth=truth / "trees.csv", workspace_in=work)
 
 
@@ -95,8 +92,8 @@ def test_three_ways_to_points_lie_on_the_stem_that_was_painted(plot):
 def test_fused_depth_about_a_place_sees_what_stands_before_it():
     views, own = list(scene()[0]), bark()
     about = np.concatenate([own.means + side for side in (-0.3, 0.3)]).astype(float)
-    alone, groups, _ = fuse_depth(own, views, about=about)
-    assert len(alone) > 3000 and (groups == -1).all()
+    alone = fuse_depth(own, views, about)
+    assert len(alone) > 3000
     # A screen of opaque Gaussians under the cameras hides the stem; a fit of the stem's own group would not know it.
     p = own.packed
     screen = p[:900].copy()
@@ -104,22 +101,22 @@ def test_fused_depth_about_a_place_sees_what_stands_before_it():
     screen[:, 0], screen[:, 1] = (STEM[k] + value.ravel() for k, value in enumerate(np.meshgrid(grid, grid)))
     screen[:, 2], screen[:, 7:10] = GROUND + 5.8, np.log((0.5, 0.5, 0.02))
     both = GaussianField.from_packed(np.concatenate([p, screen]), np.repeat((0, 1), (len(p), len(screen))))
-    hidden = fuse_depth(both, views, about=about)[0]
+    hidden = fuse_depth(both, views, about)
     near = np.linalg.norm(hidden[:, :2] - STEM, axis=1) < 0.3
     assert (near & (hidden[:, 2] < GROUND + 5.5)).sum() < 0.05 * len(alone)
 
 
 def test_overview_and_pipeline_are_drawn_from_the_run(plot):
-    shown = overview.draw_overview(plot)
+    shown = point_sets.draw_overview(plot, REFERENCE)
     assert shown is not None and "1,500 Gaussians" in shown.axes[1].get_title()
     drawn, photo = (np.asarray(axes.get_images()[0].get_array(), float) for axes in (shown.axes[1], shown.axes[0]))
     middle = slice(110, 150)
     assert drawn[middle, 130].mean() < 0.4 and photo[middle, 130].mean() / 255 < 0.4  # the dark stem stands there
     assert drawn[middle, 20].mean() > 0.9  # and nothing beside it
-    strip = overview.draw_pipeline(plot, REFERENCE)
+    strip = point_sets.draw_pipeline(plot, REFERENCE)
     assert strip is not None and "segmented as stem" in strip.axes[2].get_title()
     far = replace(REFERENCE, xy=REFERENCE.xy + 12.0)
-    assert overview.draw_pipeline(plot, far) is None
+    assert point_sets.draw_pipeline(plot, far) is None
 
 
 def test_a_cloud_of_stem_points_alone_has_no_recall():
@@ -157,8 +154,7 @@ def test_the_gallery_shows_failures_large_and_small_errors():
     )
     # The second reads 4 cm thick, the third has no points.
     points = [ring(20.0), ring(30.0), None, ring(34.0)]
-    stems = StemPoints(points, [None if p is None else np.ones(len(p)) for p in points])
-    fits = gallery.fitted_stems(stems, reference, 0.6, 0)
+    fits = gallery.fitted_stems([None if p is None else (p, np.ones(len(p))) for p in points], 0.6)
     assert not np.isfinite(fits[2].dbh_cm) and fits[2].circle is None and fits[0].circle is not None
     picks = [(kind, reference.tree[fit.number]) for kind, fit in gallery.chosen(fits, reference)]
     assert picks[:2] == [("no diameter", "c"), ("largest error", "b")]
