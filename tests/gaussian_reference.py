@@ -18,17 +18,15 @@ from treedgs_geo.stems.splats.raster import draw
 
 def seen(parameters: np.ndarray, camera: CropCamera) -> SimpleNamespace:
     """What the kernels draw: colour (H, W, 3), alpha, depth, median_depth and normals, NaN where nothing is drawn."""
-    done = draw(parameters, camera, full=True)
-    planes, alpha = done.planes, 1 - done.planes[3]
+    planes = draw(parameters, camera, full=True).planes
+    alpha = 1 - planes[3]
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = np.where(alpha > 0, planes[4] / alpha, np.nan)
         normals = np.moveaxis(planes[6:9], 0, -1)
         normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
     median = np.where(planes[3] <= 0.5, planes[5], np.nan)
     colour = np.moveaxis(planes[:3], 0, -1)
-    return SimpleNamespace(
-        colour=colour, alpha=alpha, depth=depth, median_depth=median, normals=normals, pairs=done.pairs
-    )
+    return SimpleNamespace(colour=colour, alpha=alpha, depth=depth, median_depth=median, normals=normals)
 
 
 def camera_gaussians(parameters: np.ndarray, camera: CropCamera) -> tuple[np.ndarray, np.ndarray]:

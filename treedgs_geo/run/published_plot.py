@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -186,7 +186,7 @@ def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: 
     facts = {
         "stages_cpu_s": {name: round(float(taken), 1) for name, taken in zip(stages, np.diff(clock), strict=True)},
         "prior": {"source": source, "points": len(points)},
-        "published_fit": report.as_dict(),
+        "published_fit": asdict(report),
         "samples": len(cloud),
         "segmented": len(trees),
     }

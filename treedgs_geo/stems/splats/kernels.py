@@ -81,7 +81,6 @@ def _make_forward(full: bool):
     def forward(proj, n, height, width, image):
         top, zero = _F(ALPHA_MAX), _F(0.0)
         across = (width + LANES - 1) // LANES
-        pairs = 0
         for g in range(n):
             u, v, ka, kb, kc = proj[0, g], proj[1, g], proj[2, g], proj[3, g], proj[4, g]
             o, dist, sx, sy, cut = proj[5, g], proj[6, g], proj[7, g], proj[8, g], proj[13, g]
@@ -96,7 +95,6 @@ def _make_forward(full: bool):
                 x0, x1 = _span(u - skew * dy, square - bend * dy * dy, width)
                 if x1 <= x0:
                     continue
-                pairs += x1 - x0
                 base, slope, plane = _F(-0.5) * kc * dy * dy, -kb * dy, dist + sy * dy
                 for block in range(x0 // LANES, (x1 - 1) // LANES + 1):
                     at = (y * across + block) * size
@@ -122,13 +120,12 @@ def _make_forward(full: bool):
                             cell[6 * LANES + k] += w * nx
                             cell[7 * LANES + k] += w * ny
                             cell[8 * LANES + k] += w * nz
-        return pairs
 
     return forward
 
 
 #: Composite colour and transmittance: ``kernel(proj, n, height, width, image)``. image: cells of R, G, B (zero) and
-#: T (one), updated. Returns the number of pixel-Gaussian pairs.
+#: T (one), updated.
 forward_colour = _make_forward(False)
 #: As ``forward_colour`` with the cells of N_PLANES planes: plane 4 accumulates w d, plane 5 takes d of the last
 #: Gaussian met while T > 0.5, planes 6-8 accumulate w n.

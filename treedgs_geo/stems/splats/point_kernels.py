@@ -53,8 +53,7 @@ def opacity_before(proj, start, items, point_start, points, opacity, drawn):
 
     proj: projected Gaussians, any order (the product is order-free); row 13 limits each ellipse. start, items:
     Gaussians by tile. point_start: (tiles + 1,) points by tile. points: (3, M) float32 u, v, distance, sorted by tile.
-    opacity: (M,) float32 out. drawn: (M,) int32 out, how many Gaussians the point's ray meets. Returns the number of
-    pairs.
+    opacity: (M,) float32 out. drawn: (M,) int32 out, how many Gaussians the point's ray meets.
     """
     one, zero, half, top = _F(1.0), _F(0.0), _F(0.5), _F(ALPHA_MAX)
     longest = 1
@@ -62,7 +61,6 @@ def opacity_before(proj, start, items, point_start, points, opacity, drawn):
         longest = max(longest, start[tile + 1] - start[tile])
     local = np.empty((11, longest), np.float32)
     rows = np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13])
-    pairs = 0
     for tile in range(len(start) - 1):
         p0, p1 = point_start[tile], point_start[tile + 1]
         if p1 <= p0:
@@ -79,7 +77,6 @@ def opacity_before(proj, start, items, point_start, points, opacity, drawn):
             local[10, i] = min(half * local[10, i], _F(8.0))
         gu, gv, ka, kb, kc = local[0], local[1], local[2], local[3], local[4]
         go, gr, sx, sy, isr, cut = local[5], local[6], local[7], local[8], local[9], local[10]
-        pairs += (p1 - p0) * n
         for p in range(p0, p1):
             u, v, r = points[0, p], points[1, p], points[2, p] - base_r
             left = one
@@ -97,4 +94,3 @@ def opacity_before(proj, start, items, point_start, points, opacity, drawn):
                 left *= factor if seen else one
             opacity[p] = one - left
             drawn[p] = met
-    return pairs

@@ -43,7 +43,6 @@ class Pass:
     projected: np.ndarray
     index: np.ndarray
     planes: np.ndarray
-    pairs: int
     dilation: float
 
 
@@ -68,8 +67,8 @@ def draw(
     if full:
         cells[:, :, 5] = np.nan
     cells = cells.reshape(-1)
-    pairs = (kernels.forward_full if full else kernels.forward_colour)(projected, len(index), height, width, cells)
-    return Pass(camera, projected, index, kernels.from_cells(cells, count, height, width), pairs, dilation_px2)
+    (kernels.forward_full if full else kernels.forward_colour)(projected, len(index), height, width, cells)
+    return Pass(camera, projected, index, kernels.from_cells(cells, count, height, width), dilation_px2)
 
 
 def pull_back(parameters: np.ndarray, done: Pass, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -71,11 +71,11 @@ def draw_candidates(field: GaussianField, samples: int, seed: int) -> tuple[np.n
     return field.means[source].astype(float) + np.einsum("pij,pj->pi", field.rotations[source], offset), source
 
 
-def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Opacity in front of each point in one view.
 
-    parameters: (N, 14). points: (P, 3). Returns (P,) float32 opacity, (P,) bool foreground (the point lies inside the
-    photo and Gaussians cover its ray), and the number of point-Gaussian pairs. The accumulated alpha is evaluated on
+    parameters: (N, 14). points: (P, 3). Returns (P,) float32 opacity and (P,) bool foreground (the point lies inside
+    the photo and Gaussians cover its ray). The accumulated alpha is evaluated on
     the ray through the point itself rather than at the nearest pixel centre, so no rounding can put a thin stem's
     points off it.
     """
@@ -84,7 +84,7 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tupl
     inside = view.contains(pixels) & (depth > 0)
     camera = view.camera
     if not inside.any():
-        return opacity, foreground, 0
+        return opacity, foreground
     local = points[inside] @ view.rotation.T + view.translation
     u = camera.fx * local[:, 0] / local[:, 2] + camera.cx
     v = camera.fy * local[:, 1] / local[:, 2] + camera.cy
@@ -103,10 +103,10 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tupl
     point_start = np.searchsorted(tile[order], np.arange(tiles_x * tiles_y + 1))
     rays = np.stack([u, v, np.linalg.norm(local, axis=1)])[:, order].astype(np.float32)
     before, met = np.empty(len(order), np.float32), np.empty(len(order), np.int32)
-    pairs = opacity_before(projected, start, items, point_start, rays, before, met)
+    opacity_before(projected, start, items, point_start, rays, before, met)
     index = np.flatnonzero(inside)[order]
     opacity[index], foreground[index] = before, met > 0
-    return opacity, foreground, pairs
+    return opacity, foreground
 
 
 def sample_surface(
@@ -134,7 +134,7 @@ def sample_surface(
             own = points[block]
             scored = pool.map(lambda view, own=own: view_opacity(parameters, view, own), views)
             least = np.full(len(own), np.inf, np.float32)
-            for done, (opacity, foreground, _) in enumerate(scored, start=1):
+            for done, (opacity, foreground) in enumerate(scored, start=1):
                 least = np.minimum(least, np.where(foreground, opacity, np.inf))
                 n_views[block] += foreground
                 n_seen[block] += foreground & (1 - opacity > options.seen_transmittance)

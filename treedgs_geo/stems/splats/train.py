@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ from ...core.field_stems import read_field_stems
 from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from .bands import Band, CutPhotos, cut_bands, read_photo
-from .crops import FoliageRule, ground_textures
+from .crops import ground_textures
 from .field import COLOUR, LARGEST_COORDINATE_M, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
 from .options import GaussianOptions
 from .primitive.fit import PrimitiveFit, fit_primitive
@@ -42,15 +42,13 @@ class FoundStem:
 @dataclass(frozen=True)
 class FitReport:
     """What was modelled, for ``run.json``. stems: one dict per seed with crops, pixels, Gaussians, seconds and
-    diameter. photos: how many were needed. foliage: the colour split, None where there is none. primitives: fitted
-    stems by seed.
+    diameter. photos: how many were needed. primitives: fitted stems by seed.
     """
 
     stems: list[dict]
     photos: int
-    foliage: FoliageRule | None
-    warnings: list[str] = field(default_factory=list)
-    primitives: dict[int, FoundStem] = field(default_factory=dict)
+    warnings: list[str]
+    primitives: dict[int, FoundStem]
 
     @property
     def megapixels(self) -> float:
@@ -111,7 +109,7 @@ def fit_with_report(
         groups.append(np.full(len(fit.bark), stem))
     made = GaussianField.from_packed(np.concatenate(packed), np.concatenate(groups))
     modelled = [{"seed": stem, **fit.modelled} for stem, fit in sorted(fits.items())]
-    return made, FitReport(modelled, bands.photos, bands.rule, warnings, found)
+    return made, FitReport(modelled, bands.photos, warnings, found)
 
 
 def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:

@@ -32,14 +32,13 @@ class Rendered:
 
     planes: (4, H, W) colour (sum of w c, no background) and alpha; with ``geometry`` (8, H, W): sum w d and sum w n
     (3) too, as the kernels make them. median_depth: (H, W) distance where the transmittance passes 0.5, NaN where it
-    does not (``None`` without ``geometry``); its gradient goes to the Gaussian it is taken from. pairs: pixel-Gaussian
-    pairs composited (on a GPU: looked at). pull: (N, 2) the gradient on each Gaussian's centre in the picture, per
-    pixel, once ``backward`` has been called (zero where it is not drawn): what densification goes by.
+    does not (``None`` without ``geometry``); its gradient goes to the Gaussian it is taken from.
+    pull: (N, 2) the gradient on each Gaussian's centre in the picture, per pixel, once ``backward`` has been called
+    (zero where it is not drawn): what densification goes by.
     """
 
     planes: torch.Tensor
     median_depth: torch.Tensor | None
-    pairs: int
     pull: torch.Tensor
 
     @property
@@ -90,7 +89,6 @@ class _Compiled(torch.autograd.Function):
         ctx.parameters, ctx.kept = packed.detach().numpy(), kept
         ctx.done = raster.draw(ctx.parameters, camera, full, dilation, alpha_min)
         ctx.set_materialize_grads(False)
-        kept["pairs"] = ctx.done.pairs
         return _shown(torch.from_numpy(ctx.done.planes))
 
     @staticmethod
@@ -115,7 +113,6 @@ class _OnDevice(torch.autograd.Function):
         if full:
             ctx.planes[5] = torch.nan
         ctx.lists = warp_raster.draw(ctx.rows, ctx.planes)
-        kept["pairs"] = int(ctx.lists[0][-1]) * warp_raster.TILE_PX**2
         ctx.index, ctx.kept = index, kept
         ctx.set_materialize_grads(False)
         return _shown(ctx.planes)
@@ -202,7 +199,7 @@ def rasterize(
         doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
         rows, index = project(doubles, camera, dilation_px2, alpha_min)
         planes, median = _OnDevice.apply(rows, index, camera, geometry, kept)
-    return Rendered(planes, median if geometry else None, kept["pairs"], kept["pull"])
+    return Rendered(planes, median if geometry else None, kept["pull"])
 
 
 def _check(parts: dict[str, torch.Tensor]) -> None:

@@ -3,7 +3,6 @@ RaDe-GS) keep both together."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,20 +77,25 @@ class Scene:
         means, quats = self.tensors["means"], self.tensors["quats"]
         return rasterize(means, quats, log_scales, logits, colours, camera, geometry=geometry)
 
-    def keep(self, which: torch.Tensor) -> None:
-        """Only the Gaussians of a mask (N,), their optimiser's moments with them."""
-        self._replace({name: tensor.detach()[which] for name, tensor in self.tensors.items()}, lambda m: m[which])
-        self.filter_m = self.filter_m[which]
-
-    def append(self, new: dict[str, torch.Tensor], filter_m: torch.Tensor) -> None:
-        """New Gaussians behind those there are, without moments. new: the tensors by name."""
-
-        def grown(moment: torch.Tensor) -> torch.Tensor:
-            return torch.cat([moment, moment.new_zeros((len(filter_m), *moment.shape[1:]))])
-
-        both = {name: torch.cat([tensor.detach(), new[name]]) for name, tensor in self.tensors.items()}
-        self._replace(both, grown)
-        self.filter_m = torch.cat([self.filter_m, filter_m])
+    def keep(
+        self, which: torch.Tensor, new: dict[str, torch.Tensor] | None = None, filter_m: torch.Tensor | None = None
+    ) -> None:
+        """Only the Gaussians of a mask (N,), their optimiser's moments with them; behind them new ones, without
+        moments. new: their tensors by name; filter_m: theirs."""
+        for group in self.optimiser.param_groups:
+            name, old = group["name"], group["params"][0]
+            state, tensor = self.optimiser.state.pop(old, None), old.detach()[which]
+            tensor = tensor if new is None else torch.cat([tensor, new[name]])
+            tensor = tensor.contiguous().requires_grad_()
+            group["params"][0] = self.tensors[name] = tensor
+            if state:
+                for key in ("exp_avg", "exp_avg_sq"):
+                    moment = torch.zeros_like(tensor, requires_grad=False)
+                    kept = state[key][which]
+                    moment[: len(kept)] = kept
+                    state[key] = moment
+                self.optimiser.state[tensor] = state
+        self.filter_m = self.filter_m[which] if filter_m is None else torch.cat([self.filter_m[which], filter_m])
 
     def fade(self, opacity: float) -> None:
         """Opacities above ``opacity`` fall to it and lose their moments (the published reset)."""
@@ -134,17 +138,6 @@ class Scene:
             parts = [self.tensors["means"], self.tensors["quats"], log_scales, logits[:, None], colours]
             packed = torch.cat([part.cpu().double() for part in parts], dim=1).numpy()
         return GaussianField.from_packed(packed[np.isfinite(packed).all(axis=1)])
-
-    def _replace(self, tensors: dict[str, torch.Tensor], moments: Callable[[torch.Tensor], torch.Tensor]) -> None:
-        for group in self.optimiser.param_groups:
-            name, old = group["name"], group["params"][0]
-            state = self.optimiser.state.pop(old, None)
-            tensor = tensors[name].contiguous().requires_grad_()
-            group["params"][0] = self.tensors[name] = tensor
-            if state:
-                for key in ("exp_avg", "exp_avg_sq"):
-                    state[key] = moments(state[key])
-                self.optimiser.state[tensor] = state
 
 
 def update_filter(scene: Scene, cameras: list[CropCamera]) -> torch.Tensor:
@@ -228,11 +221,9 @@ def grow(
     new["means"] = torch.cat([tensors["means"][cloned], tensors["means"][own] + moved])
     shrink = max(rule.shrink * shrink_factor, 1.05)
     new["log_scales"] = torch.cat([tensors["log_scales"][cloned], torch.log(scales / shrink)])
-    filter_m = torch.cat([scene.filter_m[cloned], scene.filter_m[own]])
-    scene.append(new, filter_m)
     stays = torch.ones(len(scene), dtype=torch.bool, device=scene.device)
     stays[split] = False
-    scene.keep(stays)
+    scene.keep(stays, new, torch.cat([scene.filter_m[cloned], scene.filter_m[own]]))
     return len(split), len(cloned)
 
 

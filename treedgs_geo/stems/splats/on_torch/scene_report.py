@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from ..options import PUBLISHED_STEPS, SceneOptions
 
@@ -32,10 +31,6 @@ class SceneReport:
     cpu_s: float
     ended: str
     loss: tuple[float, float]
-
-    def as_dict(self) -> dict[str, Any]:
-        """For ``run.json``."""
-        return asdict(self)
 
     def sentence(self) -> str:
         """How far it came, in words."""
