@@ -21,11 +21,28 @@ LOOKS = {
 }
 
 
+#: Width of the bins of DBH, and the least stems of one.
+STEP_CM, MIN_STEMS = 5.0, 2
+
+
+def _finished(figure: Any, axes: Any, title: str, x: str, y: str) -> Any:
+    """The chart with its words and, where there is anything to tell apart, a legend."""
+    axes.set(title=title, xlabel=x, ylabel=y)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8)
+    return figure
+
+
+def _reach(errors: dict[str, np.ndarray], percentile: float, factor: float) -> float:
+    """Largest error shown, cm: so many times a percentile of all."""
+    every = np.concatenate([np.zeros(0), *(error[np.isfinite(error)] for error in errors.values())])
+    return float(np.clip(np.percentile(np.abs(every), percentile) * factor, 2, 40)) if len(every) else 2.0
+
+
 def draw_densities(errors: dict[str, np.ndarray]) -> Any:
     """Kernel density of the signed errors of each method (Silverman's width); a tick a stem where there are few."""
     figure, axes = new_chart(6.6, 4.2)
-    every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
-    reach = float(np.clip(np.percentile(np.abs(every), 97) * 1.4, 2, 40)) if len(every) else 2.0
+    reach = _reach(errors, 97, 1.4)
     x = np.linspace(-reach, reach, 400)
     for name, error in errors.items():
         error = error[np.isfinite(error)]
@@ -37,27 +54,21 @@ def draw_densities(errors: dict[str, np.ndarray]) -> Any:
         curve = gaussian_kde(error, "silverman")(x) if error.std() > 0 else np.zeros(len(x))
         axes.plot(x, curve, color=colour, ls=line, lw=1.8, label=f"{name} ({len(error)})")
     axes.axvline(0, color="0.4", ls="--", lw=1)
-    axes.set_xlabel("estimate − reference, cm")
-    axes.set_ylabel("density")
-    axes.set_title("Signed errors")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8)
-    return figure
+    return _finished(figure, axes, "Signed errors", "estimate − reference, cm", "density")
 
 
-def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray, step_cm: float = 5.0, least: int = 2) -> np.ndarray:
-    """(B, 3): bin centre, median error, number of stems; bins with fewer than ``least`` stems are left out."""
+def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray) -> np.ndarray:
+    """(B, 3): bin centre, median error, number of stems; bins with fewer than :data:`MIN_STEMS` are left out."""
     good = np.isfinite(error_cm)
-    errors = pd.Series(error_cm[good]).groupby(np.floor(dbh_cm[good] / step_cm))
-    rows = [(step_cm * (bin_ + 0.5), own.median(), len(own)) for bin_, own in errors if len(own) >= least]
+    errors = pd.Series(error_cm[good]).groupby(np.floor(dbh_cm[good] / STEP_CM))
+    rows = [(STEP_CM * (bin_ + 0.5), own.median(), len(own)) for bin_, own in errors if len(own) >= MIN_STEMS]
     return np.array(rows, float).reshape(-1, 3)
 
 
 def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
     """Signed error against DBH: dots a stem, lines through the bins' medians, dashed across empty bins."""
     figure, axes = new_chart(6.6, 4.4)
-    every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
-    reach = float(np.clip(np.percentile(np.abs(every), 95) * 1.5, 2, 40)) if len(every) else 2.0
+    reach = _reach(errors, 95, 1.5)
     for name, error in errors.items():
         colour, _ = LOOKS.get(name, (BLUE, "-"))
         trend = robust_trend(reference_cm, error)
@@ -71,12 +82,8 @@ def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
             axes.plot(trend[:, 0], trend[:, 1], "o", ms=3.5, color=colour, label=name)
     axes.axhline(0, color="black", lw=1)
     axes.set_ylim(-reach * 1.05, reach * 1.05)
-    axes.set_xlabel("reference DBH, cm")
-    axes.set_ylabel("estimate − reference, cm")
-    axes.set_title("Error over DBH: medians of 5 cm bins")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8)
-    return figure
+    title = f"Error over DBH: medians of {STEP_CM:g} cm bins"
+    return _finished(figure, axes, title, "reference DBH, cm", "estimate − reference, cm")
 
 
 def draw_power(sweep: list[dict]) -> Any:
@@ -88,12 +95,7 @@ def draw_power(sweep: list[dict]) -> Any:
         if len(rows):
             axes.plot(rows["p"], rows["rmse_cm"], color=colour, marker=mark, label=f"{source}, RMSE")
             axes.plot(rows["p"], rows["mae_cm"], color=colour, marker=mark, ls="--", alpha=0.6, label=f"{source}, MAE")
-    axes.set_xlabel("exponent p")
-    axes.set_ylabel("cm")
-    axes.set_title(f"Choice of p on {int(table['held_out'].max())} held-out stems")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8)
-    return figure
+    return _finished(figure, axes, f"Choice of p on {int(table['held_out'].max())} held-out stems", "exponent p", "cm")
 
 
 def draw_visibility(table: pd.DataFrame, against: dict[str, str]) -> Any:

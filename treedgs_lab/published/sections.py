@@ -13,14 +13,9 @@ from treedgs_geo.core.tables import safe_frame
 from treedgs_geo.report.blocks import Column, Table
 from treedgs_geo.report.latex import booktabs
 
-LABELS = {
-    ("lidar", "cylinder"): "L-Cyl",
-    ("lidar", "circle"): "L-CN",
-    ("lidar", "weighted circle"): "L-CW",
-    ("splats", "cylinder"): "T-Cyl",
-    ("splats", "circle"): "T-CN",
-    ("splats", "weighted circle"): "T-CW",
-}
+#: The paper's short names: of the source (LiDAR, TreeDGS) and of the fit.
+SOURCES = {"lidar": "L", "splats": "T"}
+FITTED = {"cylinder": "Cyl", "circle": "CN", "weighted circle": "CW"}
 #: Columns of the LaTeX tables of the ablation and of the stages' cost.
 ABLATION_COLUMNS = ("setting", "value", "n", "mae_cm", "rmse_cm", "me_cm")
 RUNTIME_COLUMNS = ("plot", "stage", "seconds", "peak_memory_mb")
@@ -46,7 +41,7 @@ HEADS = {
 def methods_latex(rows: list[dict]) -> str:
     """The table in the paper's shape: plot, method, RMSE, RRMSE, MAE, ME, SR."""
     own = sorted((r for r in rows if r["subset"] == "own"), key=lambda r: (r["plot"] != "All", r["plot"]))
-    shown = [{**r, "method": LABELS[r["source"], r["fit"]], "sr": f"{r['n']}/{r['of']}"} for r in own]
+    shown = [{**r, "method": f"{SOURCES[r['source']]}-{FITTED[r['fit']]}", "sr": f"{r['n']}/{r['of']}"} for r in own]
     figures = [("rmse_cm", "RMSE"), ("rrmse_pct", "RRMSE"), ("mae_cm", "MAE"), ("me_cm", "ME"), ("sr", "SR")]
     columns = [Column("plot", "Plot"), Column("method", "Method"), *(Column(key, head, 2) for key, head in figures)]
     return booktabs(Table("methods", "", columns, shown), "plot")
