@@ -18,7 +18,7 @@ from treedgs_geo.stems.splats.raster import draw
 
 def seen(parameters: np.ndarray, camera: CropCamera) -> SimpleNamespace:
     """What the kernels draw: colour (H, W, 3), alpha, depth, median_depth and normals, NaN where nothing is drawn."""
-    planes = draw(parameters, camera, full=True).planes
+    planes = draw(parameters, camera, full=True)
     alpha = 1 - planes[3]
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = np.where(alpha > 0, planes[4] / alpha, np.nan)

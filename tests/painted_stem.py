@@ -47,10 +47,10 @@ def scene() -> tuple[tuple[View, ...], dict[str, np.ndarray]]:
         camera = Camera(260, 260, 2200, 2200, 130, 130)
         view = View(f"{number:02d}.jpg", Path(f"{number:02d}.jpg"), camera, rotation, -rotation @ centre, number % 2)
         crop = CropCamera(260, 260, 2200, 2200, 130, 130, rotation, -rotation @ centre)
-        done = draw(p, crop)
+        planes = draw(p, crop)
         behind = np.empty((260, 260, 3), np.float32)
         sample_texture(texture, plane.texels(crop), behind)
-        picture = np.moveaxis(done.planes[:3], 0, -1) + done.planes[3][..., None] * behind
+        picture = np.moveaxis(planes[:3], 0, -1) + planes[3][..., None] * behind
         gain = 1 + 0.05 * np.sin(number)  # exposures differ
         photos[view.name] = np.clip(picture * gain * 255, 0, 255).astype(np.uint8)
         views.append(view)

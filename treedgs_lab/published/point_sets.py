@@ -124,7 +124,7 @@ def _depth_map(field: GaussianField, about: np.ndarray, view: View) -> tuple[Cro
     if inside.sum() < 3:
         return None
     crop = crop_around(view, about[inside], margin_px=3.0)
-    planes = draw(field.packed, crop, full=True).planes
+    planes = draw(field.packed, crop, full=True)
     return crop, np.where(1 - planes[3] >= MIN_ALPHA, planes[5], np.nan)
 
 
@@ -194,7 +194,7 @@ def draw_overview(plot: PlotFiles) -> Any | None:
     if (view := _widest(field, views)) is None:
         return None
     photo = WholePhotos.load([view], min(WIDE_PX / view.camera.width, 1.0))
-    shown = draw(field.packed, photo.cameras[0]).planes
+    shown = draw(field.packed, photo.cameras[0])
     surface, stems = _thinned(plot, names.SURFACE), _thinned(plot, names.STEMS)
     figure, grid = panels(3, 3, 4.4, 3.6)
     for axes, picture, title in (

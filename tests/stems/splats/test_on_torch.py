@@ -192,7 +192,7 @@ def test_losses_are_those_of_numpy_and_pull_down():
 def test_normal_consistency_is_that_of_a_numpy_twin():
     p, view = cloud(60, 7), camera()
     p[:, 10] = 3.0
-    planes = draw(p, view, True).planes
+    planes = draw(p, view, True)
     rays, weight = view.pixel_rays(), np.random.default_rng(1).uniform(0, 1, planes.shape[1:])
     eight = np.concatenate([planes[:3], 1 - planes[3:4], planes[4:5], planes[6:9]]).astype(float)
     value = normal_consistency(eight, rays, weight)

@@ -72,7 +72,7 @@ def test_points_and_pixels_share_one_convention():
     not.
     """
     field, seen = cloud(), view()
-    alpha = 1 - draw(field.packed, crop(seen)).planes[3]
+    alpha = 1 - draw(field.packed, crop(seen))[3]
     rows, columns = np.nonzero((alpha > 0.3) & (alpha < 0.9))
 
     def query(shift: float) -> np.ndarray:

@@ -9,15 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from treedgs_geo.core.errors import InputError
-from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField
-from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover
-from treedgs_geo.stems.splats.primitive.views import empty_coverage
-from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import draw, pull_back
-from treedgs_geo.stems.splats.sample import sample_surface, view_opacity
-from treedgs_lab.published.point_sets import fuse_depth
+torch = pytest.importorskip("torch")
+
+from treedgs_geo.core.errors import InputError  # noqa: E402
+from treedgs_geo.reconstruction.cameras import Camera, View  # noqa: E402
+from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
+from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover  # noqa: E402
+from treedgs_geo.stems.splats.primitive.views import empty_coverage  # noqa: E402
+from treedgs_geo.stems.splats.project import CropCamera  # noqa: E402
+from treedgs_geo.stems.splats.raster import draw  # noqa: E402
+from treedgs_geo.stems.splats.sample import sample_surface, view_opacity  # noqa: E402
+from treedgs_lab.published.point_sets import fuse_depth  # noqa: E402
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 
@@ -45,12 +48,13 @@ def camera(scale: float, width: int = 40, height: int = 30) -> CropCamera:
 @given(odd_fields())
 def test_any_field_draws_finite_pictures_gradients_and_opacities(drawn):
     p, scale = drawn
-    done = draw(p, camera(scale), True, 0.15)
-    planes = np.delete(done.planes, 5, axis=0)  # the median depth is NaN where there is none
-    assert np.isfinite(planes).all()
-    assert (done.planes[3] >= 0).all() and (done.planes[3] <= 1).all()
-    given_planes = np.random.default_rng(0).standard_normal((9, 30, 40)).astype(np.float32)
-    assert np.isfinite(pull_back(p, done, given_planes)[0]).all()
+    planes = draw(p, camera(scale), True, 0.15)
+    assert np.isfinite(np.delete(planes, 5, axis=0)).all()  # the median depth is NaN where there is none
+    assert (planes[3] >= 0).all() and (planes[3] <= 1).all()
+    tensors = tensors_of(p)
+    shown = rasterize(*tensors, camera(scale), geometry=True, dilation_px2=0.15)
+    (shown.planes * torch.randn(shown.planes.shape, generator=torch.Generator().manual_seed(0))).sum().backward()
+    assert all(torch.isfinite(tensor.grad).all() for tensor in tensors)
     view = View("a", Path("a"), Camera(40, 30, 60.0, 60.0, 20.0, 15.0), DOWN, np.array([0, 0, 6.0 * scale]))
     opacity, _ = view_opacity(p, view, p[:, MEAN])
     assert np.isfinite(opacity).all() and (opacity >= 0).all() and (opacity <= 1).all()
@@ -64,7 +68,7 @@ def test_units_change_nothing_in_the_picture(drawn, factor):
     q[:, MEAN] *= factor
     q[:, LOG_SCALE] += np.log(factor)
     both = ((p, scale), (q, scale * factor))
-    one, two = (draw(each, camera(size), dilation_px2=0.15).planes for each, size in both)
+    one, two = (draw(each, camera(size), dilation_px2=0.15) for each, size in both)
     # A pixel on an ellipse's rim may be in or out by rounding; nothing else may move.
     assert np.quantile(np.abs(one - two), 0.98) < 1e-3
 
@@ -92,8 +96,7 @@ def test_coordinates_of_a_map_are_refused_and_empty_things_too():
     for call in (lambda: sample_surface(empty, [view]), lambda: fuse_depth(empty, [view], np.zeros((3, 3)))):
         with pytest.raises(InputError):
             call()
-    done = draw(np.zeros((0, 14)), camera(1.0))
-    assert (done.planes[3] == 1).all()
+    assert (draw(np.zeros((0, 14)), camera(1.0))[3] == 1).all()
 
 
 def wall(n: int = 900) -> GaussianField:

@@ -1,4 +1,4 @@
-"""From 3D Gaussians to what a pixel needs, and the gradients back.
+"""From 3D Gaussians to what a pixel needs.
 
 Everything follows from one 3 x 3 matrix. Let (u, v, r) be the pixel coordinates and the distance from the camera
 centre; J its Jacobian at the Gaussian's centre and V = J W R_q diag(s) (W = world -> camera). Then V V^T is the
@@ -13,7 +13,8 @@ branch. The conditional standard deviation sigma_ray = sqrt(var(r) - slope . cov
 point query (``sample.py``): Delta^T Sigma^-1 Delta of eq:radegs_point_offset equals conic(u) + ((r - d(u)) /
 sigma_ray)^2 exactly. The surface normal is the gradient of r - d(u) in camera axes, pointing at the camera.
 
-Kernels are scalar per Gaussian, float64 inside; ``tests/gaussian_reference.py`` holds the NumPy twin.
+Kernels are scalar per Gaussian, float64 inside. ``on_torch/project.py`` is the twin that gradients go through,
+``tests/gaussian_reference.py`` the one in NumPy.
 """
 
 from __future__ import annotations
@@ -99,13 +100,12 @@ def _rotation(q, out):
     out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
     out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
     out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    return n
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec):
-    """Fill camera centre m, rotation rq, mat = W R S, jac = J, vec = J W R S. Returns the quaternion's length."""
-    n = _rotation(p[3:7], rq)
+    """Fill camera centre m, rotation rq, mat = W R S, jac = J, vec = J W R S."""
+    _rotation(p[3:7], rq)
     for i in range(3):
         m[i] = rot[i, 0] * p[0] + rot[i, 1] * p[1] + rot[i, 2] * p[2] + trans[i]
     for k in range(3):
@@ -121,7 +121,6 @@ def _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec):
     for i in range(3):
         for k in range(3):
             vec[i, k] = jac[i, 0] * mat[0, k] + jac[i, 1] * mat[1, k] + jac[i, 2] * mat[2, k]
-    return n
 
 
 @numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
@@ -200,145 +199,3 @@ def gather_columns(source, order, out):
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[row, i] = source[row, order[i]]
-
-
-@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
-def _normal_gradient(given, sx, sy, jac, g_jac, g_sx, g_sy):
-    """Chain rule of the normal: adds to the gradient of J; returns those of SX and SY. given: (3,)."""
-    q, g_q, normal = np.empty(3), np.empty(3), np.empty(3)
-    norm = 0.0
-    for k in range(3):
-        q[k] = jac[2, k] - sx * jac[0, k] - sy * jac[1, k]
-        norm += q[k] * q[k]
-    norm = np.sqrt(norm)
-    dot = 0.0
-    for k in range(3):
-        normal[k] = -q[k] / norm
-        dot += normal[k] * given[k]
-    for k in range(3):
-        g_q[k] = -(given[k] - normal[k] * dot) / norm
-        g_sx -= jac[0, k] * g_q[k]
-        g_sy -= jac[1, k] * g_q[k]
-        g_jac[0, k] -= sx * g_q[k]
-        g_jac[1, k] -= sy * g_q[k]
-        g_jac[2, k] += g_q[k]
-    return g_sx, g_sy
-
-
-@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
-def _centre_gradient(grad_u, grad_v, grad_range, intr, m, jac, g_jac, g_m):
-    """Fills the gradient of the camera centre m, (3,)."""
-    z = m[2]
-    fx, fy = intr[0], intr[1]
-    length = np.sqrt(m[0] ** 2 + m[1] ** 2 + z * z)
-    dot = jac[2, 0] * g_jac[2, 0] + jac[2, 1] * g_jac[2, 1] + jac[2, 2] * g_jac[2, 2]
-    for k in range(3):
-        g_m[k] = (
-            grad_u * jac[0, k] + grad_v * jac[1, k] + grad_range * jac[2, k] + (g_jac[2, k] - jac[2, k] * dot) / length
-        )
-    g_m[0] -= g_jac[0, 2] * fx / (z * z)
-    g_m[1] -= g_jac[1, 2] * fy / (z * z)
-    g_m[2] += (-g_jac[0, 0] * fx - g_jac[1, 1] * fy) / (z * z)
-    g_m[2] += 2 * (g_jac[0, 2] * fx * m[0] + g_jac[1, 2] * fy * m[1]) / (z * z * z)
-
-
-@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
-def _quaternion_gradient(q, length_q, g_rq, out):
-    """Adds the gradient of a quaternion of this length, (4,), from that of its rotation."""
-    qw, qx, qy, qz = q[0] / length_q, q[1] / length_q, q[2] / length_q, q[3] / length_q
-    d_w = 2 * (qx * (g_rq[2, 1] - g_rq[1, 2]) + qy * (g_rq[0, 2] - g_rq[2, 0]) + qz * (g_rq[1, 0] - g_rq[0, 1]))
-    d_x = 2 * (
-        qy * (g_rq[0, 1] + g_rq[1, 0])
-        + qz * (g_rq[0, 2] + g_rq[2, 0])
-        - 2 * qx * (g_rq[1, 1] + g_rq[2, 2])
-        + qw * (g_rq[2, 1] - g_rq[1, 2])
-    )
-    d_y = 2 * (
-        qx * (g_rq[0, 1] + g_rq[1, 0])
-        + qz * (g_rq[1, 2] + g_rq[2, 1])
-        - 2 * qy * (g_rq[0, 0] + g_rq[2, 2])
-        + qw * (g_rq[0, 2] - g_rq[2, 0])
-    )
-    d_z = 2 * (
-        qx * (g_rq[0, 2] + g_rq[2, 0])
-        + qy * (g_rq[1, 2] + g_rq[2, 1])
-        - 2 * qz * (g_rq[0, 0] + g_rq[1, 1])
-        + qw * (g_rq[1, 0] - g_rq[0, 1])
-    )
-    dot = qw * d_w + qx * d_x + qy * d_y + qz * d_z
-    out[0] += (d_w - qw * dot) / length_q
-    out[1] += (d_x - qx * dot) / length_q
-    out[2] += (d_y - qy * dot) / length_q
-    out[3] += (d_z - qz * dot) / length_q
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out):
-    """Chain rule from projected gradients to parameters.
-
-    index: (n,) Gaussians in the order of ``grad``'s columns. grad: (15, n) gradients with respect to U, V, A, B, C,
-    OPACITY, RANGE, SX, SY, NX, NY, NZ, RED, GREEN, BLUE. out: (N, 14) accumulated into.
-    """
-    m, rq, mat = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    jac, vec = np.empty((3, 3)), np.empty((3, 3))
-    g_vec, g_jac, g_mat, g_m, g_rq = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
-    for col in range(index.shape[0]):
-        g = index[col]
-        p = params[g]
-        length_q = _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec)
-        a0 = vec[0, 0] ** 2 + vec[0, 1] ** 2 + vec[0, 2] ** 2
-        c0 = vec[1, 0] ** 2 + vec[1, 1] ** 2 + vec[1, 2] ** 2
-        b = vec[0, 0] * vec[1, 0] + vec[0, 1] * vec[1, 1] + vec[0, 2] * vec[1, 2]
-        a, c = a0 + dilation, c0 + dilation
-        hair = _hair(a, b, c)
-        a, c = a + hair, c + hair
-        det, det0 = a * c - b * b, a0 * c0 - b * b
-        ka, kb, kc = c / det, -b / det, a / det
-        e = vec[0, 0] * vec[2, 0] + vec[0, 1] * vec[2, 1] + vec[0, 2] * vec[2, 2]
-        f = vec[1, 0] * vec[2, 0] + vec[1, 1] * vec[2, 1] + vec[1, 2] * vec[2, 2]
-        sx, sy = ka * e + kb * f, kb * e + kc * f
-        g_a, g_b, g_c = grad[2, col], grad[3, col], grad[4, col]
-        g_sx, g_sy = grad[7, col], grad[8, col]
-        g_jac[:] = 0.0
-        if grad[9, col] != 0.0 or grad[10, col] != 0.0 or grad[11, col] != 0.0:
-            g_sx, g_sy = _normal_gradient(grad[9:12, col], sx, sy, jac, g_jac, g_sx, g_sy)
-        g_a += g_sx * e
-        g_b += g_sx * f + g_sy * e
-        g_c += g_sy * f
-        g_e, g_f = g_sx * ka + g_sy * kb, g_sx * kb + g_sy * kc
-        # d(K^-1): covariance gradient = -K G K with G the symmetric conic gradient
-        h = 0.5 * g_b
-        t00, t01 = ka * g_a + kb * h, ka * h + kb * g_c
-        t10, t11 = kb * g_a + kc * h, kb * h + kc * g_c
-        v_a, v_b, v_c = -(t00 * ka + t01 * kb), -2 * (t00 * kb + t01 * kc), -(t10 * kb + t11 * kc)
-        opacity = 1 / (1 + np.exp(-p[10]))
-        g_o = grad[5, col]
-        if dilation > 0:
-            if det0 > 1e-20 * a0 * c0 and det0 > 0:
-                share = 0.5 * g_o * opacity * np.sqrt(det0 / det)
-                v_a += share * (c0 / det0 - c / det)
-                v_b += share * 2 * b * (1 / det - 1 / det0)
-                v_c += share * (a0 / det0 - a / det)
-            g_o *= np.sqrt(max(det0, 0.0) / det)
-        for k in range(3):
-            g_vec[0, k] = 2 * v_a * vec[0, k] + v_b * vec[1, k] + g_e * vec[2, k]
-            g_vec[1, k] = 2 * v_c * vec[1, k] + v_b * vec[0, k] + g_f * vec[2, k]
-            g_vec[2, k] = g_e * vec[0, k] + g_f * vec[1, k]
-        for i in range(3):
-            for k in range(3):
-                g_mat[i, k] = jac[0, i] * g_vec[0, k] + jac[1, i] * g_vec[1, k] + jac[2, i] * g_vec[2, k]
-                g_jac[i, k] += g_vec[i, 0] * mat[k, 0] + g_vec[i, 1] * mat[k, 1] + g_vec[i, 2] * mat[k, 2]
-        _centre_gradient(grad[0, col], grad[1, col], grad[6, col], intr, m, jac, g_jac, g_m)
-        for k in range(3):
-            out[g, k] += rot[0, k] * g_m[0] + rot[1, k] * g_m[1] + rot[2, k] * g_m[2]
-            s = np.exp(p[7 + k])
-            g_scale = 0.0
-            for i in range(3):
-                value = rot[0, i] * g_mat[0, k] + rot[1, i] * g_mat[1, k] + rot[2, i] * g_mat[2, k]
-                g_scale += value * rq[i, k]
-                g_rq[i, k] = value * s
-            out[g, 7 + k] += g_scale * s
-        _quaternion_gradient(p[3:7], length_q, g_rq, out[g, 3:7])
-        out[g, 10] += g_o * opacity * (1 - opacity)
-        for k in range(3):
-            out[g, 11 + k] += grad[12 + k, col]

@@ -1,17 +1,15 @@
-"""Draw a Gaussian field into a crop, and pull gradients back to its parameters: one thread, the kernels release the
+"""Draw a Gaussian field into a crop, and pull gradients back to what was projected: one thread, the kernels release the
 GIL, safe to use from several Python threads at once."""
 
 from __future__ import annotations
 
 import math
 import threading
-from dataclasses import dataclass
 
 import numpy as np
 
 from . import kernels
-from .field import N_PARAMETERS
-from .project import N_ROWS, CropCamera, gather_columns, project_backward_kernel, project_kernel
+from .project import N_ROWS, CropCamera, gather_columns, project_kernel
 
 #: Fainter than this a Gaussian is not drawn (one grey level of 255).
 ALPHA_MIN = 1 / 255
@@ -35,51 +33,44 @@ class _Scratch(threading.local):
 _scratch = _Scratch()
 
 
-@dataclass(frozen=True)
-class Pass:
-    """One forward pass, kept for its backward: the sorted projection and the raw planes (see ``kernels.py``)."""
-
-    camera: CropCamera
-    projected: np.ndarray
-    index: np.ndarray
-    planes: np.ndarray
-    dilation: float
-
-
 def draw(
     parameters: np.ndarray,
     camera: CropCamera,
     full: bool = False,
     dilation_px2: float = 0.0,
     alpha_min: float = ALPHA_MIN,
-) -> Pass:
-    """Project, sort front to back by distance and composite.
+) -> np.ndarray:
+    """(4 or 9, H, W) float32 planes of ``kernels.py``: project, sort front to back by distance and composite.
 
     parameters: (N, 14) float64. full: depth and normals too. dilation_px2: variance added to each ellipse, with the
     opacity lowered so that its integral stays (Mip-Splatting's 2D filter); 0 draws the Gaussians as they are.
     alpha_min: fainter than this a Gaussian is not drawn.
     """
-    projected, index = project(parameters, camera, dilation_px2, alpha_min)
-    height, width, count = camera.height, camera.width, kernels.N_PLANES if full else 4
+    projected, _ = project(parameters, camera, dilation_px2, alpha_min)
+    return composite(projected, camera.height, camera.width, full)
+
+
+def composite(projected: np.ndarray, height: int, width: int, full: bool) -> np.ndarray:
+    """(4 or 9, H, W) float32 planes of projected Gaussians, (N_ROWS, n) float32 front to back."""
+    count = kernels.N_PLANES if full else 4
     cells = _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
     cells[:] = 0
     cells[:, :, 3] = 1
     if full:
         cells[:, :, 5] = np.nan
-    cells = cells.reshape(-1)
-    (kernels.forward_full if full else kernels.forward_colour)(projected, len(index), height, width, cells)
-    return Pass(camera, projected, index, kernels.from_cells(cells, count, height, width), dilation_px2)
+    cells, n = cells.reshape(-1), projected.shape[1]
+    (kernels.forward_full if full else kernels.forward_colour)(projected, n, height, width, cells)
+    return kernels.from_cells(cells, count, height, width)
 
 
-def pull_back(parameters: np.ndarray, done: Pass, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient with respect to the parameters, (N, 14) float64, and to each centre in the picture, (N, 2) float32 per
-    pixel.
+def pull_back(projected: np.ndarray, planes: np.ndarray, given: np.ndarray) -> np.ndarray:
+    """(15, n) float32 gradients of :func:`composite`: with respect to U, V, A, B, C, OPACITY, RANGE, SX, SY, NX, NY,
+    NZ, RED, GREEN, BLUE.
 
-    given: (4, H, W) or (9, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3) as in
-    ``done.planes``, then of the median depth.
+    planes: as drawn. given: (4, H, W) or (9, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n
+    (3), then of the median depth.
     """
-    planes, n, camera = done.planes, len(done.index), done.camera
-    full, height, width = len(given) == 9, camera.height, camera.width
+    full, n, (height, width) = len(given) == 9, projected.shape[1], given.shape[1:]
     state = _scratch.take("state", (len(given) + 2, height, width))
     state[0], state[2:] = 1, given
     state[1] = np.einsum("chw,chw->hw", state[2:5], planes[:3]) + state[5] * (1 - planes[3])
@@ -87,15 +78,9 @@ def pull_back(parameters: np.ndarray, done: Pass, given: np.ndarray) -> tuple[np
         state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:10], planes[6:9])
     count = len(state)
     cells = kernels.to_cells(state, _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES)))
-    grad = _scratch.take("grad", (15, max(n, 1)))
-    grad[:] = 0
-    (kernels.backward_full if full else kernels.backward_colour)(done.projected, n, height, width, cells, grad)
-    pull = np.zeros((len(parameters), 2), np.float32)
-    pull[done.index] = grad[:2, :n].T
-    out = np.zeros((len(parameters), N_PARAMETERS))
-    pose = camera.intrinsics, camera.rotation, camera.translation
-    project_backward_kernel(parameters, *pose, done.dilation, done.index, grad, out)
-    return out, pull
+    grad = np.zeros((15, n), np.float32)
+    (kernels.backward_full if full else kernels.backward_colour)(projected, n, height, width, cells, grad)
+    return grad
 
 
 def project(

@@ -1,7 +1,6 @@
 """The projection of ``stems/splats/project.py`` in torch operations: differentiable, on the tensors' device.
 
-The path of tensors that live on a GPU, and in float64 what gradients are checked with. Tensors of the CPU go through
-the compiled twin (one kernel for values, one for gradients); a test holds both together.
+What gradients go through; a test holds it together with the compiled kernel.
 """
 
 from __future__ import annotations

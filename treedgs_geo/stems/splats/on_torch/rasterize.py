@@ -1,9 +1,8 @@
 """``rasterize``: a differentiable picture of Gaussians held in torch tensors.
 
-Tensors of the CPU go through the compiled kernels (projection and compositing in Numba, no copies of pictures); tensors
-of a GPU stay there: projected by torch, composited by the kernels of ``warp_raster.py`` (NVIDIA Warp) in the tensors'
-own memory. Either way torch sees operations with a backward of their own. Arguments are named as in the field's common
-interface (gsplat's ``rasterization``); what differs is in ``docs/analyst/gaussians.md``.
+They are projected by torch, and composited by the compiled kernels on the CPU (Numba), by those of ``warp_raster.py``
+on a GPU (NVIDIA Warp), in the tensors' own memory: for torch one operation with a backward of its own. Arguments are
+named as in the field's common interface (gsplat's ``rasterization``); what differs is in ``docs/analyst/gaussians.md``.
 """
 
 from __future__ import annotations
@@ -79,53 +78,44 @@ class Rendered:
         return self.planes[4:]
 
 
-class _Compiled(torch.autograd.Function):
-    """(N, 14) float64 parameters of the CPU -> the planes and median depth of :class:`Rendered`."""
+class _Composite(torch.autograd.Function):
+    """(17, n) rows of the projection, front to back -> the planes and median depth of :class:`Rendered`: by the
+    compiled kernels, or by Warp's in the tensors' own memory."""
 
     @staticmethod
     def forward(
-        ctx: Any, packed: torch.Tensor, camera: CropCamera, full: bool, dilation: float, alpha_min: float, kept: dict
+        ctx: Any,
+        rows: torch.Tensor,
+        index: torch.Tensor,
+        camera: CropCamera,
+        full: bool,
+        warp: bool,
+        pull: torch.Tensor,
     ) -> Any:
-        ctx.parameters, ctx.kept = packed.detach().numpy(), kept
-        ctx.done = raster.draw(ctx.parameters, camera, full, dilation, alpha_min)
-        ctx.set_materialize_grads(False)
-        return _shown(torch.from_numpy(ctx.done.planes))
-
-    @staticmethod
-    def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
-        back = _for_kernels(given, torch.from_numpy(ctx.done.planes)).numpy()
-        grad, pull = raster.pull_back(ctx.parameters, ctx.done, back)
-        ctx.kept["pull"].copy_(torch.from_numpy(pull))
-        return torch.from_numpy(grad), None, None, None, None, None
-
-
-class _OnDevice(torch.autograd.Function):
-    """(17, n) rows of the projection, front to back, on any device -> the planes and median depth of
-    :class:`Rendered`, by Warp's kernels on the tensors' own memory."""
-
-    @staticmethod
-    def forward(ctx: Any, rows: torch.Tensor, index: torch.Tensor, camera: CropCamera, full: bool, kept: dict) -> Any:
-        from . import warp_raster
-
         ctx.rows = rows.detach().to(torch.float32).contiguous()
-        ctx.planes = torch.zeros((N_PLANES if full else 4, camera.height, camera.width), device=rows.device)
-        ctx.planes[3] = 1
-        if full:
-            ctx.planes[5] = torch.nan
-        ctx.lists = warp_raster.draw(ctx.rows, ctx.planes)
-        ctx.index, ctx.kept = index, kept
+        ctx.index, ctx.pull, ctx.lists = index, pull, None
+        if warp:
+            from . import warp_raster
+
+            ctx.planes, ctx.lists = warp_raster.composite(ctx.rows, camera.height, camera.width, full)
+        else:
+            ctx.planes = torch.from_numpy(raster.composite(ctx.rows.numpy(), camera.height, camera.width, full))
         ctx.set_materialize_grads(False)
         return _shown(ctx.planes)
 
     @staticmethod
     def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
-        from . import warp_raster
+        back = _for_kernels(given, ctx.planes)
+        if ctx.lists is not None:
+            from . import warp_raster
 
-        grad = warp_raster.pull_back(ctx.rows, ctx.lists, _for_kernels(given, ctx.planes), ctx.planes)
-        ctx.kept["pull"][ctx.index] = grad[:2].T
+            grad = warp_raster.pull_back(ctx.rows, ctx.lists, back, ctx.planes)
+        else:
+            grad = torch.from_numpy(raster.pull_back(ctx.rows.numpy(), ctx.planes.numpy(), back.numpy()))
+        ctx.pull[ctx.index] = grad[:2].T
         out = torch.zeros_like(ctx.rows)
-        out[:12], out[14:] = grad[:12], grad[12:15]
-        return out, None, None, None, None
+        out[:12], out[14:] = grad[:12], grad[12:]
+        return out, None, None, None, None, None
 
 
 def _shown(raw: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -190,16 +180,13 @@ def rasterize(
         "colours": colours,
     }
     _check(parts)
-    kept: dict = {"pull": torch.zeros((len(means), 2), device=means.device)}
-    if means.device.type == "cpu" if warp is None else not warp:
-        packed = torch.cat([part.to(torch.float64) for part in parts.values()], dim=1).contiguous()
-        planes, median = _Compiled.apply(packed, camera, geometry, dilation_px2, alpha_min, kept)
-    else:
-        # As the compiled twin: float64 up to the ellipses, float32 in the picture.
-        doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
-        rows, index = project(doubles, camera, dilation_px2, alpha_min)
-        planes, median = _OnDevice.apply(rows, index, camera, geometry, kept)
-    return Rendered(planes, median if geometry else None, kept["pull"])
+    # Float64 up to the ellipses, float32 in the picture.
+    doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
+    rows, index = project(doubles, camera, dilation_px2, alpha_min)
+    pull = torch.zeros((len(means), 2), device=means.device)
+    warp = means.device.type != "cpu" if warp is None else warp
+    planes, median = _Composite.apply(rows, index, camera, geometry, warp, pull)
+    return Rendered(planes, median if geometry else None, pull)
 
 
 def _check(parts: dict[str, torch.Tensor]) -> None:

@@ -155,23 +155,25 @@ def lists_by_tile(rows: torch.Tensor, width: int, height: int) -> Lists:
     return start.to(torch.int32), of[order].to(torch.int32).contiguous(), tiles_x
 
 
-def draw(rows: torch.Tensor, planes: torch.Tensor) -> Lists:
-    """Composite into ``planes`` (4 or 9, H, W), the kernels' of ``kernels.py``. rows: (17, n) float32, front to back.
-    Returns the lists that :func:`pull_back` wants."""
-    count, height, width = planes.shape
+def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[torch.Tensor, Lists]:
+    """(4 or 9, H, W) planes of ``kernels.py``, and the lists that :func:`pull_back` wants. rows: (17, n) float32, front
+    to back."""
+    planes = torch.zeros((kernels.N_PLANES if full else 4, height, width), device=rows.device)
+    planes[3] = 1
+    if full:
+        planes[5] = torch.nan
     start, items, tiles_x = lists_by_tile(rows, width, height)
     if rows.shape[1]:
-        arrays = [wp.from_torch(rows), wp.from_torch(start), wp.from_torch(items), tiles_x]
+        arrays = [wp.from_torch(rows), wp.from_torch(start), wp.from_torch(items), tiles_x, int(full)]
         with _stream(rows.device):
             image = wp.from_torch(planes)
-            inputs = [*arrays, int(count == kernels.N_PLANES), image]
-            wp.launch(_forward, dim=(height, width), device=image.device, inputs=inputs)
-    return start, items, tiles_x
+            wp.launch(_forward, dim=(height, width), device=image.device, inputs=[*arrays, image])
+    return planes, (start, items, tiles_x)
 
 
 def pull_back(rows: torch.Tensor, lists: Lists, given: torch.Tensor, planes: torch.Tensor) -> torch.Tensor:
-    """(15, n) gradients of :func:`draw`. given: (4 or 9, H, W) dL/d of colour, alpha, sum w d, sum w n, median depth.
-    planes: as drawn."""
+    """(15, n) gradients of :func:`composite`. given: (4 or 9, H, W) dL/d of colour, alpha, sum w d, sum w n, median
+    depth. planes: as drawn."""
     count, height, width = given.shape
     full = count == 9
     rest = (given[:3] * planes[:3]).sum(0) + given[3] * (1 - planes[3])
