@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.files import read_json
@@ -22,7 +21,7 @@ from treedgs_geo.reconstruction.images import load_image
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.report.charts import BLUE, GREY, VERMILION, new_chart
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
-from treedgs_geo.terrain.dtm import read_dtm
+from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
 from .methods import StemPoints
 from .visibility import Stem, band_pixels, classify
@@ -213,17 +212,22 @@ def _slice(own: tuple[np.ndarray, np.ndarray] | None) -> tuple[np.ndarray, np.nd
 
 
 def sparse_near(plot: PlotFiles, reference: Reference) -> list[np.ndarray]:
-    """SfM points, (N, 3), near each reference stem: local x and y, height above the ground; none without workspace."""
+    """SfM points, (N, 3), about each reference stem (:func:`near_stem`); none without workspace."""
     if plot.workspace_in is None:
         return [np.empty((0, 3))] * len(reference)
     frame, _ = scene(plot)
     xyz = frame.to_project(load_points(plot.workspace_in / "sfm").xyz)
     dtm = read_dtm(plot.workspace_in / "dtm.tif", frame.crs)
-    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+    return [near_stem(xyz, dtm, xy)[1] for xy in reference.xy]
+
+
+def near_stem(xyz: np.ndarray, dtm: Dtm, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The points (N, 3) within ``NEAR_M`` of a stem and ``STEM_M`` above the ground, and the same as east and north of
+    the stem and height above the ground."""
+    near = xyz[np.hypot(*(xyz[:, :2] - xy).T) < NEAR_M]
+    height = near[:, 2] - dtm.height(near[:, 0], near[:, 1])
     here = (height > STEM_M[0]) & (height < STEM_M[1])
-    points = np.column_stack([xyz[here, :2], height[here]])
-    near = cKDTree(points[:, :2]).query_ball_point(reference.xy, NEAR_M) if len(points) else [[]] * len(reference)
-    return [points[own] - [*np.floor(xy), 0.0] for own, xy in zip(near, reference.xy, strict=True)]
+    return near[here], np.column_stack([near[here, :2] - xy, height[here]])
 
 
 def draw_density(sets: dict[str, list[np.ndarray]], reference: Reference) -> Any:

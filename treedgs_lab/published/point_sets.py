@@ -25,7 +25,7 @@ from treedgs_geo.stems.splats.raster import draw
 from treedgs_geo.stems.splats.scene_start import WholePhotos
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
-from .paper_pictures import NEAR_M, STEM_M, dress, panels, scene
+from .paper_pictures import NEAR_M, STEM_M, dress, near_stem, panels, scene
 from .segmentation import stems_json, true_labels
 
 #: Stems that are compared, evenly over the diameters; depth maps of a whole scene are drawn for each of them.
@@ -87,12 +87,10 @@ def point_sets(plot: PlotFiles, reference: Reference) -> PointSets:
         about = np.concatenate([np.column_stack([rim, np.full(len(rim), ground + height)]) for height in STEM_M])
         fused = frame.to_project(fuse_depth(field, views, frame.to_local(about)))
         for name, cloud in ((MEANS, centres), (DEPTH, fused), (SAMPLES, samples)):
-            near = cloud[np.hypot(*(cloud[:, :2] - xy).T) < NEAR_M]
-            height = near[:, 2] - dtm.height(near[:, 0], near[:, 1])
-            here = (height > STEM_M[0]) & (height < STEM_M[1])
-            points[name].append(np.column_stack([near[here, :2] - xy, height[here]]))
+            near, own = near_stem(cloud, dtm, xy)
+            points[name].append(own)
             if truth is not None:
-                true[name].append(true_labels(near[here], truth) > 0)
+                true[name].append(true_labels(near, truth) > 0)
     return PointSets(plot.name, [str(reference.tree[k]) for k in stems], points, None if truth is None else true)
 
 
