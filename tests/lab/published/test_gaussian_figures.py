@@ -107,7 +107,7 @@ def test_fused_depth_about_a_place_sees_what_stands_before_it():
 
 
 def test_overview_and_pipeline_are_drawn_from_the_run(plot):
-    shown = point_sets.draw_overview(plot, REFERENCE)
+    shown = point_sets.draw_overview(plot)
     assert shown is not None and "1,500 Gaussians" in shown.axes[1].get_title()
     drawn, photo = (np.asarray(axes.get_images()[0].get_array(), float) for axes in (shown.axes[1], shown.axes[0]))
     middle = slice(110, 150)
