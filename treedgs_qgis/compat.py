@@ -6,6 +6,7 @@ from functools import reduce
 from typing import Any
 
 import qgis.core
+import qgis.gui
 from qgis.core import QgsProviderRegistry
 from qgis.PyQt import QtCore
 
@@ -53,6 +54,9 @@ UNIT_PIXELS = first_attr("Qgis.MapToolUnit.Pixels", "QgsTolerance.Pixels")
 CAN_SHOW_CLOUDS = "pdal" in QgsProviderRegistry.instance().providerList()
 POINT_CLOUD_DESTINATION = (
     getattr(qgis.core, "QgsProcessingParameterPointCloudDestination", None) if CAN_SHOW_CLOUDS else None
+)
+SHOW_VISIBLE = first_attr(
+    "QgsAttributeTableFilterModel.FilterMode.ShowVisible", "QgsAttributeTableFilterModel.ShowVisible", home=qgis.gui
 )
 POINT = first_attr("Qgis.GeometryType.Point", "QgsWkbTypes.PointGeometry")
 try:  # Qt 6

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from qgis.core import QgsApplication, QgsMessageLog, QgsProcessingProvider
-from qgis.PyQt.QtCore import QTimer
+from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtGui import QIcon
 
 from . import i18n, words
@@ -35,6 +35,7 @@ class TreeDGSPlugin:
         self.provider: QgsProcessingProvider | None = None
         self.translator = None
         self.panel: Any = None
+        self.stems: Any = None
         self.action: Any = None
         self.entries: list[Any] = []
         self.offer: Any = None
@@ -74,6 +75,7 @@ class TreeDGSPlugin:
         self.action.toggled.connect(self.show_panel)
         self.iface.addToolBarIcon(self.action)
         self.iface.addPluginToMenu(MENU, self.action)
+        self.add_entry(i18n.tr("Stem list"), "stems", self.show_stems)
         from .offer import Offer
         from .tryit import begin
 
@@ -107,13 +109,22 @@ class TreeDGSPlugin:
     def show_panel(self, shown: bool) -> None:
         """Open the panel **Review trees**, or close it."""
         if self.panel is None and shown:
-            from .review.panel import ReviewPanel, dock_area
+            from .review.panel import ReviewPanel
 
             self.panel = ReviewPanel(self.iface)
             self.panel.visibilityChanged.connect(self._follow_panel)
-            self.iface.addDockWidget(dock_area(), self.panel)
+            self.iface.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.panel)
         if self.panel is not None:
             self.panel.setVisible(shown)
+
+    def show_stems(self, *_: Any) -> None:
+        """Open the dock **Stem list**; a tree clicked there is shown in the panel, where that is open."""
+        if self.stems is None:
+            from .review.stem_list import StemList
+
+            self.stems = StemList(self.iface, lambda tree: self.panel is not None and self.panel.show_any(tree))
+            self.iface.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, self.stems)
+        self.stems.show()
 
     def _follow_panel(self, _visible: bool) -> None:
         """The panel was closed by its own cross; one behind another dock's tab is still open."""
@@ -124,11 +135,12 @@ class TreeDGSPlugin:
 
     def unload(self) -> None:
         """Remove the provider, the panel and its button."""
-        if self.panel is not None:
-            self.panel.close_for_good()
-            self.iface.removeDockWidget(self.panel)
-            self.panel.deleteLater()
-            self.panel = None
+        for dock in (self.panel, self.stems):
+            if dock is not None:
+                dock.close_for_good()
+                self.iface.removeDockWidget(dock)
+                dock.deleteLater()
+        self.panel = self.stems = None
         if self.action is not None:
             self.iface.removePluginMenu(MENU, self.action)
             self.iface.removeToolBarIcon(self.action)

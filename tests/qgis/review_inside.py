@@ -170,6 +170,28 @@ def clicking():
     seen["beside"] = [len(panel.trees.rows()), state()["message"]]
 
 
+def listing(layer):
+    """The list follows the map; a click in it leads the panel."""
+    next(entry for entry in plugin.entries if entry.objectName() == "TreeDGS-stems").trigger()
+    settle()
+    rows = {row.tree_id: row for row in plugin.panel.trees.rows()}
+    canvas.setExtent(canvas.mapSettings().layerExtentToOutputExtent(layer, layer.extent().buffered(5)))
+    settle(20)
+    seen["list all"] = sorted(plugin.stems.numbers())
+    plugin.panel.show_tree(2)
+    plugin.panel.zoom()
+    settle(20)
+    seen["list near"] = plugin.stems.numbers()
+    plugin.stems.grab().save(JOB["report"] + ".list.png")
+    table = plugin.stems.table
+    index = table.model().index(0, 0)
+    QTest.mouseClick(
+        table.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, table.visualRect(index).center()
+    )
+    settle()
+    seen["list click"] = [plugin.panel.row.tree_id, len(rows)]
+
+
 def leaving(layer):
     panel, form = plugin.panel, plugin.panel.form
     for which in ("open", "check", "reject", "ok", "decided", "all"):
@@ -190,7 +212,7 @@ def leaving(layer):
     plugin.action.setChecked(True)
     plugin.unload()
     settle()
-    seen["unloaded"] = [plugin.panel is None, plugin.action is None]
+    seen["unloaded"] = [plugin.panel is None and plugin.stems is None, plugin.action is None]
 
 
 def go():
@@ -199,6 +221,7 @@ def go():
         layer = walking()
         deciding()
         clicking()
+        listing(layer)
         leaving(layer)
     except Exception:
         seen["error"], code = traceback.format_exc(), 1

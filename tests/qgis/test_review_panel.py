@@ -83,6 +83,12 @@ def test_what_was_decided_is_what_the_next_verb_counts(sitting):
     assert review.counts() == {"accepted": 1, "rejected": 0, "taped": 1, "merged": 1, "stems": 1}
 
 
+def test_the_stem_list_follows_the_map(sitting):
+    seen, _ = sitting
+    assert seen["list all"] == [1, 2, 3, 4, 5, 6, 7] and len(seen["list near"]) < 7 and 2 in seen["list near"]
+    assert seen["list click"] == [seen["list near"][0], 7]
+
+
 def test_text_is_text(sitting):
     """Plot ids, notes and layer names with markup stand there as they are."""
     seen, _ = sitting

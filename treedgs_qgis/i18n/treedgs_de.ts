@@ -1116,6 +1116,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>pip konnte den Paketindex nicht erreichen, um {packages} zu installieren; ohne Netz geben Sie einen Ordner mit Wheels an, hinter einem Proxy setzen Sie HTTPS_PROXY, dann noch einmal ausführen.</translation>
     </message>
     <message>
+      <source>Stem list</source>
+      <translation>Stammliste</translation>
+    </message>
+    <message>
       <source>Try it with a sample flight</source>
       <translation>Mit einem Beispielflug ausprobieren</translation>
     </message>
@@ -1280,6 +1284,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Hier steht ein Stamm (S)</translation>
     </message>
     <message>
+      <source>Its foot is here: measure again (B)</source>
+      <translation>Sein Fuß ist hier: noch einmal messen (B)</translation>
+    </message>
+    <message>
       <source>measure it in the photos at once</source>
       <translation>gleich in den Fotos messen</translation>
     </message>
@@ -1346,6 +1354,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Click on the map where a stem stands that the layer does not have.</source>
       <translation>Klicken Sie in der Karte dorthin, wo ein Stamm steht, den der Layer nicht hat.</translation>
+    </message>
+    <message>
+      <source>Click on the map where the foot of this stem is; it is measured there in the photos.</source>
+      <translation>Auf der Karte dorthin klicken, wo der Fuß dieses Stamms ist; dort wird er in den Fotos gemessen.</translation>
     </message>
     <message>
       <source>Take the decision about this tree back.</source>

@@ -1114,6 +1114,10 @@ cero.&lt;/p&gt;
       <translation>pip no pudo llegar al índice de paquetes para instalar {packages}; sin red indique una carpeta de wheels, detrás de un proxy defina HTTPS_PROXY, y ejecútelo de nuevo.</translation>
     </message>
     <message>
+      <source>Stem list</source>
+      <translation>Lista de troncos</translation>
+    </message>
+    <message>
       <source>Try it with a sample flight</source>
       <translation>Probar con un vuelo de ejemplo</translation>
     </message>
@@ -1278,6 +1282,10 @@ cero.&lt;/p&gt;
       <translation>Aquí hay un fuste (S)</translation>
     </message>
     <message>
+      <source>Its foot is here: measure again (B)</source>
+      <translation>Su pie está aquí: medir de nuevo (B)</translation>
+    </message>
+    <message>
       <source>measure it in the photos at once</source>
       <translation>medirlo enseguida en las fotos</translation>
     </message>
@@ -1344,6 +1352,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Click on the map where a stem stands that the layer does not have.</source>
       <translation>Haga clic en el mapa donde hay un fuste que la capa no tiene.</translation>
+    </message>
+    <message>
+      <source>Click on the map where the foot of this stem is; it is measured there in the photos.</source>
+      <translation>Haga clic en el mapa donde está el pie de este tronco; se mide allí en las fotos.</translation>
     </message>
     <message>
       <source>Take the decision about this tree back.</source>

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from qgis.core import QgsGeometry, QgsPointXY, QgsProject
 from qgis.gui import QgsRubberBand
-from qgis.PyQt.QtCore import Qt
 from qgis.PyQt.QtGui import QColor
 from qgis.PyQt.QtWidgets import QDockWidget
 
@@ -67,6 +65,7 @@ class ReviewPanel(QDockWidget):
         form.merge.clicked.connect(self.merge)
         form.other.returnPressed.connect(self.merge)
         form.pick.toggled.connect(lambda on: self._use_tool(form.pick, self.merge_at) if on else self._end_tool())
+        form.again.toggled.connect(lambda on: self._use_tool(form.again, self.again_at) if on else self._end_tool())
         form.stem.toggled.connect(lambda on: self._use_tool(form.stem, self.stem_at) if on else self._end_tool())
         form.keep_note.clicked.connect(lambda: self.decide(lambda t, row: t.note(row, self._note()), stay=True))
         form.take_back.clicked.connect(lambda: self.decide(lambda t, row: t.take_back(row), stay=True))
@@ -147,7 +146,7 @@ class ReviewPanel(QDockWidget):
         form, row, trees = self.form, self.row, self.trees
         for widget in (form.accept, form.reject, form.tape, form.taped, form.merge, form.other, form.pick):
             widget.setEnabled(row is not None)
-        for widget in (form.zoom, form.previous, form.next, form.note, form.keep_note, form.take_back):
+        for widget in (form.zoom, form.previous, form.next, form.note, form.keep_note, form.take_back, form.again):
             widget.setEnabled(row is not None)
         form.stem.setEnabled(trees is not None)
         form.note.setEnabled(trees is not None)
@@ -311,18 +310,25 @@ class ReviewPanel(QDockWidget):
         except Refused as problem:
             self._say(str(problem))
             return
-        self._show_added(number)
+        self.show_any(number)
         self._say(tr("Tree {tree} was added: a stem without a DBH.").format(tree=number))
         if self.form.measure.isChecked():
             self._measure([(number, place)])
 
-    def _show_added(self, number: int) -> None:
+    def show_any(self, number: int) -> None:
+        """Show a tree, whether or not it is among those shown."""
         self._tree = number
         self.refresh()
         if self._tree != number:  # not among those shown
             self.form.which.setCurrentIndex(self.form.which.findData("all"))
             self._tree = number
             self.refresh()
+
+    def again_at(self, place: QgsPointXY) -> None:
+        """The tree on show, measured again with its foot where a person sees it."""
+        self._end_tool()
+        if self.row is not None:
+            self._measure([(self.row.tree_id, place)])
 
     def _measure(self, places: list[tuple[int, QgsPointXY]]) -> None:
         trees = self.trees
@@ -345,7 +351,7 @@ class ReviewPanel(QDockWidget):
         place = places[0][1]
         near = min(trees.rows(), key=lambda row: math.hypot(row.x - place.x(), row.y - place.y()), default=None)
         if self.trees is trees and near is not None:
-            self._show_added(near.tree_id)
+            self.show_any(near.tree_id)
         if done and near is not None:
             text = f"{words.headline(near)}\n{words.numbers(near).splitlines()[0]}"
         self._say(text)
@@ -374,7 +380,7 @@ class ReviewPanel(QDockWidget):
         trees = self.trees
         if trees is None:
             return
-        for other in (self.form.pick, self.form.stem):
+        for other in (self.form.pick, self.form.stem, self.form.again):
             if other is not button and other.isChecked():
                 other.setChecked(False)
         self._before = self.canvas.mapTool()
@@ -389,7 +395,7 @@ class ReviewPanel(QDockWidget):
             if self._before is not None:
                 self.canvas.setMapTool(self._before)
             self._before = None
-        for button in (self.form.pick, self.form.stem):
+        for button in (self.form.pick, self.form.stem, self.form.again):
             button.blockSignals(True)
             button.setChecked(False)
             button.blockSignals(False)
@@ -400,8 +406,3 @@ class ReviewPanel(QDockWidget):
         else:
             self._end_tool()
             self._ring.reset(compat.LINE_STRING)
-
-
-def dock_area() -> Any:
-    """Where the panel opens first."""
-    return Qt.DockWidgetArea.RightDockWidgetArea

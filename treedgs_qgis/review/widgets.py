@@ -102,6 +102,7 @@ class Form(QWidget):
         self.merge = QPushButton(tr("Same tree as (M)"))
         self.pick = QPushButton(tr("pick on the map"))
         self.stem = QPushButton(tr("Here stands a stem (S)"))
+        self.again = QPushButton(tr("Its foot is here: measure again (B)"))
         self.measure = QCheckBox(tr("measure it in the photos at once"))
         self.keep_note = QPushButton(tr("Save note"))
         self.take_back = QPushButton(tr("Take decision back (C)"))
@@ -121,12 +122,14 @@ class Form(QWidget):
         self.other.setMaximumWidth(90)
         self.pick.setCheckable(True)
         self.stem.setCheckable(True)
+        self.again.setCheckable(True)
         for widget, text in (
             (self.accept, tr("The tree and its DBH are right.")),
             (self.reject, tr("No tree stands here; it counts nowhere.")),
             (self.tape, tr("Its DBH was taped: type it in cm. The measured one stays beside it.")),
             (self.merge, tr("This is the same tree as another one, which counts.")),
             (self.stem, tr("Click on the map where a stem stands that the layer does not have.")),
+            (self.again, tr("Click on the map where the foot of this stem is; it is measured there in the photos.")),
             (self.take_back, tr("Take the decision about this tree back.")),
             (self.undo, tr("Take back what was done last in this panel.")),
         ):
@@ -161,10 +164,11 @@ class Form(QWidget):
         below.addWidget(self.pick, 2, 2)
         below.addWidget(self.stem, 3, 0)
         below.addWidget(self.measure, 3, 1, 1, 2)
-        below.addWidget(self.note, 4, 0, 1, 2)
-        below.addWidget(self.keep_note, 4, 2)
-        below.addWidget(self.take_back, 5, 0)
-        below.addWidget(self.undo, 5, 1, 1, 2)
+        below.addWidget(self.again, 4, 0, 1, 3)
+        below.addWidget(self.note, 5, 0, 1, 2)
+        below.addWidget(self.keep_note, 5, 2)
+        below.addWidget(self.take_back, 6, 0)
+        below.addWidget(self.undo, 6, 1, 1, 2)
         below.setColumnStretch(0, 1)
         below.setColumnStretch(2, 1)
         whole = QVBoxLayout()
@@ -187,6 +191,7 @@ class Form(QWidget):
             "D": self.tape,
             "M": self.merge,
             "S": self.stem,
+            "B": self.again,
             "C": self.take_back,
             "U": self.undo,
         }
