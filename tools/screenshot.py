@@ -1,6 +1,9 @@
 """The pictures of the docs, drawn by QGIS under Xvfb from the demo's results: ``make demo && make screenshot``.
 
-python tools/screenshot.py [--demo FOLDER] [--pictures FOLDER]
+    python tools/screenshot.py [--demo FOLDER] [--pictures FOLDER] [--windows FOLDER]
+
+Those of every other window, opened by keys in the toolbox, go into ``build/windows``: to be looked at before a
+release.
 """
 
 from __future__ import annotations
@@ -22,9 +25,10 @@ NAMES = ("toolbox", "map", "flight", "maptip", "review", "dialog", "log", "pairs
 
 def main() -> int:
     """Draw; 1 when a picture did not come about."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--demo", type=Path, default=qgis_run.ROOT / "demo")
     parser.add_argument("--pictures", type=Path, default=qgis_run.ROOT / "docs" / "images")
+    parser.add_argument("--windows", type=Path, default=qgis_run.ROOT / "build" / "windows")
     parser.add_argument("--run-s", type=float, default=45, help="the job is photographed after this many seconds")
     chosen = parser.parse_args()
     demo, pictures = chosen.demo.resolve(), chosen.pictures.resolve()
@@ -64,7 +68,12 @@ def main() -> int:
         variables.pop("QT_QPA_PLATFORM")
         command = [frame, "-a", "-s", "-screen 0 1280x1200x24", program, "--noversioncheck", "--nologo"]
         script = Path(__file__).with_name("screenshot_inside.py")
-        subprocess.run([*command, "--code", str(script)], env=variables, timeout=300 + chosen.run_s)
+        subprocess.run([*command, "--code", str(script)], env=variables, timeout=500 + chosen.run_s)
+        shutil.rmtree(chosen.windows, ignore_errors=True)
+        chosen.windows.mkdir(parents=True)
+        for found in sorted(extra.glob("window-*.png")):
+            _shrink(found, chosen.windows / found.name)
+        print(f"{chosen.windows}: {len(list(chosen.windows.iterdir()))} windows")
         missing = [name for name in NAMES if not (extra / f"{name}.png").exists()]
         for name in NAMES:
             if name not in missing:

@@ -13,12 +13,14 @@ from qgis.core import (
     QgsVectorLayer,
 )
 from qgis.PyQt.QtCore import QPoint, Qt, QTimer
-from qgis.PyQt.QtWidgets import QApplication, QComboBox, QDockWidget, QLineEdit, QTreeView
+from qgis.PyQt.QtTest import QTest
+from qgis.PyQt.QtWidgets import QApplication, QDialog, QDockWidget, QLineEdit, QTreeView
 from qgis.utils import iface, plugins
 
 JOB = json.loads(os.environ["TREEDGS_SHOTS"])
 PICTURES = JOB["pictures"]
 window = iface.mainWindow()
+provider = QgsApplication.processingRegistry().providerById("treedgs")
 steps = []
 
 
@@ -73,6 +75,31 @@ def docks(*shown):
                 view.scrollToTop()
 
 
+def windows(algorithm, name):
+    """The dialog of an algorithm as Return in the toolbox opens it."""
+    dock = window.findChild(QDockWidget, "ProcessingToolbox")
+    dock.searchBox.setText(algorithm.displayName())
+    QTest.qWait(300)
+    view = dock.algorithmTree
+    index = view.indexAt(QPoint(0, 0))
+    while index.isValid() and (view.selectedAlgorithm() is None or view.selectedAlgorithm().id() != algorithm.id()):
+        index = view.indexBelow(index)
+        view.setCurrentIndex(index)
+
+    def photograph():
+        dialogs = [widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QDialog)]
+        opened = next((dialog for dialog in dialogs if dialog.isVisible()), None)
+        if opened is None:
+            QTimer.singleShot(500, photograph)
+            return
+        QTest.qWait(700)
+        picture(name, opened)
+        opened.close()
+
+    QTimer.singleShot(500, photograph)
+    QTest.keyClick(dock.searchBox, Qt.Key.Key_Return)
+
+
 def add(source, name, kind="ogr", default=True):
     layer = QgsRasterLayer(source, name) if kind == "gdal" else QgsVectorLayer(source, name, kind)
     assert layer.isValid(), source
@@ -113,6 +140,9 @@ def near():
 @step(5)
 def toolbox():
     picture("toolbox", window)
+    for number, algorithm in enumerate(provider.algorithms()):
+        if algorithm.parameterDefinitions():
+            windows(algorithm, f"window-{number:02d}-{algorithm.name()}")
     docks("Layers")
     for node in QgsProject.instance().layerTreeRoot().findLayers():
         node.setExpanded(node.name() in ("Trees", "Stem circles"))
@@ -179,17 +209,21 @@ def map_tip_picture():
     plugin = plugins["treedgs"]
     plugin.action.setChecked(True)
     plugin.panel.setMinimumWidth(470)
+    plugin.panel.form.which.setCurrentIndex(plugin.panel.form.which.findData("all"))
+    plugin.show_stems()
+    plugin.stems.table.setMinimumHeight(190)
 
 
 @step(2)
-def review_close():
-    plugins["treedgs"].panel.zoom()
+def review_near():
+    zoom(QgsProject.instance().mapLayersByName("Trees")[0], 0.7)
 
 
 @step(4)
 def review_picture():
     picture("review", window)
     plugins["treedgs"].action.setChecked(False)
+    plugins["treedgs"].stems.hide()
     docks("Layers")
     import processing
 
@@ -285,5 +319,4 @@ def report_picture():
     picture("report", layers.view)
 
 
-_ = QApplication, QComboBox, QgsApplication
 go()

@@ -137,14 +137,11 @@ class EngineAlgorithm(BaseAlgorithm):
         inputs = [p for p in plain if p["kind"] not in DESTINATIONS]
         needed = [self.tr(label(p)) for p in inputs if p["required"]]
         better = [self.tr(label(p)) for p in inputs if not p["required"] and p["kind"] in ("file", "files", "folder")]
-        lines = [f"<p><b>{html.escape(self.tr(entry['summary']))}</b></p>", "<p>"]
-        if needed:
-            lines.append(html.escape(self.tr("You need: {names}.").format(names=", ".join(needed))) + "<br>")
-        if better:
-            lines.append(
-                html.escape(self.tr("Give if you have them: {names}.").format(names=", ".join(better))) + "<br>"
-            )
-        lines.append(html.escape(self.tr("The rest can stay as it is.")) + "</p>")
+        top = [self.tr("You need: {names}.").format(names=", ".join(needed))] if needed else []
+        top += [self.tr("Give if you have them: {names}.").format(names=", ".join(better))] if better else []
+        top.append(self.tr("The rest can stay as it is."))
+        lines = [f"<p><b>{html.escape(self.tr(entry['summary']))}</b></p>"]
+        lines.append(f"<p>{'<br>'.join(map(html.escape, top))}</p>")
         lines.append(f"<p>{html.escape(in_qgis_words(self.tr(entry['help']), entry['known']))}</p>")
         expert = [p for p in entry["parameters"] if p.get("advanced")]
         for title, chosen in ((self.tr("Parameters"), plain), (self.tr("Advanced parameters"), expert)):

@@ -58,6 +58,11 @@ _WORDS = {
 }
 #: Names that do not say what is meant, in words.
 _LABELS = {
+    "input": "Point cloud",
+    "field": "Field trees (table)",
+    "taped": "Taped trees (table)",
+    "boundary": "Stand boundary",
+    "stand": "Canopy heights, cloud or trees there",
     "fit": "Way of measuring",
     "sheets": "Evidence sheets (a picture a tree)",
     "n": "Trees to tape",

@@ -428,6 +428,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Der Parameter {name} ist {algorithm} unbekannt; {hint}</translation>
     </message>
     <message>
+      <source>The rest can stay as it is.</source>
+      <translation>Alles andere kann so bleiben.</translation>
+    </message>
+    <message>
       <source>{name}: found '{given}', expected one of {choices}.</source>
       <translation>{name}: '{given}' gefunden, erwartet ist eines von {choices}.</translation>
     </message>
@@ -442,10 +446,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Advanced parameters</source>
       <translation>Erweiterte Parameter</translation>
-    </message>
-    <message>
-      <source>The rest can stay as it is.</source>
-      <translation>Alles andere kann so bleiben.</translation>
     </message>
     <message>
       <source>On the command line:</source>
@@ -464,20 +464,20 @@ beginnen von vorn.&lt;/p&gt;
       <translation>bekannt: {names}.</translation>
     </message>
     <message>
-      <source>Results</source>
-      <translation>Ergebnisse</translation>
-    </message>
-    <message>
-      <source>{name} is required: {help}</source>
-      <translation>{name} ist erforderlich: {help}</translation>
-    </message>
-    <message>
       <source>You need: {names}.</source>
       <translation>Nötig: {names}.</translation>
     </message>
     <message>
       <source>Give if you have them: {names}.</source>
       <translation>Angeben, falls vorhanden: {names}.</translation>
+    </message>
+    <message>
+      <source>Results</source>
+      <translation>Ergebnisse</translation>
+    </message>
+    <message>
+      <source>{name} is required: {help}</source>
+      <translation>{name} ist erforderlich: {help}</translation>
     </message>
     <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
@@ -1184,8 +1184,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Kein Baumlayer im Projekt: fügen Sie trees.gpkg hinzu.</translation>
     </message>
     <message>
-      <source>No such tree is left.</source>
-      <translation>Kein solcher Baum ist übrig.</translation>
+      <source>No such tree is left; choose 'all' to see every tree.</source>
+      <translation>Kein solcher Baum ist mehr da; 'alle' zeigt jeden Baum.</translation>
     </message>
     <message>
       <source>{number} of {all}</source>
@@ -1460,8 +1460,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Geländemodell; ohne gilt der Boden als eben</translation>
     </message>
     <message>
-      <source>Stand</source>
-      <translation>Bestand</translation>
+      <source>Canopy heights, cloud or trees there</source>
+      <translation>Kronenhöhen, Wolke oder Bäume dort</translation>
     </message>
     <message>
       <source>what stands there: canopy height model (GeoTIFF), LiDAR cloud, or tree layer of an earlier visit; what it does not say comes from the numbers below</source>
@@ -2020,8 +2020,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Findet den Boden (oder nimmt Ihr Geländemodell), findet die Stämme im Band von 0,5 bis 5 m, misst jeden in Brusthöhe und schreibt den Baumlayer: BHD, Standardfehler und 90-%-Intervall in cm, Neigung, Höhe, wo die Wolke bis in die Kronen reicht, und für jeden nicht messbaren Stamm den Grund. Nötig sind etwa 100 Punkte auf den untersten 3 m eines Stamms (Drohnen-LiDAR mit mehr als 1000 Punkten/m2 oder ein terrestrischer Scan). Das KBS kommt aus der Datei; geben Sie --crs an, wo sie keines hat ('local' für einen Scan ohne Ort auf der Karte). Fehler und Grenzen wurden an gerenderten und simulierten Probeflächen bestimmt, meist mit Kiefern; noch wurde kein Foto eines Baums gemessen, den jemand mit dem Maßband gemessen hat. Messen Sie einige Bäume mit dem Maßband: sie sagen, wie richtig die Durchmesser sind.</translation>
     </message>
     <message>
-      <source>Input</source>
-      <translation>Eingabe</translation>
+      <source>Point cloud</source>
+      <translation>Punktwolke</translation>
     </message>
     <message>
       <source>point cloud: LAS, LAZ, COPC, E57, or text with x y z per line</source>
@@ -2728,8 +2728,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>gemessene Bäume: ein Baumlayer oder eine CSV mit tree_id, x, y, dbh_cm</translation>
     </message>
     <message>
-      <source>Field</source>
-      <translation>Feldaufnahme</translation>
+      <source>Field trees (table)</source>
+      <translation>Feldbäume (Tabelle)</translation>
     </message>
     <message>
       <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
@@ -3092,8 +3092,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>die Baumebene, aus der die Bäume gezogen wurden</translation>
     </message>
     <message>
-      <source>Taped</source>
-      <translation>Nachgemessen</translation>
+      <source>Taped trees (table)</source>
+      <translation>Bäume mit Maßband (Tabelle)</translation>
     </message>
     <message>
       <source>the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv</source>
@@ -3180,7 +3180,7 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Feldaufnahme: Höhen der gepaarten Bäume; ohne --trees ist sie selbst die Baumliste</translation>
     </message>
     <message>
-      <source>Boundary</source>
+      <source>Stand boundary</source>
       <translation>Bestandesgrenze</translation>
     </message>
     <message>

@@ -426,6 +426,10 @@ cero.&lt;/p&gt;
       <translation>{algorithm} no conoce el parámetro {name}; {hint}</translation>
     </message>
     <message>
+      <source>The rest can stay as it is.</source>
+      <translation>Lo demás puede quedar como está.</translation>
+    </message>
+    <message>
       <source>{name}: found '{given}', expected one of {choices}.</source>
       <translation>{name}: se encontró '{given}', se espera uno de {choices}.</translation>
     </message>
@@ -440,10 +444,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Advanced parameters</source>
       <translation>Parámetros avanzados</translation>
-    </message>
-    <message>
-      <source>The rest can stay as it is.</source>
-      <translation>Lo demás puede quedar como está.</translation>
     </message>
     <message>
       <source>On the command line:</source>
@@ -462,20 +462,20 @@ cero.&lt;/p&gt;
       <translation>conocidos: {names}.</translation>
     </message>
     <message>
-      <source>Results</source>
-      <translation>Resultados</translation>
-    </message>
-    <message>
-      <source>{name} is required: {help}</source>
-      <translation>{name} es obligatorio: {help}</translation>
-    </message>
-    <message>
       <source>You need: {names}.</source>
       <translation>Hace falta: {names}.</translation>
     </message>
     <message>
       <source>Give if you have them: {names}.</source>
       <translation>Indique, si los tiene: {names}.</translation>
+    </message>
+    <message>
+      <source>Results</source>
+      <translation>Resultados</translation>
+    </message>
+    <message>
+      <source>{name} is required: {help}</source>
+      <translation>{name} es obligatorio: {help}</translation>
     </message>
     <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
@@ -1182,8 +1182,8 @@ cero.&lt;/p&gt;
       <translation>No hay capa de árboles en el proyecto: añada trees.gpkg.</translation>
     </message>
     <message>
-      <source>No such tree is left.</source>
-      <translation>No queda ningún árbol así.</translation>
+      <source>No such tree is left; choose 'all' to see every tree.</source>
+      <translation>No queda ningún árbol así; elija 'todos' para ver cada árbol.</translation>
     </message>
     <message>
       <source>{number} of {all}</source>
@@ -1458,8 +1458,8 @@ cero.&lt;/p&gt;
       <translation>modelo del terreno; sin él el suelo se toma como llano</translation>
     </message>
     <message>
-      <source>Stand</source>
-      <translation>Rodal</translation>
+      <source>Canopy heights, cloud or trees there</source>
+      <translation>Alturas del dosel, nube o árboles allí</translation>
     </message>
     <message>
       <source>what stands there: canopy height model (GeoTIFF), LiDAR cloud, or tree layer of an earlier visit; what it does not say comes from the numbers below</source>
@@ -2018,8 +2018,8 @@ cero.&lt;/p&gt;
       <translation>Busca el suelo (o toma su MDT), busca los troncos en la banda de 0,5 a 5 m, mide cada uno a la altura del pecho y escribe la capa de árboles: DAP, error estándar e intervalo del 90 % en cm, inclinación, altura donde la nube llega a las copas, y el motivo para cada tronco que no se puede medir. Necesita unos 100 puntos en los 3 m inferiores de un tronco (LiDAR de dron con más de 1000 puntos/m2, o un escaneo terrestre). El SRC viene del archivo; dé --crs si no lo tiene ('local' para un escaneo sin lugar en el mapa). Los errores y los límites se calibraron en parcelas renderizadas y simuladas, en su mayoría de pinos; aún no se ha medido ninguna foto de un árbol que alguien midiera con cinta. Mida algunos árboles con cinta: dicen cuán correctos son los diámetros.</translation>
     </message>
     <message>
-      <source>Input</source>
-      <translation>Entrada</translation>
+      <source>Point cloud</source>
+      <translation>Nube de puntos</translation>
     </message>
     <message>
       <source>point cloud: LAS, LAZ, COPC, E57, or text with x y z per line</source>
@@ -2726,8 +2726,8 @@ cero.&lt;/p&gt;
       <translation>árboles medidos: una capa de árboles, o un CSV con tree_id, x, y, dbh_cm</translation>
     </message>
     <message>
-      <source>Field</source>
-      <translation>Datos de campo</translation>
+      <source>Field trees (table)</source>
+      <translation>Árboles de campo (tabla)</translation>
     </message>
     <message>
       <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
@@ -3090,8 +3090,8 @@ cero.&lt;/p&gt;
       <translation>la capa de árboles de la que se sortearon</translation>
     </message>
     <message>
-      <source>Taped</source>
-      <translation>Medidos con cinta</translation>
+      <source>Taped trees (table)</source>
+      <translation>Árboles con cinta (tabla)</translation>
     </message>
     <message>
       <source>the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv</source>
@@ -3178,8 +3178,8 @@ cero.&lt;/p&gt;
       <translation>datos de campo: alturas de los árboles emparejados; sin --trees son ellos mismos la lista de árboles</translation>
     </message>
     <message>
-      <source>Boundary</source>
-      <translation>Límite</translation>
+      <source>Stand boundary</source>
+      <translation>Límite del rodal</translation>
     </message>
     <message>
       <source>the stand's outline: finds plots that reach over its edge</source>

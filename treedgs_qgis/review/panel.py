@@ -156,7 +156,9 @@ class ReviewPanel(QDockWidget):
         self._ring.reset(compat.LINE_STRING)
         if row is None or trees is None:
             form.headline.setText(
-                tr("No tree layer in the project: add trees.gpkg.") if trees is None else tr("No such tree is left.")
+                tr("No tree layer in the project: add trees.gpkg.")
+                if trees is None
+                else tr("No such tree is left; choose 'all' to see every tree.")
             )
             form.colour("")
             for label in (form.numbers, form.reasons, form.decision, form.place):
