@@ -237,8 +237,8 @@ def review_picture():
         "DRY_RUN": False,
     }
     dialog = processing.createAlgorithmDialog("treedgs:photostodbh", values)
-    dialog.setGeometry(40, 20, 1080, 740)
     dialog.show()
+    dialog.setGeometry(40, 20, 1080, 740)
     layers.dialog = dialog
 
 
