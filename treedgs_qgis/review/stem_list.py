@@ -21,7 +21,7 @@ CACHED = 100_000
 class StemList(QDockWidget):
     """See the module. iface: of QGIS. chosen: called with the number of a tree that was clicked."""
 
-    def __init__(self, iface: Any, chosen: Callable[[int], None]) -> None:
+    def __init__(self, iface: Any, chosen: Callable[[int], Any]) -> None:
         super().__init__(tr("Stem list"), iface.mainWindow())
         self.setObjectName("TreeDGSStemList")
         self.iface, self._chosen = iface, chosen
