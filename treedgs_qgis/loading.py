@@ -70,6 +70,8 @@ def load_results(results: dict[str, Any], name: str, context: QgsProcessingConte
         details.setPostProcessor(DefaultStyle.make())
         if name and value.lower().endswith((".gpkg", ".shp", ".geojson", ".csv", ".tif")):
             details.name = f"{name} ({tr('temporary')})" if is_temporary(value) else name
+            # QGIS prefers the names of files and tables otherwise.
+            details.forceName = True
         if not value.lower().endswith(".gpkg"):
             continue
         for kind, companions in COMPANIONS.items():
@@ -118,6 +120,7 @@ def _add_companion(
 def _in_order(details: QgsProcessingContext.LayerDetails, sources: list[str], rank: int) -> None:
     """QGIS loads by name, the last on top: stem sections would hide the trees' colours."""
     details.setPostProcessor(DefaultStyle.make(sources))
+    details.forceName = True
     if hasattr(details, "layerSortKey"):  # 3.32: puts layers into the tree after they are styled
         details.layerSortKey = rank
 

@@ -24,7 +24,9 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     xyz = plot_cloud(np.random.default_rng(3), stems) + [500000.0, 3450000.0, 100.0]
     write_cloud(tmp_path / "cloud.laz", PointCloud(xyz, pyproj.CRS.from_epsg(32617)))
     (tmp_path / "plots.csv").write_text("plot_id,easting,northing,radius_m\nA,500006,3450006,4.5\n")
-    variables = qgis.environment(TREEDGS_MAP=tmp_path)
+    (tmp_path / "tmp").mkdir()
+    # Elsewhere than the results, which are temporary to QGIS otherwise, and named in another way.
+    variables = qgis.environment(TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
     variables.pop("QT_QPA_PLATFORM", None)
     script = Path(__file__).with_name("map_inside.py")
     command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]

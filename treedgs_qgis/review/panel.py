@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 from qgis.core import QgsGeometry, QgsPointXY, QgsProject
 from qgis.gui import QgsRubberBand
@@ -146,8 +147,10 @@ class ReviewPanel(QDockWidget):
         form, row, trees = self.form, self.row, self.trees
         for widget in (form.accept, form.reject, form.tape, form.taped, form.merge, form.other, form.pick):
             widget.setEnabled(row is not None)
-        for widget in (form.zoom, form.previous, form.next, form.note, form.keep_note, form.take_back, form.again):
+        for widget in (form.zoom, form.previous, form.next, form.note, form.keep_note, form.take_back):
             widget.setEnabled(row is not None)
+        # One stem, one diameter: what is measured is not measured a second time.
+        form.again.setEnabled(row is not None and row.values.get("dbh_cm") is None)
         form.stem.setEnabled(trees is not None)
         form.note.setEnabled(trees is not None)
         form.undo.setEnabled(trees is not None and trees.can_undo)
@@ -332,6 +335,15 @@ class ReviewPanel(QDockWidget):
         if self.row is not None:
             self._measure([(self.row.tree_id, place)])
 
+    def _moved(self, trees: TreeLayer, asked: tuple[int, QgsPointXY], near: Row) -> None:
+        """A stem whose foot was moved far has become another row, right there: the former one is the same tree."""
+        number, place = asked
+        former = next((row for row in trees.rows() if row.tree_id == number), None)
+        there = math.hypot(near.x - place.x(), near.y - place.y()) <= rules.known()["beside_m"]
+        if former is not None and there and near.tree_id != number:
+            with suppress(Refused):  # where it cannot be, both stay and a person decides
+                trees.merge(former, near.tree_id)
+
     def _measure(self, places: list[tuple[int, QgsPointXY]]) -> None:
         trees = self.trees
         if trees is None:
@@ -352,6 +364,8 @@ class ReviewPanel(QDockWidget):
         trees.forget_steps()
         place = places[0][1]
         near = min(trees.rows(), key=lambda row: math.hypot(row.x - place.x(), row.y - place.y()), default=None)
+        if done and near is not None:
+            self._moved(trees, places[0], near)
         if self.trees is trees and near is not None:
             self.show_any(near.tree_id)
         if done and near is not None:
