@@ -64,19 +64,13 @@ def test_a_broken_contract_is_loud(cloud, fault, message):
         segment_external(cloud, "forestformer3d", f"{COMMAND} {fault}")
 
 
-def test_bad_commands_are_reported(cloud, tmp_path):
+def test_bad_commands_are_reported(cloud):
     with pytest.raises(MissingComponentError, match="no such program"):
         segment_external(cloud, "forestformer3d", "no-such-program {input} {output}")
     with pytest.raises(InputError, match="expected a command line"):
         segment_external(cloud, "forestformer3d", "docker run image")
     with pytest.raises(InputError, match="expected one of"):
         segment_external(cloud, "something", COMMAND)
-    with pytest.raises(OutputError, match="no end after"):
-        slow = f"{sys.executable} -c 'import time; time.sleep(9)' {{input}} {{output}}"
-        segment_external(cloud, "forestformer3d", slow, timeout_s=0.2)
-    segment_external(cloud, "forestformer3d", COMMAND, work=tmp_path / "kept")
-    with pytest.raises(InputError, match="left from an earlier run"):
-        segment_external(cloud, "forestformer3d", COMMAND, work=tmp_path / "kept")
 
 
 @pytest.mark.parametrize("segmenter, field", [("segmentanytree", "PredInstance"), ("treex", "tree_id")])

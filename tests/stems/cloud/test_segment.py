@@ -7,9 +7,9 @@ import pytest
 from synthetic_cloud import plot_cloud, stem_points
 
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.propose.segment import SegmentOptions, find_stems, label_points, segment_stems
+from treedgs_geo.stems.cloud.propose.segment import SegmentOptions, find_stems, label_points
 from treedgs_geo.stems.geometry.cone import Cone, fit_cone
-from treedgs_geo.terrain.ground import dtm_from_cloud
+from treedgs_geo.terrain.ground import dtm_from_cloud, height_above_ground
 
 STEMS = [(2.0, 2.5, 14.0), (6.0, 3.0, 30.0), (9.5, 8.0, 22.0), (4.0, 9.0, 45.0), (8.0, 5.2, 18.0)]
 
@@ -29,7 +29,7 @@ def test_drone_like_plot(seed):
         gap = np.hypot(*(feet(stems) - (x, y)).T)
         assert gap.min() < 0.02
         assert 200 * stems.stems[gap.argmin()].cone.radius(1.37) == pytest.approx(dbh, abs=1.0)
-    label = segment_stems(cloud, dtm)
+    label = label_points(xyz, height_above_ground(xyz, dtm), stems)
     assert label.dtype == np.int32 and set(np.unique(label)) == set(range(len(STEMS) + 1))
 
 

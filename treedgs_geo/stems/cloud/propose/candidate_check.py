@@ -79,7 +79,7 @@ def weigh(
     need: int | None = None,
 ) -> ConeEvidence:
     """The evidence for a cone in the (N, 3) points of the band around it; noise_m: instead of the sensor's."""
-    rows = int(np.ceil((min(options.high_m, 4.25) - options.low_m) / ROW_M))
+    rows = int(np.ceil((options.fitted_m[1] - options.low_m) / ROW_M))
     need = need or (1 if sensor.least_points < 30 else 4)
     on, share, arc, cells, *parts = count_evidence(
         np.ascontiguousarray(band),

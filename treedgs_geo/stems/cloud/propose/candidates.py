@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numba import njit
 from scipy import fft
@@ -35,6 +36,8 @@ class Candidates:
 
 #: Layers and votes that a candidate needs, and that one near a place where a stem is known to stand needs.
 LEAST, LEAST_NEAR = (4, 4.0), (2, 2.0)
+#: Distance from such a place, m, and slope of the axis that layers may be displaced by.
+NEAR_M, LEAN = 1.0, 0.2
 
 
 def find_candidates(
@@ -44,15 +47,13 @@ def find_candidates(
     high_m: float,
     solid: bool,
     max_radius_m: float,
-    lean: float = 0.2,
     near: np.ndarray | None = None,
-    near_m: float = 1.0,
 ) -> Candidates:
     """Candidates in one tile of (N, 3) points (x, y, height above ground), best first.
 
-    weights: (N,) reliabilities or ``None``. solid: points fill the stem (splats). lean: axis slope that layers may be
-    displaced by. near: (K, 2) places where stems are known to stand: within ``near_m`` of them weaker candidates count
-    too. Memory is that of a few grids of 5 cm cells over the tile.
+    weights: (N,) reliabilities or ``None``. solid: points fill the stem (splats). near: (K, 2) places where stems are
+    known to stand: within ``NEAR_M`` of them weaker candidates count too. Memory is that of a few grids of 5 cm cells
+    over the tile.
     """
     low, high = extent(points[:, :2])
     origin = low - 0.7
@@ -80,18 +81,17 @@ def find_candidates(
                 _keep_better(score, np.float32(np.sqrt(radii[index] + 0.1)), index, top, chosen)
             best[kind].append(top)
             which[kind].append(chosen)
-    found = [
-        row
-        for kind in (0, 1)
-        for row in _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST, lean)
-    ]
-    if near is not None and len(near):
-        more = [
-            row
-            for kind in (0, 1)
-            for row in _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST_NEAR, lean)
+
+    def peaks(least: tuple[int, float]) -> list[tuple[float, float, float, float, float]]:
+        return [
+            row for kind in (0, 1) for row in _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), least)
         ]
-        found += [row for row in more if row not in found and np.hypot(*(near - row[1:3]).T).min() < near_m]
+
+    found = peaks(LEAST)
+    if near is not None and len(near):
+        found += [
+            row for row in peaks(LEAST_NEAR) if row not in found and np.hypot(*(near - row[1:3]).T).min() < NEAR_M
+        ]
     table = np.array(sorted(found, reverse=True)).reshape(-1, 5)
     return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
 
@@ -176,20 +176,7 @@ def _kernel(radius: float, shape: tuple[int, int], solid: bool) -> np.ndarray:
 
 def _largest_near(image: np.ndarray, reach: int) -> np.ndarray:
     """The largest value within ``reach`` cells along both axes of an image without negative values."""
-    if reach == 0:
-        return image
-    for axis in (0, 1):
-        rows, cols = image.shape
-        wide = np.zeros((rows + 2 * reach, cols) if axis == 0 else (rows, cols + 2 * reach), image.dtype)
-        inner = wide[reach : reach + rows] if axis == 0 else wide[:, reach : reach + cols]
-        inner[:] = image
-        # Windows twice as wide each time; two of them, overlapping, make the last.
-        image, span, wanted = wide, 1, 2 * reach + 1
-        while span < wanted:
-            move = min(span, wanted - span)
-            one, other = (image[:-move], image[move:]) if axis == 0 else (image[:, :-move], image[:, move:])
-            image, span = np.maximum(one, other), span + move
-    return image
+    return cv2.dilate(image, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
 
 
 def _peaks(
@@ -199,7 +186,6 @@ def _peaks(
     origin: np.ndarray,
     radii: np.ndarray,
     least: tuple[int, float],
-    lean: float,
 ) -> list[tuple[float, float, float, float, float]]:
     """(score, x, y, height, radius) of the local maxima."""
     found: list[tuple[float, float, float, float, float]] = []
@@ -209,7 +195,7 @@ def _peaks(
         total = np.zeros_like(best[0])
         votes = np.zeros(best[0].shape, np.int8)
         for index, layer in enumerate(best):
-            reach = 0.05 + lean * abs(middle[index] - middle[reference])
+            reach = 0.05 + LEAN * abs(middle[index] - middle[reference])
             spread = _largest_near(layer, int(round(reach / _CELL_M))) if index != reference else layer
             total += np.sqrt(spread)
             votes += spread > 5.0

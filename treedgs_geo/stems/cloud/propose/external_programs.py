@@ -60,14 +60,11 @@ def segment_external(
     segmenter: str,
     command: str,
     reporter: Reporter | None = None,
-    timeout_s: float | None = None,
-    work: Path | None = None,
 ) -> ExternalLabels:
     """Run a segmenter on a cloud.
 
     segmenter: one of ``SEGMENTERS``. command: its command line with ``{input}`` (folder with the
-    cloud), ``{output}`` (folder for the result) and, if wanted, ``{name}``; no shell is involved. work: keep the files
-    here (default: a temporary folder).
+    cloud), ``{output}`` (folder for the result) and, if wanted, ``{name}``; no shell is involved.
 
     Raises:
         MissingComponentError: the program is not there. InputError: a bad command. OutputError: the program failed, or
@@ -83,23 +80,14 @@ def segment_external(
         )
     if len(cloud) == 0:
         raise InputError("segmenter: the cloud has no points; give one that has.")
-    if work is not None:
-        work.mkdir(parents=True, exist_ok=True)
-        return _run(cloud, segmenter, command, reporter, timeout_s, work)
     with tempfile.TemporaryDirectory(prefix="treedgs-segmenter-") as folder:
-        return _run(cloud, segmenter, command, reporter, timeout_s, Path(folder))
+        return _run(cloud, segmenter, command, reporter, Path(folder))
 
 
-def _run(
-    cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, timeout_s: float | None, work: Path
-) -> ExternalLabels:
+def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, work: Path) -> ExternalLabels:
     given, made = work / "input", work / "output"
-    for folder in (given, made):
-        folder.mkdir(exist_ok=True)
-        left = sorted(folder.iterdir())
-        if left:
-            # Results of an earlier run would be read as this one's.
-            raise InputError(f"{left[0]}: is left from an earlier run, expected an empty folder; remove {folder}.")
+    given.mkdir()
+    made.mkdir()
     origin = np.floor(cloud.xyz.min(axis=0))
     local = cloud.xyz - origin
     if segmenter == "forestformer3d":
@@ -111,15 +99,13 @@ def _run(
     words = [word.format(input=given, output=made, name=NAME) for word in shlex.split(command)]
     reporter.info(f"{segmenter}: {' '.join(words)}")
     try:
-        done = subprocess.run(words, capture_output=True, text=True, timeout=timeout_s, errors="replace")
+        done = subprocess.run(words, capture_output=True, text=True, errors="replace")
     except FileNotFoundError:
         raise MissingComponentError(
             f"{words[0]}: no such program; install {segmenter} (docs/analyst/measuring.md) or correct the command."
         ) from None
     except PermissionError:
         raise InputError(f"{words[0]}: may not be run; make it executable.") from None
-    except subprocess.TimeoutExpired:
-        raise OutputError(f"{segmenter}: no end after {timeout_s:.0f} s; give it more time or fewer points.") from None
     if done.returncode:
         last = " / ".join((done.stderr or done.stdout).strip().splitlines()[-3:]) or "it said nothing"
         raise OutputError(

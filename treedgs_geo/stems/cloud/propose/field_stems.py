@@ -79,16 +79,11 @@ def _reason_missing(stems: StemMap, place: np.ndarray, unseen: np.ndarray, gap: 
     return "merged" if (gap < radii + TAKEN_M).any() else "few_points"
 
 
-def name_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> tuple[np.ndarray, list[str]]:
+def named(stems: StemMap, field: FieldStems, answers: list[Answer]) -> tuple[np.ndarray, list[str]]:
     """``(new ids (S + 1,) by old tree_id, names of field stems that were not found)``, by :func:`answer_stems`.
 
     A stem that is only perhaps the field's is not named. Stems without a name are numbered on from the largest field
     id."""
-    return named(stems, field, answer_stems(stems, field, bh_m))
-
-
-def named(stems: StemMap, field: FieldStems, answers: list[Answer]) -> tuple[np.ndarray, list[str]]:
-    """:func:`name_stems` from the answers."""
     new = np.zeros(len(stems.stems) + 1, np.int32)
     for number, answer in zip(field.ids, answers, strict=True):
         if answer.stem is not None and answer.answer in ("found", "refused"):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .candidate_check import ConeStem
-from .nearby import Nearby
-from .sensors import Sensor, tolerance
+from .region_growing import Search
+from .sensors import tolerance
 
 #: Heights between which a tree has bark of its own at its foot, and from which on a limb's own bark counts, m.
 FOOT_M, LIMB_M = (0.4, 1.5), 1.6
@@ -16,9 +16,7 @@ OWN_FOOT, STEM_FOOT = 0.2, 0.4
 JOINS_M = 0.15
 
 
-def without_limbs(
-    found: list[ConeStem], points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float
-) -> list[ConeStem]:
+def without_limbs(search: Search, found: list[ConeStem]) -> list[ConeStem]:
     """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
     limbs = {
         number
@@ -28,7 +26,7 @@ def without_limbs(
         and not stem.refused
         and not stem.at_seed
         and _near(limb, stem)
-        and _is_limb(limb, stem, points, tree, sensor, top_m)
+        and _is_limb(search, limb, stem)
     }
     return [stem for number, stem in enumerate(found) if number not in limbs]
 
@@ -41,13 +39,14 @@ def _near(one: ConeStem, other: ConeStem) -> bool:
     )
 
 
-def _is_limb(limb: ConeStem, stem: ConeStem, points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> bool:
+def _is_limb(search: Search, limb: ConeStem, stem: ConeStem) -> bool:
     """Bark that each of the two has for itself, below and above: a point belongs to the nearer bark; what lies within
     the stem is not the limb's."""
+    sensor, top_m = search.sensor, search.options.fitted_m[1]
     middle = limb.cone.centre(2.0)
     reach = float(limb.cone.radius(0.5)) + 0.1 + 3.0 * float(np.hypot(limb.cone.dx, limb.cone.dy))
     reach += float(np.hypot(*(middle - stem.cone.centre(2.0)))) + float(stem.cone.radius(0.5))
-    near = points[tree.within(middle, reach, FOOT_M[0], top_m)]
+    near = search.points[search.tree.within(middle, reach, FOOT_M[0], top_m)]
     of_limb, of_stem = limb.cone.residuals(near), stem.cone.residuals(near)
     near_stem = of_stem < tolerance(stem.cone, sensor)
     low, high = (near[:, 2] < FOOT_M[1]), (near[:, 2] > LIMB_M)

@@ -9,9 +9,8 @@ import numpy as np
 from ...geometry.cone import Cone
 from .candidate_check import weigh
 from .candidates import Candidates
-from .nearby import Nearby
 from .options import SegmentOptions
-from .region_growing import REACH_M, fit_candidate
+from .region_growing import Search
 from .sensors import MAX_NOISE_M, Sensor
 
 #: Rings that the noise is taken from: found in most rows, seen from most sides, empty inside, little outside (shares
@@ -36,25 +35,16 @@ def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options:
     return None if best is None else best[1]
 
 
-def measured_noise(
-    points: np.ndarray,
-    tree: Nearby,
-    weights: np.ndarray | None,
-    candidates: Candidates,
-    sensor: Sensor,
-    options: SegmentOptions,
-    least: int,
-) -> float | None:
+def measured_noise(search: Search, candidates: Candidates, least: int) -> float | None:
     """Spread of the bark in this cloud, from the best candidates; ``None`` with fewer than ``least`` clear rings."""
-    wide = sensor.at_noise(MAX_NOISE_M)
-    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
+    own, search.sensor = search.sensor, search.sensor.at_noise(MAX_NOISE_M)
     rings: list[tuple[float, np.ndarray]] = []
     for xy, h, radius in list(zip(candidates.xy, candidates.height, candidates.radius, strict=True))[:MAX_TRIED]:
         if any(np.hypot(*(place - xy)) < 0.3 for _, place in rings):
             continue
-        near = tree.within(xy, REACH_M + radius, low, high)
-        cones = fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, wide, options)
-        spread = ring_noise(cones, points[near], wide, options)
+        near = search.near(xy, radius)
+        spread = ring_noise(search.cones(near, xy, h, radius), search.points[near], search.sensor, search.options)
         if spread is not None:
             rings.append((spread, xy))
+    search.sensor = own
     return float(np.median([spread for spread, _ in rings])) if len(rings) >= least else None

@@ -53,3 +53,8 @@ class SegmentOptions:
     min_arc_deg: float = 90.0
     min_rows: float = 0.4
     grow_m: float = 15.0
+
+    @property
+    def fitted_m(self) -> tuple[float, float]:
+        """Heights between which cones are fitted to the points, metres."""
+        return self.low_m - 0.1, min(self.high_m, 4.25)

@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....pointcloud.cloud import extent
 from ...geometry.cone import Cone
 from .candidate_check import AS_ALL, THICK, ConeEvidence, ConeStem, as_stem, best_stem, weigh
-from .evidence import stands_at
-from .nearby import Nearby
 from .options import SegmentOptions
-from .region_growing import REACH_M, fit_candidate, follow_up
+from .region_growing import Search
 from .sensors import Sensor
 
 #: What is listed as seen but not measurable: rows with bark, arc, shares inside and outside, sharpness (of a sliver of
@@ -27,11 +26,6 @@ MAX_LISTED, BESIDE_M = 200, 0.15
 SEED_M, SEED_AT_M, SEED_RADII_M = 0.3, 1.5, (0.06, 0.12, 0.2)
 
 
-def axis_row(cone: Cone) -> np.ndarray:
-    """(9,) for :func:`.evidence.stands_at`."""
-    return np.r_[cone.vector, cone.h_ref]
-
-
 @dataclass(frozen=True)
 class Rejected:
     """A candidate that was no clean ring, and the cones fitted to the ``points`` free points around it."""
@@ -43,64 +37,37 @@ class Rejected:
     cones: list[Cone]
 
 
-def not_round(
-    points: np.ndarray,
-    tree: Nearby,
-    weights: np.ndarray | None,
-    free: np.ndarray,
-    rejected: list[Rejected],
-    axes: np.ndarray,
-    sensor: Sensor,
-    options: SegmentOptions,
-) -> list[ConeStem]:
+def not_round(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
     """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
-    loose = replace(options, min_rows=0.85)
-    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
+    sensor, loose = search.sensor, replace(search.options, min_rows=0.85)
     kept: list[ConeStem] = []
     for one in rejected[:200]:
-        h = one.height
-        if stands_at(axes, one.xy[0], one.xy[1], h, 1.0, 0.0, 0.6):
+        if search.is_stem(one.xy, one.height, beyond_m=0.6):
             continue
-        near = tree.within(one.xy, REACH_M + one.radius, low, high)
-        near = near[free[near]]
-        cones = (
-            one.cones
-            if len(near) == one.points
-            else fit_candidate(
-                points[near], None if weights is None else weights[near], one.xy, h, one.radius, sensor, loose
-            )
-        )
-        stem = best_stem(cones, points[near], sensor, loose, strict=False)
+        near = search.near(one.xy, one.radius)
+        same = len(near) == one.points
+        cones = one.cones if same else search.cones(near, one.xy, one.height, one.radius, loose)
+        stem = best_stem(cones, search.points[near], sensor, loose, strict=False)
         if stem is None or stem.points < 4 * sensor.least_points:
             continue
-        pieces = follow_up(points, tree, weights, stem.cone, sensor, options)
+        pieces = search.follow_up(stem.cone)
         if len(pieces) >= 5 and np.median([piece.sigma for piece in pieces]) < 0.9 * sensor.cap_m:
             kept.append(replace(stem, pieces=pieces, refused="not_round"))
-            axes = np.vstack([axes, axis_row(stem.cone)])
+            search.add(stem.cone)
     return kept
 
 
-def listed(
-    points: np.ndarray,
-    tree: Nearby,
-    free: np.ndarray,
-    rejected: list[Rejected],
-    axes: np.ndarray,
-    sensor: Sensor,
-    options: SegmentOptions,
-) -> list[ConeStem]:
+def listed(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
     """Candidates that look like stems and cannot be measured: upright, empty inside, little around them, but too few
     sides seen, too thin for the noise, or veiled by twigs."""
-    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     kept: list[ConeStem] = []
     for one in rejected[:MAX_LISTED]:
-        if stands_at(axes, one.xy[0], one.xy[1], one.height, 1.0, 0.0, BESIDE_M):
+        if search.is_stem(one.xy, one.height, beyond_m=BESIDE_M):
             continue
-        near = tree.within(one.xy, REACH_M + one.radius, low, high)
-        stem = veiled(one.cones, points[near[free[near]]], sensor, options)
-        if stem is not None and not stands_at(axes, *stem.cone.centre(one.height), one.height, 1.0, 0.0, BESIDE_M):
+        stem = veiled(one.cones, search.points[search.near(one.xy, one.radius)], search.sensor, search.options)
+        if stem is not None and not search.is_stem(stem.cone.centre(one.height), one.height, beyond_m=BESIDE_M):
             kept.append(stem)
-            axes = np.vstack([axes, axis_row(stem.cone)])
+            search.add(stem.cone)
     return kept
 
 
@@ -129,52 +96,31 @@ def _reason(cone: Cone, seen: ConeEvidence, sensor: Sensor, options: SegmentOpti
     return "too_small" if thin else "occluded"
 
 
-def at_seeds(
-    points: np.ndarray,
-    tree: Nearby,
-    weights: np.ndarray | None,
-    free: np.ndarray,
-    seeds: np.ndarray,
-    axes: np.ndarray,
-    sensor: Sensor,
-    options: SegmentOptions,
-) -> list[ConeStem]:
+def at_seeds(search: Search, seeds: np.ndarray) -> list[ConeStem]:
     """An answer for each of (K, 2) places given where no stem was found within ``SEED_M``: a stem after all, where a
     cone started at the place itself is one, or the reason why there is none (``at_seed``)."""
-    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
-    inside = (seeds >= tree.low - SEED_M).all(axis=1) & (seeds <= tree.points[:, :2].max(axis=0) + SEED_M).all(axis=1)
+    sensor, options = search.sensor, search.options
+    low, high = extent(search.points[:, :2])
+    inside = (seeds >= low - SEED_M).all(axis=1) & (seeds <= high + SEED_M).all(axis=1)
     answers: list[ConeStem] = []
     for place in seeds[inside]:
-        if stands_at(axes, place[0], place[1], SEED_AT_M, 1.0, 0.0, SEED_M):
+        if search.is_stem(place, SEED_AT_M, beyond_m=SEED_M):
             continue
-        near = tree.within(place, REACH_M, low, high)
-        near = near[free[near]]
-        weight = None if weights is None else weights[near]
+        near = search.near(place)
         cones = [
             cone
             for radius in SEED_RADII_M
-            for cone in fit_candidate(points[near], weight, place, SEED_AT_M, radius, sensor, options)
+            for cone in search.cones(near, place, SEED_AT_M, radius)
             if np.hypot(*(cone.centre(SEED_AT_M) - place)) < SEED_M + cone.radius(SEED_AT_M)
         ]
-        stem = best_stem(cones, points[near], sensor, options)
-        if stem is not None and not stands_at(axes, *stem.cone.centre(SEED_AT_M), SEED_AT_M, 1.0, 0.0, BESIDE_M):
-            answers.append(stem)
-            axes = np.vstack([axes, axis_row(stem.cone)])
-            continue
-        there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
-        answers.append(
-            ConeStem(
-                there,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                len(near),
-                at_seed=True,
-                refused=_reason_at(cones, points[near], place, sensor, options),
-            )
-        )
+        stem = best_stem(cones, search.points[near], sensor, options)
+        if stem is None or search.is_stem(stem.cone.centre(SEED_AT_M), SEED_AT_M, beyond_m=BESIDE_M):
+            there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
+            reason = _reason_at(cones, search.points[near], place, sensor, options)
+            stem = ConeStem(there, 0.0, 0.0, 0.0, 0.0, 0.0, len(near), at_seed=True, refused=reason)
+        else:
+            search.add(stem.cone)
+        answers.append(stem)
     return answers
 
 

@@ -23,14 +23,12 @@ from ....terrain.dtm import Dtm
 from ....terrain.ground import height_above_ground
 from .candidate_check import ConeStem, best_stem
 from .candidates import find_candidates
-from .evidence import stands_at
 from .forks import without_limbs
 from .labelling import Labeller
-from .nearby import Nearby
 from .noise import LEAST_RINGS, measured_noise
 from .options import SegmentOptions
-from .refused import Rejected, at_seeds, axis_row, listed, not_round
-from .region_growing import REACH_M, fit_candidate, follow_up
+from .refused import Rejected, at_seeds, listed, not_round
+from .region_growing import Search
 from .sensors import SENSORS, Sensor, settled, tolerance
 
 #: Side of the squares that a cloud is searched in, and how far outside a square its stems may stand, metres.
@@ -59,15 +57,6 @@ class StemMap:
             sensor,
             tuple(stem for stem in found if stem.at_seed),
         )
-
-
-def segment_stems(
-    cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None, reporter: Reporter | None = None
-) -> np.ndarray:
-    """(N,) int32 ``tree_id`` of each point, 0 = no stem. See :func:`find_stems` for the stems themselves."""
-    height = height_above_ground(cloud.xyz, dtm)
-    stems = find_stems(cloud, dtm, options, reporter, height=height)
-    return label_points(cloud.xyz, height, stems)
 
 
 def find_stems(
@@ -234,41 +223,36 @@ def search_tile(
         options.max_dbh_cm / 100,  # thicker ones are listed
         near=seeds,
     )
-    tree = Nearby(points)
-    free = np.ones(len(points), bool)
+    search = Search(points, weights, sensor, options)
     if not sensor.solid:
-        noise = measured_noise(points, tree, weights, candidates, sensor, options, LEAST_RINGS if follow else 1)
-        sensor = sensor if noise is None else sensor.at_noise(noise)
+        noise = measured_noise(search, candidates, LEAST_RINGS if follow else 1)
+        search.sensor = sensor = sensor if noise is None else sensor.at_noise(noise)
     found: list[ConeStem] = []
-    axes = np.empty((0, 9))
     rejected: list[Rejected] = []
-    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
-        if stands_at(axes, xy[0], xy[1], h, 0.8, 0.05, 0.0):
+        if search.is_stem(xy, h, 0.8, 0.05):
             continue
-        near = tree.within(xy, REACH_M + radius, low, high)
-        near = near[free[near]]
-        cones = fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor, options)
+        near = search.near(xy, radius)
+        cones = search.cones(near, xy, h, radius)
         stem = best_stem(cones, points[near], sensor, options)
         if stem is None:
             rejected.append(Rejected(xy, float(h), float(radius), len(near), cones))
             continue
         if any(_same(stem, other) for other in found):
             continue
-        residual = stem.cone.residuals(points[near])
-        free[near[residual < tolerance(stem.cone, sensor)]] = False
-        pieces = follow_up(points, tree, weights, stem.cone, sensor, options) if follow else ()
-        found.append(replace(stem, pieces=pieces))
-        axes = np.vstack([axes, axis_row(stem.cone)])
+        search.free[near[stem.cone.residuals(points[near]) < tolerance(stem.cone, sensor)]] = False
+        found.append(replace(stem, pieces=search.follow_up(stem.cone)) if follow else stem)
+        search.add(stem.cone)
     if follow:
-        found += not_round(points, tree, weights, free, rejected, axes, sensor, options)
+        found += not_round(search, rejected)
         if not sensor.solid:
-            axes = np.array([axis_row(stem.cone) for stem in found]).reshape(-1, 9)
-            found += listed(points, tree, free, rejected, axes, sensor, options)
-        found = without_limbs(found, points, tree, sensor, min(options.high_m, 4.25))
-    if seeds is not None and follow:
-        axes = np.array([axis_row(stem.cone) for stem in found]).reshape(-1, 9)
-        found += at_seeds(points, tree, weights, free, seeds, axes, sensor, options)
+            found += listed(search, rejected)
+        stems = without_limbs(search, found)
+        if seeds is not None:
+            search.axes = search.axes[:0]
+            search.add(*(stem.cone for stem in stems))
+            stems += at_seeds(search, seeds)
+        found = stems
     return found
 
 
