@@ -12,14 +12,11 @@ import argparse
 import json
 from pathlib import Path
 
-from treedgs_geo.core.progress import make_reporter
 from treedgs_lab.benchmarking.factor_type import BASE
 from treedgs_lab.benchmarking.factors import factor
-from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure
+from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure, simulated
 from treedgs_lab.benchmarks.records import write_record
 from treedgs_lab.benchmarks.rendered import FEW_PHOTOS
-from treedgs_lab.simulate.settings import SimulateSettings
-from treedgs_lab.simulate.simulate import simulate_plot
 
 SEEDS = (1, 51, 52)
 
@@ -31,15 +28,10 @@ def main() -> None:
     args = parser.parse_args()
     record: dict = {"bow_cm": {}}
     for bow in factor("sweep").levels:
-        parts = []
-        for seed in SEEDS:
-            folder = args.scratch / f"bow_{bow:g}_{seed}"
-            if not (folder / "truth" / "config.json").exists():
-                simulate_plot(
-                    SimulateSettings(output=folder, seed=seed, sweep_cm=bow, **{**BASE, **FEW_PHOTOS}),
-                    make_reporter("quiet"),
-                )
-            parts.append(measure(folder))
+        parts = [
+            measure(simulated(args.scratch / f"bow_{bow:g}_{seed}", **(BASE | FEW_PHOTOS), seed=seed, sweep_cm=bow))
+            for seed in SEEDS
+        ]
         rows = [row for found, _ in parts for row in found]
         result = figures(rows, sum(count for _, count in parts))
         sure = [abs(row["error_cm"]) for row in rows if row["flag"] == "ok"]

@@ -1,11 +1,10 @@
 """Are the 90 % intervals of the point-cloud route right? Simulated drone LiDAR with known diameters.
 
-    python -m treedgs_lab.benchmarks.campaign.plots --output build/campaign_plots --clouds 39 --photos 0
-    python -m treedgs_lab.benchmarks.clouds.interval_coverage --plots build/campaign_plots/cloud_* \
+    python -m treedgs_lab.benchmarks.clouds.interval_coverage --scratch DIR \
         --rendered ../shared/data/plot_a ../shared/data/plot_e --output docs/results/interval_coverage.json
 
-Plots with an even seed set the constants of the error (``measuring/stem.py``), those with an odd seed and the rendered
-ones report. In-plot stems with a DBH count. The seed of a plot is the number at the end of its folder's name.
+Plots with an even seed set the constants of the error (``stems/cloud/estimate/stem.py``), those with an odd seed and
+the rendered ones report. In-plot stems with a DBH count. Plots that are in DIR already are kept.
 """
 
 from __future__ import annotations
@@ -14,15 +13,28 @@ import argparse
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_lab.benchmarks.records import write_record
+from treedgs_lab.benchmarks.rendered import DENSITIES, FEW_PHOTOS
+from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_lab.simulate.simulate import simulate_plot
 
 MATCH_M = 0.3
+SEEDS = range(1000, 1039)
+
+
+def simulated(folder: Path, **settings: Any) -> Path:
+    """The plot of ``simulate-plot`` in a folder, made where it is missing; its cloud is used, not its photos."""
+    if not (folder / "truth" / "config.json").exists():
+        simulate_plot(SimulateSettings(output=folder, **(FEW_PHOTOS | settings)), make_reporter("quiet"))
+    return folder
 
 
 def measure(plot: Path) -> tuple[list[dict], int]:
@@ -68,34 +80,24 @@ def figures(rows: list[dict], stems: int) -> dict:
     }
 
 
-def _seed(plot: Path) -> int:
-    return int(plot.name.rsplit("_", 1)[-1])
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--plots", nargs="+", type=Path, required=True)
+    parser.add_argument("--scratch", type=Path, required=True, help="where the plots are kept")
     parser.add_argument("--rendered", nargs="*", type=Path, default=[])
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
-    without = [plot for plot in [*args.plots, *args.rendered] if not list((plot / "lidar").glob("*.laz"))]
-    if without:
-        parser.error(f"{without[0]}: holds no lidar/*.laz, expected a simulated plot with a cloud")
     groups: dict[str, list] = {"calibration (even seeds)": [], "report (odd seeds)": []}
-    for plot in args.plots:
-        even = _seed(plot) % 2 == 0
-        groups["calibration (even seeds)" if even else "report (odd seeds)"].append(measure(plot))
+    for seed in SEEDS:
+        density = DENSITIES[seed % len(DENSITIES)]
+        plot = simulated(args.scratch / f"cloud_{seed}", preset="test", seed=seed, lidar_density_m2=density)
+        groups["report (odd seeds)" if seed % 2 else "calibration (even seeds)"].append(measure(plot))
     for plot in args.rendered:
         groups[plot.name] = [measure(plot)]
-    record: dict = {
-        "plots": [plot.name for plot in [*args.plots, *args.rendered]],
-        "groups": {},
-    }
+    record: dict = {"plots": [f"cloud_{seed}" for seed in SEEDS] + [plot.name for plot in args.rendered], "groups": {}}
     for name, parts in groups.items():
-        if parts:
-            record["groups"][name] = figures([row for rows, _ in parts for row in rows], sum(n for _, n in parts))
-            print(name, json.dumps(record["groups"][name]))
-    write_record(args.output, record, seeds=[_seed(plot) for plot in args.plots])
+        record["groups"][name] = figures([row for rows, _ in parts for row in rows], sum(n for _, n in parts))
+        print(name, json.dumps(record["groups"][name]))
+    write_record(args.output, record, seeds=list(SEEDS))
 
 
 if __name__ == "__main__":

@@ -13,12 +13,9 @@ import csv
 import json
 from pathlib import Path
 
-from treedgs_geo.core.progress import make_reporter
-from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure
+from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure, simulated
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import DENSITIES, FEW_PHOTOS
-from treedgs_lab.simulate.settings import SimulateSettings
-from treedgs_lab.simulate.simulate import simulate_plot
+from treedgs_lab.benchmarks.rendered import DENSITIES
 
 SEEDS = (511, 512, 513, 514)
 _STAND: dict = {"ivy_stems": 3, "bark_variety": True, "moss_pct": 15.0, "shrubs_per_m2": 0.3, "gsd_cm": 3.5}
@@ -34,13 +31,8 @@ def main() -> None:
     others: list[dict] = []
     count = {True: 0, False: 0}
     for number, seed in enumerate(SEEDS):
-        folder = args.scratch / f"ivy_{seed}"
-        if not (folder / "truth" / "config.json").exists():
-            density = DENSITIES[number % len(DENSITIES)]
-            settings = SimulateSettings(
-                output=folder, preset="demo", seed=seed, lidar_density_m2=density, **(FEW_PHOTOS | _STAND)
-            )
-            simulate_plot(settings, make_reporter("quiet"))
+        density = DENSITIES[number % len(DENSITIES)]
+        folder = simulated(args.scratch / f"ivy_{seed}", preset="demo", seed=seed, lidar_density_m2=density, **_STAND)
         with open(folder / "truth" / "looks.csv", encoding="utf-8") as stream:
             ivy = {
                 row["tree_id"]: float(row["ivy_m"]) > 0 for row in csv.DictReader(stream) if row["in_plot"] == "True"
