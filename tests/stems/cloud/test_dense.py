@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_cloud import stem_points
 
-from treedgs_geo.pointcloud.cloud import PointCloud, thin_crowded
+from treedgs_geo.pointcloud.cloud import PointCloud, thin
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.cloud.propose.segment import find_stems
 from treedgs_geo.terrain.ground import dtm_from_cloud
@@ -62,10 +62,10 @@ def test_crowded_voxels_keep_their_proportions():
     rng = np.random.default_rng(0)
     xyz = np.concatenate([rng.uniform(0, 0.4, (20_000, 3)), rng.uniform(1, 1.4, (50, 3))])
     marked = rng.random(len(xyz)) < 0.1
-    kept = thin_crowded(xyz + 1000.0, 0.5, 1000)
+    kept = thin(xyz + 1000.0, 0.5, 1000)
     assert np.count_nonzero(kept < 20_000) == 1000 and np.count_nonzero(kept >= 20_000) == 50
     assert 80 < np.count_nonzero(marked[kept]) < 130 and (np.diff(kept) > 0).all()
-    assert len(thin_crowded(np.empty((0, 3)), 0.5, 10)) == 0
+    assert len(thin(np.empty((0, 3)), 0.5, 10)) == 0
 
 
 def test_half_rings_of_a_single_scan_are_measured():

@@ -10,7 +10,6 @@ from treedgs_geo.stems.cloud.propose.candidates import _kernel, _largest_near
 from treedgs_geo.stems.cloud.propose.evidence import stands_at
 from treedgs_geo.stems.geometry.cone import Cone
 from treedgs_geo.stems.geometry.cone_kernels import _bent_sums, _straight_sums
-from treedgs_geo.terrain.surface import _middle
 
 
 @pytest.mark.parametrize("reach", [0, 1, 3, 7, 16])
@@ -26,13 +25,6 @@ def test_ring_kernel_wraps_around_its_corner():
     np.testing.assert_array_equal(kernel == 1.0, np.abs(distance - 0.2) <= 0.045)
     np.testing.assert_array_equal(kernel == -1.0, distance < 0.155)
     assert (kernel[distance > 0.345] == 0).all()
-
-
-@pytest.mark.parametrize("count", [1, 2, 5, 24, 41])
-def test_middle_is_the_median(count):
-    rng = np.random.default_rng(count)
-    for values in (rng.random(count), rng.integers(0, 4, count).astype(float)):
-        assert _middle(values.copy(), count) == np.median(values)
 
 
 def test_extent_says_when_a_column_holds_no_number():
