@@ -217,7 +217,7 @@ def _measure_one(
     if stem is None:
         return measured
     # A thick stem goes on above the band; a stump, a log or a shrub does not. Twigs hide a sapling's bark.
-    beside = {"clutter": stem.clutter} if stem.row_share < VEILED_ROWS else {}
+    beside = {"clutter": stem.seen.outside} if stem.seen.row_share < VEILED_ROWS else {}
     if around.has_crowns and measured.assessment.measured and measured.assessment.dbh_cm > SHOULD_GO_ON_CM:
         beside["n_above"] = len(stem.pieces)
     return measured.assessed(measured.assessment.adding(judge("points", beside)))

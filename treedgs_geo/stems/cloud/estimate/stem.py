@@ -158,7 +158,7 @@ def _measure_bowed(
 
 
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
-    return max(search_points(points, weights, sensor, options), key=lambda stem: stem.score, default=None)
+    return max(search_points(points, weights, sensor, options), key=lambda stem: stem.seen.score, default=None)
 
 
 def _window_fit(

@@ -19,38 +19,6 @@ LISTED_TIMES, LARGE_SHARP = 4.0, 0.5
 
 
 @dataclass(frozen=True)
-class ConeStem:
-    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. row_share (of 25 cm rows with
-    bark), arc_deg, inside, clutter: the evidence. pieces: cones that follow the axis upwards, by height. refused: why
-    it is seen but not measurable (a key of the list of reasons), empty for a clean ring. noise_m: spread of the
-    cloud's bark, where it could be measured. at_seed: nothing was found there, the place was given."""
-
-    cone: Cone
-    score: float
-    row_share: float
-    arc_deg: float
-    inside: float
-    clutter: float
-    points: int
-    pieces: tuple[Cone, ...] = ()
-    refused: str = ""
-    noise_m: float | None = None
-    at_seed: bool = False
-
-
-def best_stem(
-    cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
-) -> ConeStem | None:
-    """The cone with the highest score of those that are a stem (:func:`accept`)."""
-    best: ConeStem | None = None
-    for cone in cones:
-        stem = accept(cone, near, sensor, options, strict)
-        if stem is not None and (best is None or (not stem.refused, stem.score) > (not best.refused, best.score)):
-            best = stem
-    return best
-
-
-@dataclass(frozen=True)
 class ConeEvidence:
     """What (N, 3) points say about a cone: points on its bark, share of rows with bark, arc, cells with bark, and in
     shares of these what lies inside, just outside, within twice the cloud's noise and within two to six times."""
@@ -68,6 +36,40 @@ class ConeEvidence:
     def sharp(self) -> float:
         """1 = all bark within the cloud's noise and nothing beside it."""
         return self.core - 0.5 * self.fringe - self.inside
+
+    @property
+    def score(self) -> float:
+        """Sharp cells of bark, for as much as rows show it."""
+        return self.row_share * self.cells * self.sharp
+
+
+@dataclass(frozen=True)
+class ConeStem:
+    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. seen: the evidence. pieces: cones
+    that follow the axis upwards, by height. refused: why it is seen but not measurable (a key of the list of reasons),
+    empty for a clean ring. noise_m: spread of the cloud's bark, where it could be measured. at_seed: nothing was found
+    there, the place was given."""
+
+    cone: Cone
+    seen: ConeEvidence
+    pieces: tuple[Cone, ...] = ()
+    refused: str = ""
+    noise_m: float | None = None
+    at_seed: bool = False
+
+
+def best_stem(
+    cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
+) -> ConeStem | None:
+    """The cone with the highest score of those that are a stem (:func:`accept`)."""
+    best: ConeStem | None = None
+    for cone in cones:
+        stem = accept(cone, near, sensor, options, strict)
+        if stem is not None and (
+            best is None or (not stem.refused, stem.seen.score) > (not best.refused, best.seen.score)
+        ):
+            best = stem
+    return best
 
 
 def weigh(
@@ -109,7 +111,7 @@ def accept(
     if strict and (seen.inside > 0.35 or seen.outside > 1.2):
         return None
     # Sharpness decides between fits: cells with bark within the cloud's noise against cells with points near it.
-    score, full = seen.row_share * seen.cells * seen.sharp, seen.row_share * seen.cells
+    score, full = seen.score, seen.row_share * seen.cells
     # Few points have to be the cleaner: nothing inside, hardly anything around.
     pure = score >= max(0.5 * full, 18) or score >= max(0.6 * full, 10) and seen.inside + seen.outside < 0.2
     # Rough bark or a noisy scanner: not sharp, but empty inside, clean outside and continuous.
@@ -127,14 +129,4 @@ def accept(
 def as_stem(cone: Cone, seen: ConeEvidence, sensor: Sensor, refused: str = "") -> ConeStem:
     """The cone as a stem with its evidence."""
     noise = sensor.noise_m if np.isfinite(sensor.fuzzy_m) else None
-    return ConeStem(
-        cone,
-        seen.row_share * seen.cells * seen.sharp,
-        seen.row_share,
-        seen.arc_deg,
-        seen.inside,
-        seen.outside,
-        seen.points,
-        refused=refused,
-        noise_m=noise,
-    )
+    return ConeStem(cone, seen, refused=refused, noise_m=noise)

@@ -48,7 +48,7 @@ def not_round(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
         same = len(near) == one.points
         cones = one.cones if same else search.cones(near, one.xy, one.height, one.radius, loose)
         stem = best_stem(cones, search.points[near], sensor, loose, strict=False)
-        if stem is None or stem.points < 4 * sensor.least_points:
+        if stem is None or stem.seen.points < 4 * sensor.least_points:
             continue
         pieces = search.follow_up(stem.cone)
         if len(pieces) >= 5 and np.median([piece.sigma for piece in pieces]) < 0.9 * sensor.cap_m:
@@ -83,7 +83,7 @@ def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: Segment
         if not upright or not hollow or seen.arc_deg < LISTED_ARC_DEG:
             continue
         stem = as_stem(cone, seen, sensor, _reason(cone, seen, sensor, options))
-        if stem.refused and (best is None or stem.score > best.score):
+        if stem.refused and (best is None or stem.seen.score > best.seen.score):
             best = stem
     return best
 
@@ -117,7 +117,8 @@ def at_seeds(search: Search, seeds: np.ndarray) -> list[ConeStem]:
         if stem is None or search.is_stem(stem.cone.centre(SEED_AT_M), SEED_AT_M, beyond_m=BESIDE_M):
             there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
             reason = _reason_at(cones, search.points[near], place, sensor, options)
-            stem = ConeStem(there, 0.0, 0.0, 0.0, 0.0, 0.0, len(near), at_seed=True, refused=reason)
+            seen = ConeEvidence(len(near), 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0)
+            stem = ConeStem(there, seen, at_seed=True, refused=reason)
         else:
             search.add(stem.cone)
         answers.append(stem)
@@ -132,7 +133,7 @@ def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: S
     seen = [
         weigh(cone, near, sensor, options) for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200
     ]
-    best = max(seen, key=lambda one: one.row_share * one.cells * one.sharp, default=None)
+    best = max(seen, key=lambda one: one.score, default=None)
     if best is None or best.row_share < options.min_rows:
         return "occluded"
     if best.arc_deg < options.min_arc_deg:

@@ -267,7 +267,7 @@ def _same(one: ConeStem, other: ConeStem) -> bool:
 
 def without_doubles(stems: list[ConeStem]) -> list[ConeStem]:
     """The better one of stems that stand in one another."""
-    stems = sorted(stems, key=lambda stem: -stem.score)
+    stems = sorted(stems, key=lambda stem: -stem.seen.score)
     if len(stems) < 2:
         return stems
     feet = np.array([stem.cone.centre(1.3) for stem in stems])
