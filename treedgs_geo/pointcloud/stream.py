@@ -4,7 +4,9 @@ stored integers of every coordinate stay as they are."""
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,28 +40,23 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
 
     source, target = Path(source), Path(target)
     check_cloud_output(target)
-    if has_no_layout(source):
-        return _copy_bare(source, target, step, added, crs)
     written = 0
-    with open_reader(source) as reader:
-        check_compression(target, reader.header.point_format.id)
-        header = _new_header(reader.header, added)
-        if crs is None:
-            header.vlrs = _without(header.vlrs, "LASF_Projection")
-        elif reader.header.parse_crs() is None:
-            header.add_crs(crs, keep_compatibility=False)
-        with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as writer:
-            for points in iter_points(source, reader, _CHUNK):
-                xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
-                mask, values = step(xyz, _reader(points))
-                kept = points if mask is None else points[mask]
-                out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
-                for name in kept.array.dtype.names:
-                    out.array[name] = kept.array[name]
-                for name, value in values.items():
-                    out[name] = value if mask is None else value[mask]
-                writer.write_points(out)
-                written += len(kept)
+    with (
+        _records(source, target, added, crs) as (header, records),
+        atomic_path(target) as temporary,
+        laspy.open(temporary, "w", header=header) as writer,
+    ):
+        for points in records:
+            xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
+            mask, values = step(xyz, _reader(points))
+            kept = points if mask is None else points[mask]
+            out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
+            for name in kept.array.dtype.names:
+                out.array[name] = kept.array[name]
+            for name, value in values.items():
+                out[name] = value if mask is None else value[mask]
+            writer.write_points(out)
+            written += len(kept)
     return written
 
 
@@ -67,9 +64,26 @@ def _reader(points: Any) -> Callable[[str], np.ndarray]:
     return lambda name: np.asarray(points[name])
 
 
-def _bare_reader(piece: PointCloud) -> Callable[[str], np.ndarray]:
-    """What the file does not hold is zero, as in the point format that it is written in."""
-    return lambda name: piece.attributes.get(name, np.zeros(len(piece), np.uint8))
+@contextmanager
+def _records(
+    source: Path, target: Path, added: dict[str, str], crs: pyproj.CRS | None
+) -> Iterator[tuple[Any, Iterator[Any]]]:
+    """The new file's header, and laspy's point records of ``source``, chunk by chunk. Text and E57 have no layout of
+    their own: LAS 1.4, format 6, a tenth of a millimetre."""
+    if has_no_layout(source):
+        pieces = iter_without_layout(source, LOCAL, False, _CHUNK)
+        first = next(pieces)
+        header = _bare_header(replace(first, crs=crs), added)
+        yield header, (_bare_record(piece, header) for piece in itertools.chain([first], pieces))
+        return
+    with open_reader(source) as reader:
+        check_compression(target, reader.header.point_format.id)
+        header = _new_header(reader.header, added)
+        if crs is None:
+            header.vlrs = _without(header.vlrs, "LASF_Projection")
+        elif reader.header.parse_crs() is None:
+            header.add_crs(crs, keep_compatibility=False)
+        yield header, iter_points(source, reader, _CHUNK)
 
 
 def _new_header(source: Any, added: dict[str, str]) -> Any:
@@ -94,32 +108,14 @@ def _without(records: Any, *users: str) -> Any:
     return laspy.vlrs.vlrlist.VLRList([record for record in records if record.user_id not in users])
 
 
-def _copy_bare(source: Path, target: Path, step: Step, added: dict[str, str], crs: pyproj.CRS | None = None) -> int:
-    """Text and E57 have no layout of their own: LAS 1.4, format 6, a tenth of a millimetre."""
+def _bare_record(piece: PointCloud, header: Any) -> Any:
     import laspy
 
-    written = 0
-    writer = None
-    with atomic_path(target) as temporary:
-        try:
-            for piece in iter_without_layout(source, LOCAL, False, _CHUNK):
-                piece = replace(piece, crs=crs)
-                if writer is None:
-                    writer = laspy.open(temporary, "w", header=_bare_header(piece, added))
-                mask, values = step(piece.xyz, _bare_reader(piece))
-                kept = piece if mask is None else piece.select(mask)
-                out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=writer.header)
-                out.x, out.y, out.z = kept.xyz.T
-                for name, value in kept.attributes.items():
-                    out[name[:32]] = value
-                for name, value in values.items():
-                    out[name] = value if mask is None else value[mask]
-                writer.write_points(out)
-                written += len(kept)
-        finally:
-            if writer is not None:
-                writer.close()
-    return written
+    out = laspy.ScaleAwarePointRecord.zeros(len(piece), header=header)
+    out.x, out.y, out.z = piece.xyz.T
+    for name, value in piece.attributes.items():
+        out[name[:32]] = value
+    return out
 
 
 def _bare_header(piece: PointCloud, added: dict[str, str]) -> Any:
