@@ -15,7 +15,6 @@ cross-check, not truth). Seconds are CPU of finding and measuring, once compiled
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import tempfile
 from pathlib import Path
@@ -24,7 +23,7 @@ import numpy as np
 
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, mobile_cloud
-from treedgs_lab.benchmarks.clouds.runners import REAL, circles_of, nearest, run_program, start_treedgs
+from treedgs_lab.benchmarks.clouds.runners import REAL, known_stems, nearest, run_program, start_treedgs
 from treedgs_lab.benchmarks.records import ROOT, write_record
 
 SHARES = (1.0, 0.25, 1 / 16, 1 / 64)
@@ -139,15 +138,10 @@ def real(folder: Path, data: Path) -> dict[str, np.ndarray | None]:
     """The same of real and rendered clouds."""
     truths: dict[str, np.ndarray | None] = {}
     for number, name in enumerate((*REAL, *RENDERED)):
-        if name in RENDERED:
-            cloud = read_cloud(next((data / name / "lidar").glob("*.laz")), attributes=())
-            with open(data / name / "truth" / "trees.csv", encoding="utf-8") as stream:
-                truth: np.ndarray | None = np.array(
-                    [[float(r[k]) for k in ("E_bh", "N_bh", "dbh_cm")] for r in csv.DictReader(stream)]
-                )
-        else:
-            cloud = read_cloud(data / name, crs="local", need_crs=False, attributes=())
-            truth = circles_of(data, name)
+        file = f"{name}/lidar/{name}_uls.laz" if name in RENDERED else name
+        cloud = read_cloud(data / file, crs=None if name in RENDERED else "local", need_crs=False, attributes=())
+        known = known_stems(data, file)[:, :3]
+        truth = known if len(known) else None
         xyz = cloud.xyz
         order = np.random.default_rng(0).permutation(len(xyz))
         for k, share in enumerate(SHARES[:REAL_SHARES]):

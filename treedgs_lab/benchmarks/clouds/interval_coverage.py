@@ -10,7 +10,6 @@ the rendered ones report. In-plot stems with a DBH count. Plots that are in DIR 
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import DENSITIES, FEW_PHOTOS
+from treedgs_lab.benchmarks.rendered import DENSITIES, FEW_PHOTOS, truth_rows
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 
@@ -41,8 +40,7 @@ def measure(plot: Path) -> tuple[list[dict], int]:
     """One row a matched in-plot stem with a DBH, and how many in-plot stems there are."""
     cloud = read_cloud(next((plot / "lidar").glob("*.laz")))
     trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
-    with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
-        truth = list(csv.DictReader(stream))
+    truth = truth_rows(plot, in_plot=False)
     places = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth])
     rows = []
     for tree in trees:

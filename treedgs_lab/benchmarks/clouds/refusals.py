@@ -13,7 +13,6 @@ real clouds come once more as normalised ones: without their ground, cut 0.3 m a
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +28,7 @@ from treedgs_geo.stems.quality import findings
 from treedgs_geo.stems.quality.limits import LIMITS
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.terrain.cloud_ground import found_ground
-from treedgs_lab.benchmarks.clouds.runners import MATCH_M, circles_of
+from treedgs_lab.benchmarks.clouds.runners import MATCH_M, known_stems
 from treedgs_lab.benchmarks.records import write_record
 
 CLOUDS = (
@@ -49,17 +48,6 @@ CLOUDS = (
 )
 #: Height above ground from which a normalised cloud is kept, m.
 CUT_M = 0.3
-
-
-def references(data: Path, name: str) -> np.ndarray:
-    """(K, 3) place and diameter, cm."""
-    truth = data / name.split("/")[0] / "truth" / "trees.csv"
-    if truth.exists():
-        with truth.open() as file:
-            rows = [(row["E_bh"], row["N_bh"], row["dbh_cm"]) for row in csv.DictReader(file)]
-        return np.array(rows, float)
-    circles = circles_of(data, name)
-    return np.empty((0, 3)) if circles is None else circles
 
 
 def measured(cloud: PointCloud, lenient: bool) -> list[Tree]:
@@ -127,7 +115,7 @@ def main() -> None:
     for name in CLOUDS:
         path = args.data / name
         cloud = read_cloud(path, crs=None if name.startswith(("plot", "lidar_spanner")) else "local")
-        known = references(args.data, name)
+        known = known_stems(args.data, name)
         kinds = {"": cloud}
         if not name.startswith("plot"):
             ground = found_ground(cloud.xyz, None, name, Reporter()).dtm

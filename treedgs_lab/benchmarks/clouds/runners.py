@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from treedgs_lab.benchmarks.records import ROOT
+from treedgs_lab.benchmarks.rendered import truth_rows
 
 HERE = Path(__file__).parent
 #: A measured tree this close to a true stem or a reference circle is it, m.
@@ -32,13 +33,21 @@ REAL: dict[str, str | None] = {
 }
 
 
-def circles_of(data: Path, cloud: str) -> np.ndarray | None:
-    """(C, 3) x, y, d_cm of a real cloud's reference circles; None where it has none."""
-    reference = REAL.get(cloud)
-    if reference is None:
-        return None
-    with open(data / reference, encoding="utf-8") as stream:
-        return np.array([[float(row[key]) for key in ("x", "y", "d_cm")] for row in csv.DictReader(stream)])
+def known_stems(data: Path, cloud: str) -> np.ndarray:
+    """(K, 4) x, y, DBH cm of the stems that are known, and 1 for those of the plot: a rendered plot's truth, a real
+    cloud's reference circles, or none."""
+    plot, reference = data / cloud.split("/")[0], REAL.get(cloud)
+    if (plot / "truth" / "trees.csv").exists():
+        rows = [
+            [*(float(row[key]) for key in ("E_bh", "N_bh", "dbh_cm")), row["in_plot"] == "True"]
+            for row in truth_rows(plot, in_plot=False)
+        ]
+    elif reference is not None:
+        with open(data / reference, encoding="utf-8") as stream:
+            rows = [[*(float(row[key]) for key in ("x", "y", "d_cm")), True] for row in csv.DictReader(stream)]
+    else:
+        rows = []
+    return np.array(rows, float).reshape(-1, 4)
 
 
 def start_treedgs(folder: Path, out: Path, code: Path = ROOT, bh_m: float | None = None) -> subprocess.Popen:

@@ -18,7 +18,6 @@ NUMBA_NUM_THREADS=1; peak memory is of the process.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import tempfile
 from collections.abc import Iterator
@@ -30,7 +29,7 @@ import numpy as np
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_lab.benchmarks.clouds.mobile_clouds import BH_M as SIMULATED_BH_M
 from treedgs_lab.benchmarks.clouds.mobile_clouds import MobileScan, mobile_cloud
-from treedgs_lab.benchmarks.clouds.runners import circles_of, nearest, run_program, start_treedgs
+from treedgs_lab.benchmarks.clouds.runners import known_stems, nearest, run_program, start_treedgs
 from treedgs_lab.benchmarks.records import write_record
 
 #: Cloud -> TreeX's preset for it, and the points a square metre that it is thinned to (0 = as it is).
@@ -60,19 +59,6 @@ SPARSE = (
 )
 #: A program that needs more of the processor than this is stopped, s.
 MAX_CPU_S = 200
-
-
-def truth_of(data: Path, cloud: str) -> tuple[np.ndarray, bool]:
-    """(C, 4) x, y, DBH cm of the stems that are known and 1 for those of the plot, and whether they are all."""
-    circles = circles_of(data, cloud)
-    if circles is not None:
-        return np.column_stack([circles, np.ones(len(circles))]), False
-    with open(data / cloud.split("/")[0] / "truth" / "trees.csv", encoding="utf-8") as stream:
-        rows = [
-            [*(float(row[key]) for key in ("E_bh", "N_bh", "dbh_cm")), float(row["in_plot"] == "True")]
-            for row in csv.DictReader(stream)
-        ]
-    return np.array(rows), True
 
 
 def compare(trees: list[dict], truth: np.ndarray, whole: bool) -> dict:
@@ -152,7 +138,7 @@ def clouds(data: Path) -> Iterator[tuple[str, str, np.ndarray, np.ndarray, bool]
             area = float(np.prod(np.ptp(xyz[:, :2], axis=0)))
             xyz = np.random.default_rng(SEED).permutation(xyz)[: int(per_m2 * area)]
         origin = np.floor(xyz.min(axis=0))
-        truth, whole = truth_of(data, file)
+        truth, whole = known_stems(data, file), file.startswith("plot_")
         yield name, preset, xyz - origin, truth - (*origin[:2], 0.0, 0.0), whole
     for name, scan in SCANS.items():
         cloud = mobile_cloud(SEED, scan)
