@@ -93,7 +93,7 @@ def test_pairs_edited_in_qgis_feed_evaluate_and_survive(paired):
     assert edited.pair_status[[confirmed, rejected]].tolist() == ["ok", "rejected"]
     with pytest.raises(InputError, match="run match-plots again"):
         score(folder)  # the DBH beside the dragged line is still the old tree's
-    with pytest.raises(InputError, match="does not end at tree"):
+    with pytest.raises(InputError, match="no longer ends at tree"):
         figures(folder, plots=data / "plots.csv", boundary=None, pairs=path, species=None)
     for _ in range(2):
         match()

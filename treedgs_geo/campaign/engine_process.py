@@ -21,15 +21,9 @@ from ..core.resource_errors import is_full
 
 #: What libraries read to know how many threads they may start.
 THREADS = (
-    "TREEDGS_THREADS",
-    "NUMBA_NUM_THREADS",
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-    "OPENCV_FOR_THREADS_NUM",
-    "VECLIB_MAXIMUM_THREADS",
-)
+    "TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS", "OPENCV_FOR_THREADS_NUM", "VECLIB_MAXIMUM_THREADS",
+)  # fmt: skip
 #: Below this share of the machine's memory a plot that uses more than it declared is ended before the machine swaps.
 _LOW_MEMORY = 0.04
 _EXITS = {2: "input", 3: "missing", 4: "memory", 130: "interrupted"}

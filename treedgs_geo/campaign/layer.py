@@ -12,7 +12,8 @@ import pyproj
 
 from ..core.errors import OutputError
 from ..core.files import atomic_path, ensure_writable
-from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
+from ..core.geopackage import atomic_geopackage, ensure_unlocked
+from ..core.layer_files import add_layer
 from ..core.plots import read_plots
 from ..core.progress import Reporter
 from ..core.tables import safe_frame
@@ -90,9 +91,6 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
             total += len(left)
             _append(temporary, left)
         if path.suffix.lower() == ".gpkg":
-            from ..inventory.tree_reading import LAYER
-
-            save_style(temporary, LAYER)
             if readings:
                 add_readings(temporary, pd.concat(readings, ignore_index=True))
             # What was searched of some plots only would make the others unsearched.
@@ -118,7 +116,6 @@ def _target(path: Path) -> Iterator[Path]:
 
 def _append(target: Path, table: Any) -> None:
     import pandas as pd
-    import pyogrio
 
     from ..inventory.tree_reading import LAYER
 
@@ -127,12 +124,8 @@ def _append(target: Path, table: Any) -> None:
         safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(
             target, mode="a", header=not target.exists(), index=False
         )
-        return
-    new = not target.exists()
-    options = {"dataset_options": {"VERSION": "1.2"}} if new else {}
-    pyogrio.write_dataframe(
-        table, target, layer=LAYER, driver="GPKG", geometry_type="Point Z", append=not new, **options
-    )
+    else:
+        add_layer(target, LAYER, table, "Point Z")
 
 
 def _plot_trees(plot: dict[str, Any], crs: str) -> Any:

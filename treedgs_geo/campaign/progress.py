@@ -68,9 +68,8 @@ class Board:
         message = f"{tally.settled} of {len(self.plan)} plots" + (f", about {time_text(left)} left" if left else "")
         self.reporter.progress(min((self._settled + partly) / self._total, 1.0), message)
         heading = (
-            f"{message}; {tally.done} done now, {tally.kept} done before, {tally.failed} failed, "
-            f"{tally.retried} retries, {tally.interrupted} interruptions; {tally.measured} of the {tally.trees} stems "
-            "found measured"
+            f"{message}; {tally.done} done now, {tally.kept} done before, {tally.failed} failed, {tally.retried} "
+            f"retries, {tally.interrupted} interruptions; {tally.measured} of the {tally.trees} stems found measured"
         )
         if self.shown:
             when = f"{self.at_once} plots at once on this computer; {time.strftime('%Y-%m-%d %H:%M:%S')}"

@@ -101,13 +101,7 @@ def _join(settings: CampaignSettings, workspace: Path, reporter: Reporter) -> di
     return {"n_plots": len(plan), "n_run": tally.done, "n_kept": tally.kept, "status": status}
 
 
-def _run(
-    settings: CampaignSettings,
-    workspace: Path,
-    output: Path,
-    reporter: Reporter,
-    lease: Lease,
-) -> dict[str, Any]:
+def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Reporter, lease: Lease) -> dict[str, Any]:
     began = time.monotonic()
     campaign = Campaign(workspace)
     costs = workspace / COSTS
@@ -172,9 +166,8 @@ def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, r
     rested = ", ".join(f"{model.routes[route]['n']} {route} plots" for route in plan.routes)
     parts = ", ".join(f"{n} from {'photos' if route == 'photos' else 'clouds'}" for route, n in plan.routes.items())
     sentence = (
-        f"{len(plan)} plots ({parts}): about {time_text(seconds)} with {slots} at once "
-        f"({time_text(cpu)} on one core), up to {plan.memory_gb.max():.1f} GB a plot, "
-        f"{plan.disk_gb.sum():.2f} GB of disk"
+        f"{len(plan)} plots ({parts}): about {time_text(seconds)} with {slots} at once ({time_text(cpu)} on one core), "
+        f"up to {plan.memory_gb.max():.1f} GB a plot, {plan.disk_gb.sum():.2f} GB of disk"
     )
     reporter.info(sentence + f" (from {rested}; single plots within a factor of {spread:g}).")
     other = {

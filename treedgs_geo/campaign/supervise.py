@@ -100,12 +100,7 @@ def _run(
     except (OSError, TreeDGSError) as trouble:
         # A result that is not on disk does not count.
         ending = Ending("disk" if is_full(str(trouble)) else "setup", str(trouble))
-    return {
-        "outcome": ending.outcome,
-        "message": ending.message,
-        "seconds": taken["seconds"],
-        "may_retry": may_retry,
-    }
+    return {"outcome": ending.outcome, "message": ending.message, "seconds": taken["seconds"], "may_retry": may_retry}
 
 
 def _engine(

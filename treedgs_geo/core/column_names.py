@@ -73,12 +73,10 @@ QUANTITIES = {
     "azimuth": Quantity("the bearing", "azimuth bearing az azim azimut peilung rumbo acimut", _DEG),
     "distance": Quantity("the distance", "distance dist entfernung distanz abstand distancia", _M),
     "easting": Quantity(
-        "the easting",
-        "easting x x_m east e este ostwert rechtswert utm_x utm_e x_utm x_coord coord_x coordenada_x",
+        "the easting", "easting x x_m east e este ostwert rechtswert utm_x utm_e x_utm x_coord coord_x coordenada_x"
     ),
     "northing": Quantity(
-        "the northing",
-        "northing y y_m north n norte nordwert hochwert utm_y utm_n y_utm y_coord coord_y coordenada_y",
+        "the northing", "northing y y_m north n norte nordwert hochwert utm_y utm_n y_utm y_coord coord_y coordenada_y"
     ),
     "lon": Quantity("the longitude", "lon long longitude lng lon_deg longitude_deg gpslongitude laengengrad longitud"),
     "lat": Quantity("the latitude", "lat latitude lat_deg latitude_deg gpslatitude breitengrad latitud"),

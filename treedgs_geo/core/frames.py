@@ -21,22 +21,11 @@ from .errors import CRSError
 WORST_M = 1.0
 #: Frame names as files write them -> 3-D geographic CRS.
 _NAMED = (
-    ("NAD83(2011)", "EPSG:6319"),
-    ("NAD83 (2011)", "EPSG:6319"),
-    ("NAD83(CSRS)", "EPSG:4955"),
-    ("ITRF2020", "EPSG:9989"),
-    ("ITRF2014", "EPSG:7912"),
-    ("ITRF2008", "EPSG:7911"),
-    ("IGS20", "EPSG:9989"),
-    ("IGS14", "EPSG:7912"),
-    ("ETRS89", "EPSG:4937"),
-    ("ETRF2000", "EPSG:7931"),
-    ("GDA2020", "EPSG:7843"),
-    ("GDA94", "EPSG:4939"),
-    ("NZGD2000", "EPSG:4959"),
-    ("SIRGAS 2000", "EPSG:4988"),
-    ("JGD2011", "EPSG:6667"),
-)
+    ("NAD83(2011)", "EPSG:6319"), ("NAD83 (2011)", "EPSG:6319"), ("NAD83(CSRS)", "EPSG:4955"),
+    ("ITRF2020", "EPSG:9989"), ("ITRF2014", "EPSG:7912"), ("ITRF2008", "EPSG:7911"), ("IGS20", "EPSG:9989"),
+    ("IGS14", "EPSG:7912"), ("ETRS89", "EPSG:4937"), ("ETRF2000", "EPSG:7931"), ("GDA2020", "EPSG:7843"),
+    ("GDA94", "EPSG:4939"), ("NZGD2000", "EPSG:4959"), ("SIRGAS 2000", "EPSG:4988"), ("JGD2011", "EPSG:6667"),
+)  # fmt: skip
 
 
 def frame_named(text: str) -> pyproj.CRS | None:
@@ -174,15 +163,13 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
         if best.accuracy >= 0 and "ballpark" not in best.description.lower():
             raise CRSError(
                 f"{where}: {names} is known to {best.accuracy:g} m only, expected {WORST_M:g} m or better; 'WGS 84' "
-                "names "
-                "no realisation: give the frame of the base station (for example EPSG:7912 for ITRF2014)."
+                "names no realisation: give the frame of the base station (for example EPSG:7912 for ITRF2014)."
             )
     if missing:
         raise CRSError(
             f"{where}: {names} needs the grid {missing[0]}, which is not installed; fetch it with 'projsync --file "
             f"{missing[0]}' (or put it into {pyproj.datadir.get_user_data_dir()}), or choose a CRS with the heights of "
-            "the "
-            "data."
+            "the data."
         )
     raise CRSError(f"{where}: PROJ knows no way from {names} at this place; choose a CRS on the same datum.")
 

@@ -181,10 +181,10 @@ def check_place(
         CRSError: degrees, local metres or exchanged axes in a metric CRS; a place :data:`MARGIN_DEG` outside of the
             CRS's area; a scale more than :data:`LARGEST_STRETCH` from 1.
     """
-    if (found := _middle(crs, xyz)) is None or crs is None:
+    if (spot := _middle(crs, xyz)) is None or crs is None:
         return
-    x, y, scale, area, outside = found
-    _require_map_coordinates(crs, x, y, scale, area, outside, where, photos)
+    _require_map_coordinates(crs, spot, where, photos)
+    _, _, scale, area, outside = spot
     if scale is None or not measured:
         return
     if scale.stretch > LARGEST_STRETCH:
@@ -196,8 +196,7 @@ def check_place(
         corrected = f"; {_corrected(scale)}" if scale.stretch > NOTED_STRETCH else ""
         reporter.warn(
             f"{where}: lies at {_place(scale)}, {outside:.2g} degrees outside of the area of {name} "
-            f"({area.text()}){corrected}; check that the CRS is right; if it is, {_zone(scale)} suits the "
-            "place better."
+            f"({area.text()}){corrected}; check that the CRS is right; if it is, {_zone(scale)} suits the place better."
         )
     elif scale.stretch > NOTED_STRETCH:
         reporter.warn(f"{where}: {name} changes lengths here; {_corrected(scale)}.")
@@ -206,17 +205,28 @@ def check_place(
 def is_local(crs: pyproj.CRS | None, xyz: np.ndarray) -> bool:
     """Whether (N, 2 or 3) coordinates are plainly no place in the CRS that is stated for them, but local metres: small
     numbers, far outside of where the CRS is meant to be used."""
-    if (found := _middle(crs, xyz)) is None:
-        return False
-    x, y, scale, _, outside = found
-    return _no_place(scale, outside) and max(abs(x), abs(y)) < LOCAL_REACH_M
+    spot = _middle(crs, xyz)
+    return spot is not None and spot.is_no_place and max(abs(spot.x), abs(spot.y)) < LOCAL_REACH_M
 
 
-def _middle(
-    crs: pyproj.CRS | None, xyz: np.ndarray
-) -> tuple[float, float, GridScale | None, Area | None, float] | None:
-    """``(x, y, scale, area of the CRS, degrees outside of it)`` at the median of (N, 2 or 3) coordinates; ``None``
-    where nothing can be said."""
+class _Spot(NamedTuple):
+    """A place on the map, the scale there, and the area of the CRS with the degrees to it."""
+
+    x: float
+    y: float
+    scale: GridScale | None
+    area: Area | None
+    outside_deg: float
+
+    @property
+    def is_no_place(self) -> bool:
+        """Off West Africa, where longitude and latitude are nearly zero, no forest grows either."""
+        there = self.scale
+        return self.outside_deg > 0 or there is not None and abs(there.lon_deg) < 1 and abs(there.lat_deg) < 1
+
+
+def _middle(crs: pyproj.CRS | None, xyz: np.ndarray) -> _Spot | None:
+    """The median of (N, 2 or 3) coordinates; ``None`` where nothing can be said."""
     if crs is None or not _is_on_earth(crs):
         return None
     xyz = np.asarray(xyz, float)
@@ -228,41 +238,22 @@ def _middle(
     height = float(np.nanmedian(some[:, 2])) if some.shape[1] > 2 and np.isfinite(some[:, 2]).any() else 0.0
     scale, area = local_scale(crs, x, y, height), area_of(crs)
     outside = np.inf if scale is None else 0.0 if area is None else area.outside_deg(scale.lon_deg, scale.lat_deg)
-    return x, y, scale, area, outside
+    return _Spot(x, y, scale, area, outside)
 
 
-def _no_place(scale: GridScale | None, outside_deg: float) -> bool:
-    """Off West Africa, where longitude and latitude are nearly zero, no forest grows either."""
-    at_zero = scale is not None and abs(scale.lon_deg) < 1 and abs(scale.lat_deg) < 1
-    return outside_deg > 0 or at_zero
-
-
-def _require_map_coordinates(
-    crs: pyproj.CRS,
-    x: float,
-    y: float,
-    scale: GridScale | None,
-    area: Area | None,
-    outside_deg: float,
-    where: str,
-    photos: bool,
-) -> None:
+def _require_map_coordinates(crs: pyproj.CRS, spot: _Spot, where: str, photos: bool) -> None:
     """Degrees, local metres, exchanged axes and places far from the CRS's area are refused."""
-    name = _name(crs)
+    (x, y, scale, area, outside_deg), name = spot, _name(crs)
     digits = ".0f" if 1e3 <= max(abs(x), abs(y)) < 1e8 else ".6g"
     found = f"{where}: its coordinates (x {x:{digits}}, y {y:{digits}})"
     remedy = _remedy(photos)
-    local = (
-        "local metres need their place"
-        if photos
-        else ("a scan without a place on the map has to hold no CRS and be given --crs local")
-    )
-    if _no_place(scale, outside_deg):
+    local = "a scan without a place on the map has to hold no CRS and be given --crs local"
+    local = "local metres need their place" if photos else local
+    if spot.is_no_place:
         if abs(x) <= 180 and abs(y) <= 90:
             raise CRSError(
-                f"{found} are degrees or local metres by their size, expected metres in {name}; "
-                f"longitude and latitude have to be projected, for example to "
-                f"{_zone(GridScale(1.0, 1.0, x, y))}, {local}."
+                f"{found} are degrees or local metres by their size, expected metres in {name}; longitude and latitude "
+                f"have to be projected, for example to {_zone(GridScale(1.0, 1.0, x, y))}, {local}."
             )
         if max(abs(x), abs(y)) < LOCAL_REACH_M:
             raise CRSError(f"{found} are local metres by their size, expected coordinates in {name}; {local}.")

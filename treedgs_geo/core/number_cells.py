@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 
@@ -19,6 +20,15 @@ _SIZES = ("taped", *(name for known in QUANTITIES.values() if known.units for na
 _SPACES = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'’](?=\d{3}(?!\d))")
 #: Of a spreadsheet's numbers: with a decimal comma, and with a decimal point.
 _COMMA, _POINT = re.compile(r"[+-]?\d+,\d+"), re.compile(r"[+-]?\d+\.\d+")
+
+
+def as_number(value: object) -> float:
+    """A finite number; NaN where it is none."""
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, ZeroDivisionError):
+        return math.nan
+    return number if math.isfinite(number) else math.nan
 
 
 def column_name(text: str) -> str:

@@ -21,16 +21,9 @@ _DISK_WORDS = re.compile(
 #: Libraries that write files and do not always say why they could not.
 _WRITERS = ("pyogrio", "rasterio", "laspy", "lazrs", "sqlite3")
 _MEMORY_WORDS = (
-    "bad_alloc",
-    "bad allocation",
-    "length_error",
-    "cannot allocate memory",
-    "unable to allocate",
-    "out of memory",
-    "failed to allocate",
-    "can't start new thread",
-    "failed to map segment",
-)
+    "bad_alloc", "bad allocation", "length_error", "cannot allocate memory", "unable to allocate", "out of memory",
+    "failed to allocate", "can't start new thread", "failed to map segment",
+)  # fmt: skip
 #: Where so much cannot be written after a write has failed, the disk is full.
 _PROBE_BYTES = 1_000_000
 

@@ -17,18 +17,8 @@ from .errors import InputError
 
 #: What a value is; decides the argparse type and the QGIS widget.
 KINDS = (
-    "file",
-    "folder",
-    "files",
-    "output_file",
-    "output_folder",
-    "crs",
-    "choice",
-    "integer",
-    "number",
-    "flag",
-    "text",
-)
+    "file", "folder", "files", "output_file", "output_folder", "crs", "choice", "integer", "number", "flag", "text",
+)  # fmt: skip
 
 
 #: Endings of tables that :func:`.tables.read_table` reads.

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import InputError
+from .files import atomic_path
 from .number_cells import are_units, column_name, with_points, with_unit, without_thousands, without_units
 
 if TYPE_CHECKING:
@@ -296,6 +297,19 @@ def decoded(data: bytes) -> str:
     raise ValueError("it is not text")
 
 
+def numbered_lines(path: Path, remedy: str, error: type[InputError] = InputError) -> list[tuple[int, str]]:
+    """``(number, line)`` of a text file, without empty ones.
+
+    Raises:
+        InputError: (``error``) cannot be read, and the remedy.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        raise error(f"{path}: cannot be read ({problem.strerror}); {remedy}.") from None
+    return [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
+
+
 def safe_cell(value: Any) -> Any:
     """A cell that no spreadsheet runs: a text that would be a formula gets an apostrophe in front; numbers, also as
     text, stay.
@@ -321,6 +335,12 @@ def safe_frame(table: Any) -> Any:
         if made[name].dtype.kind == "O" or str(made[name].dtype).startswith("str"):
             made[name] = made[name].map(safe_cell)
     return made.rename(columns=safe_cell)
+
+
+def write_csv(path: Path, table: Any, **more: Any) -> None:
+    """A data frame, less its geometries, as a CSV of safe cells, whole or not at all."""
+    with atomic_path(path) as temporary:
+        safe_frame(table.drop(columns="geometry", errors="ignore")).to_csv(temporary, index=False, **more)
 
 
 class SafeWriter:

@@ -246,19 +246,8 @@ def peak_memory_mb() -> int:
 
 def _versions() -> dict[str, str]:
     found = {"python": sys.version.split()[0]}
-    for name in (
-        "numpy",
-        "scipy",
-        "numba",
-        "pycolmap",
-        "opencv-python-headless",
-        "open3d",
-        "laspy",
-        "rasterio",
-        "geopandas",
-    ):
-        try:
+    used = ("numpy", "scipy", "numba", "pycolmap", "opencv-python-headless", "open3d", "laspy", "rasterio", "geopandas")
+    for name in used:
+        with suppress(importlib.metadata.PackageNotFoundError):
             found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            continue
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -141,13 +141,9 @@ def _with_labels(path: Path, rows: list[ControlRow]) -> list[ControlRow]:
         if not row.label and row.place not in named:
             label = next(f"point {n}" for n in range(1, len(rows) + 2) if f"point {n}" not in taken)
             taken.add(label)
-            named[row.place] = _relabelled(row, label)
-        found.append(row if row.label else _relabelled(row, named[row.place].label))
+            named[row.place] = replace(row, label=label)
+        found.append(row if row.label else replace(row, label=named[row.place].label))
     return found
-
-
-def _relabelled(row: ControlRow, label: str) -> ControlRow:
-    return ControlRow(row.line, label, row.place, row.photo, row.pixel, row.sd_m, row.is_check)
 
 
 def _check_places(path: Path, groups: dict[str, list[ControlRow]]) -> None:

@@ -12,7 +12,8 @@ import pyproj
 
 from ..core.columns import FoundColumn, columns, epsg_crs, line_of, numbers, refuse_bounds, require
 from ..core.errors import CRSError, InputError
-from ..core.tables import read_heading, read_table, refuse_other_formats
+from ..core.number_cells import as_number
+from ..core.tables import numbered_lines, read_heading, read_table, refuse_other_formats
 from .tables import crs_of_line
 
 _PLACE = ("easting", "northing", "lon", "lat")
@@ -51,11 +52,7 @@ def read_control_rows(path: Path) -> tuple[pyproj.CRS | None, list[ControlRow]]:
     refuse_other_formats(path)
     if {"photo", "u"} & set(columns(read_heading(path), "photo", "u")):
         return _of_csv(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read ({problem.strerror}); {_EXPECTED}.") from None
-    filled = [(n, line.rstrip()) for n, line in enumerate(lines, 1) if line.strip() and line.lstrip()[:1] != "#"]
+    filled = [(n, line.rstrip()) for n, line in numbered_lines(path, _EXPECTED) if line.lstrip()[:1] != "#"]
     crs, rows = _of_gcp_list(path, filled)
     if not rows:
         raise InputError(f"{path}: holds no control point; {_EXPECTED}.")
@@ -73,7 +70,7 @@ def _of_gcp_list(path: Path, filled: list[tuple[int, str]]) -> tuple[pyproj.CRS 
     for number, line in filled[1:]:
         # Names of photos may hold blanks where tabs part the columns.
         cells = [cell.strip() for cell in line.split("\t")] if line.count("\t") >= 5 else line.split()
-        numbers = [_number(cell) for cell in cells[:5]]
+        numbers = [as_number(cell) for cell in cells[:5]]
         if len(cells) < 6 or not np.isfinite(numbers).all() or not cells[5]:
             raise InputError(
                 f"{path}, line {number}: found {line.strip()[:70]!r}, expected x y z px py photo [label]; correct the "
@@ -129,13 +126,6 @@ def _csv_crs(path: Path, table: pd.DataFrame, column: FoundColumn | None, geogra
         )
     found = epsg_crs(codes.iloc[0], f"{path}, line {codes.index[0]}")
     return pyproj.CRS.from_epsg(4326) if found is None and geographic else found
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
 
 
 def _kind(path: Path, number: int, text: str) -> bool | None:

@@ -56,10 +56,9 @@ def check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, r
         if shift > 0.05:
             reporter.warn(
                 f"{track.path.name}: its header says {track.datum or 'nothing'!r}, which names no frame; the positions "
-                "are "
-                f"taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If they "
-                f"were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, else "
-                f"--geotags-crs {_code(assumed)} to say so."
+                f"are taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If "
+                f"they were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, "
+                f"else --geotags-crs {_code(assumed)} to say so."
             )
 
 

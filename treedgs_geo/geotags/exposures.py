@@ -17,16 +17,7 @@ from .mrk import Marks
 from .pairing import MAX_CLOCK_ERROR_S, pair_photos
 from .photos import Photo, shorten
 from .rtklib import Trajectory, read_pos
-from .timing import (
-    EXIF_MIN_S,
-    GPS_UTC_S,
-    MIN_WITNESSES,
-    NEAR_S,
-    PRECISE_M,
-    PRECISE_MIN_S,
-    ROUGH_MIN_S,
-    find_shift,
-)
+from .timing import EXIF_MIN_S, GPS_UTC_S, MIN_WITNESSES, NEAR_S, PRECISE_M, PRECISE_MIN_S, ROUGH_MIN_S, find_shift
 from .trajectory import Interpolated, interpolate
 from .velocity import turned_to_grid
 
@@ -38,10 +29,9 @@ def note_clock(marks: Marks, names: list[str], apart_s: np.ndarray, reporter: Re
         other = np.flatnonzero(np.abs(apart_s) > MAX_CLOCK_ERROR_S)
     if len(other):
         reporter.warn(
-            f"{marks.path.name}: the clock of {len(other)} of {len(names)} photos is "
-            f"{np.median(apart_s[other]):+.0f} s off that of the others, as if it had been set in flight "
-            f"({shorten([names[i] for i in other])}); they were paired with their exposures by their own GPS "
-            "positions: check that all photos are of this flight."
+            f"{marks.path.name}: the clock of {len(other)} of {len(names)} photos is {np.median(apart_s[other]):+.0f} "
+            f"s off that of the others, as if it had been set in flight ({shorten([names[i] for i in other])}); they "
+            "were paired with their exposures by their own GPS positions: check that all photos are of this flight."
         )
 
 
@@ -115,12 +105,7 @@ def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
 
 
 def antenna_at(
-    marks: Marks,
-    rows: np.ndarray,
-    tracks: list[Trajectory],
-    crs: pyproj.CRS,
-    source: pyproj.CRS | None,
-    delay_s: float,
+    marks: Marks, rows: np.ndarray, tracks: list[Trajectory], crs: pyproj.CRS, source: pyproj.CRS | None, delay_s: float
 ) -> Interpolated:
     """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
     gps = marks.gps_s[rows] + delay_s

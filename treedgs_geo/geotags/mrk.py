@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.errors import GeotagError
+from ..core.tables import numbered_lines
 from .gpstime import WEEK_S, week_tow_to_gps
 
 _NUMBER = r"([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)"
@@ -50,11 +51,7 @@ def read_mrk(path: Path) -> Marks:
         GeotagError: no readable line, a broken line in the middle, a position or time that cannot be, doubled numbers.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as problem:
-        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give the drone's Timestamp.MRK.") from None
-    filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
+    filled = numbered_lines(path, "give the drone's Timestamp.MRK", GeotagError)
     rows, notes = [], []
     for place, (number, line) in enumerate(filled):
         try:
@@ -64,9 +61,8 @@ def read_mrk(path: Path) -> Marks:
                 notes.append(f"{path.name}, line {number}: the last line is incomplete ({problem}) and was left out.")
                 continue
             raise GeotagError(
-                f"{path}, line {number}: {problem}; expected a DJI MRK line such as "
-                "'1 267313.99 [2164] 17,N -10,E 193,V 35.93,Lat 139.97,Lon 84.7,Ellh ... 50,Q'; "
-                "copy the file again."
+                f"{path}, line {number}: {problem}; expected a DJI MRK line such as '1 267313.99 [2164] 17,N -10,E "
+                "193,V 35.93,Lat 139.97,Lon 84.7,Ellh ... 50,Q'; copy the file again."
             ) from None
     if not rows:
         raise GeotagError(f"{path}: holds no exposure, expected one line a photo; copy the file again from the drone.")

@@ -12,6 +12,7 @@ from PIL import Image, UnidentifiedImageError
 
 from ..core.errors import InputError
 from ..core.files import PHOTO_SUFFIXES
+from ..core.number_cells import as_number
 from ..core.progress import Reporter
 from .copies import find_copies
 from .gpstime import parse_datetime_unix
@@ -97,7 +98,7 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
     if np.isnan(utc):
         utc = local - _zone_s(_text(details.get(36881) or details.get(36880) or ""))
     lon, lat, height_m = _position(gps, dji)
-    yaw, pitch, roll = (_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
+    yaw, pitch, roll = (as_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
     if np.isnan(pitch):
         yaw, pitch, roll = gimbal_angles(pix4d, uses_dji_pitch([pix4d]))
     taken = _taken_px(details, width, height)
@@ -113,18 +114,18 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
         lon_deg=lon,
         lat_deg=lat,
         height_m=height_m,
-        rtk_flag=_number(dji.get("RtkFlag")),
-        sd=np.array([_number(dji.get(key)) for key in ("RtkStdLon", "RtkStdLat", "RtkStdHgt")]),
+        rtk_flag=as_number(dji.get("RtkFlag")),
+        sd=np.array([as_number(dji.get(key)) for key in ("RtkStdLon", "RtkStdLat", "RtkStdHgt")]),
         yaw_deg=yaw,
         pitch_deg=pitch,
         roll_deg=roll,
-        relative_altitude_m=_number(dji.get("RelativeAltitude")),
-        focal_mm=_number(details.get(37386)),
-        focal_35mm=_number(details.get(41989)),
+        relative_altitude_m=as_number(dji.get("RelativeAltitude")),
+        focal_mm=as_number(details.get(37386)),
+        focal_35mm=as_number(details.get(41989)),
         dji=dji,
         pix4d=pix4d,
         plane_px_mm=_plane_px_mm(details, max(width, height) / max(taken)),
-        exposure_s=_number(details.get(33434)),
+        exposure_s=as_number(details.get(33434)),
         taken_px=taken,
     )
 
@@ -201,7 +202,7 @@ def _with_camera_angles(photos: list[Photo]) -> list[Photo]:
         return photos
     found = []
     for photo in photos:
-        if np.isnan(_number(photo.dji.get("GimbalPitchDegree"))):
+        if np.isnan(as_number(photo.dji.get("GimbalPitchDegree"))):
             yaw, pitch, roll = gimbal_angles(photo.pix4d, True)
             photo = replace(photo, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
         found.append(photo)
@@ -238,14 +239,14 @@ def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:
     """Longitude, latitude, height: XMP's decimal degrees where they are good, else EXIF. NaN where absent or
     impossible.
     """
-    lat, lon = _number(dji.get("GpsLatitude")), _number(dji.get("GpsLongitude", dji.get("GpsLongtitude")))
+    lat, lon = as_number(dji.get("GpsLatitude")), as_number(dji.get("GpsLongitude", dji.get("GpsLongtitude")))
     if not _plausible(lon, lat):
         lat, lon = _degrees(gps.get(2), gps.get(1), "S"), _degrees(gps.get(4), gps.get(3), "W")
     if not _plausible(lon, lat):
         return float("nan"), float("nan"), float("nan")
-    height = _number(dji.get("AbsoluteAltitude"))
+    height = as_number(dji.get("AbsoluteAltitude"))
     if np.isnan(height):
-        height = _number(gps.get(6)) * (-1 if gps.get(5) in (b"\x01", 1) else 1)
+        height = as_number(gps.get(6)) * (-1 if gps.get(5) in (b"\x01", 1) else 1)
     return lon, lat, height
 
 
@@ -254,17 +255,17 @@ def _plane_px_mm(details: dict, shrunk: float) -> tuple[float, ...]:
 
     shrunk: pixels in the file for one that was taken; the tag belongs to the photo as it was taken.
     """
-    resolution = _number(details.get(41486))
+    resolution = as_number(details.get(41486))
     if not resolution > 0:
         return ()
     units = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
-    stated = units.get(int(np.nan_to_num(_number(details.get(41488)), nan=2)), 25.4)
+    stated = units.get(int(np.nan_to_num(as_number(details.get(41488)), nan=2)), 25.4)
     return tuple(resolution / mm * shrunk for mm in (stated, *(mm for mm in units.values() if mm != stated)))
 
 
 def _taken_px(details: dict, width: int, height: int) -> tuple[int, int]:
     """Width and height by the longer side that EXIF says; those of the file where it says none."""
-    longer = np.nanmax([_number(details.get(40962)), _number(details.get(40963)), -1.0])
+    longer = np.nanmax([as_number(details.get(40962)), as_number(details.get(40963)), -1.0])
     grown = longer / max(width, height) if longer > 0 else 1.0
     return round(width * grown), round(height * grown)
 
@@ -279,14 +280,6 @@ def _degrees(parts: object, hemisphere: object, negative: str) -> float:
     except (TypeError, ValueError, ZeroDivisionError):
         return float("nan")
     return (degrees + minutes / 60 + seconds / 3600) * (-1 if _text(hemisphere).upper() == negative else 1)
-
-
-def _number(value: object) -> float:
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, ZeroDivisionError):
-        return float("nan")
-    return number if np.isfinite(number) else float("nan")
 
 
 def _text(value: object) -> str:

@@ -159,9 +159,8 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
     names = ", ".join(f.path.name for f in observations)
     raise GeotagError(
         f"{observations[0].path.parent if observations else Path('geotags')}: which RINEX file is the base station's "
-        "is "
-        f"unclear (found {names or 'no observation file'}), expected one rover and one base; name the base's file with "
-        "--base."
+        f"is unclear (found {names or 'no observation file'}), expected one rover and one base; name the base's file "
+        "with --base."
     )
 
 
@@ -192,8 +191,7 @@ def _base_position(station: Rinex, given: str | None, reporter: Reporter) -> tup
     )
     reporter.warn(
         f"{station.path.name}: the base position is taken from the RINEX header ({lat:.8f}, {lon:.8f}, {height:.3f} "
-        "m); "
-        "receivers often write one that is metres off, and every photo shifts with it: give the surveyed one with "
+        "m); receivers often write one that is metres off, and every photo shifts with it: give the surveyed one with "
         "--base-position."
     )
     return float(lat), float(lon), float(height)

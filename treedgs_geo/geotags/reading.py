@@ -93,10 +93,8 @@ def read_stations(
             )
         if (vertical := vertical_of(project)) is not None:
             reporter.warn(
-                f"--crs: {project.name} has heights above {vertical.name}, EXIF heights do not "
-                "say "
-                "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true "
-                "heights."
+                f"--crs: {project.name} has heights above {vertical.name}, EXIF heights do not say theirs and were "
+                "left as they are: do not mix them with a DTM; give PPK geotags for true heights."
             )
         check_place(project, stations.xyz, "--crs", reporter, photos=True)
         _note_unplaced(stations, reporter)

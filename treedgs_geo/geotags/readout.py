@@ -19,44 +19,19 @@ _ELECTRONIC_S = 0.02
 #: OpenDroneMap's public table (github.com/OpenDroneMap/ODM, opendm/rollingshutter.py, July 2026), measured by its users
 #: as github.com/OpenDroneMap/RSCalibration describes.
 _MILLISECONDS: dict[str, tuple[tuple[float, float], ...]] = {
-    "phantom vision fc200": ((0, 74),),
-    "fc300s": ((0, 33),),
-    "fc300c": ((0, 33),),
-    "fc300x": ((0, 33),),
-    "fc330": ((0, 33),),
-    "fc350": ((0, 30),),
-    "fc220": ((0, 64),),
-    "fc2103": ((0, 32),),
-    "fc3170": ((0, 27),),
-    "fc3411": ((0, 32),),
-    "fc7203": ((0, 19), (10, 25)),
-    "fc3682": ((0, 23),),
-    "fc3582": ((0, 26), (48, 60)),
-    "fc8482": ((0, 16), (12, 21), (20, 43), (45, 58)),
-    "l1d-20c": ((0, 47), (17, 56)),
-    "l2d-20c": ((0, 16.6),),
-    "mavic2-enterprise-advanced": ((0, 31),),
-    "zenmuse z30": ((0, 8),),
-    "xt701": ((0, 25),),
-    "xt705": ((0, 30),),
-    "xl724": ((0, 29),),
-    "anafi": ((0, 39),),
-    "e90": ((0, 44),),
-    "hero4 black": ((0, 30),),
-    "hero8 black": ((0, 17),),
-}
+    "phantom vision fc200": ((0, 74),), "fc300s": ((0, 33),), "fc300c": ((0, 33),), "fc300x": ((0, 33),),
+    "fc330": ((0, 33),), "fc350": ((0, 30),), "fc220": ((0, 64),), "fc2103": ((0, 32),), "fc3170": ((0, 27),),
+    "fc3411": ((0, 32),), "fc7203": ((0, 19), (10, 25)), "fc3682": ((0, 23),), "fc3582": ((0, 26), (48, 60)),
+    "fc8482": ((0, 16), (12, 21), (20, 43), (45, 58)), "l1d-20c": ((0, 47), (17, 56)), "l2d-20c": ((0, 16.6),),
+    "mavic2-enterprise-advanced": ((0, 31),), "zenmuse z30": ((0, 8),), "xt701": ((0, 25),), "xt705": ((0, 30),),
+    "xl724": ((0, 29),), "anafi": ((0, 39),), "e90": ((0, 44),), "hero4 black": ((0, 30),), "hero8 black": ((0, 17),),
+}  # fmt: skip
 _ODM = "OpenDroneMap's table of readout times"
 #: Cameras with a mechanical shutter that closes over all rows (makers' data sheets), and the focal length of the camera
 #: that has it, mm: the tele cameras of the same drones have none. NaN: any lens.
 _MECHANICAL_MM = {
-    "fc6310": 8.8,
-    "fc6310s": 8.8,
-    "fc6310r": 8.8,
-    "m3e": 12.29,
-    "m3m": 12.29,
-    "m4e": 12.29,
-    "zenmusep1": np.nan,
-}
+    "fc6310": 8.8, "fc6310s": 8.8, "fc6310r": 8.8, "m3e": 12.29, "m3m": 12.29, "m4e": 12.29, "zenmusep1": np.nan,
+}  # fmt: skip
 #: The shortest exposure that these shutters can make, seconds; shorter ones are electronic. 1/2000 s is often written
 #: as 0.0005 or 1/2016.
 _MECHANICAL_S = 0.95 / 2000

@@ -15,7 +15,8 @@ import numpy as np
 import pyproj
 
 from ..core.errors import GeotagError
-from .gpstime import parse_datetime_unix, utc_to_gps, week_tow_to_gps
+from ..core.tables import numbered_lines
+from .gpstime import GPS_EPOCH_UNIX, parse_datetime_unix, utc_to_gps, week_tow_to_gps
 
 FIX, FLOAT = 1, 2
 #: Positions of one epoch this near are the same, metres.
@@ -54,14 +55,10 @@ def read_pos(path: Path) -> Trajectory:
             run backwards, fewer than two epochs.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as problem:
-        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give RTKLIB's solution file.") from None
     header, header_number, datum = "", 0, ""
     base: np.ndarray | None = None
     rows: list[list[float]] = []
-    body = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
+    body = numbered_lines(path, "give RTKLIB's solution file", GeotagError)
     for place, (number, line) in enumerate(body):
         if line.lstrip().startswith("%"):
             if re.match(r"\s*%\s*(GPST|UTC|JST)\b", line):
@@ -86,8 +83,7 @@ def read_pos(path: Path) -> Trajectory:
         except _Unsupported as problem:
             raise GeotagError(
                 f"{path}, line {header_number}: columns {' '.join(header.split())[:90]!r} {problem}; write the "
-                "solution as "
-                "latitude/longitude/height in decimal degrees."
+                "solution as latitude/longitude/height in decimal degrees."
             ) from None
         except (ValueError, IndexError):
             if place == len(body) - 1 and rows:
@@ -159,7 +155,7 @@ def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
         unix = parse_datetime_unix(f"{parts[0]} {parts[1]}")
         if not np.isfinite(unix):
             raise ValueError
-        gps = float(unix - 315964800) if "GPST" in header else float(utc_to_gps(unix))
+        gps = float(unix - GPS_EPOCH_UNIX) if "GPST" in header else float(utc_to_gps(unix))
     else:
         gps = float(week_tow_to_gps(float(parts[0]), float(parts[1])))
     rest = [float(part) for part in parts[2:]]

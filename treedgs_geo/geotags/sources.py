@@ -62,8 +62,7 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
     if not (found.mrk or found.pos or found.events or found.tables or found.rinex):
         raise GeotagError(
             f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, RINEX, or a table with the columns name, lat, "
-            "lon, h; "
-            "leave --geotags out to use the photos' EXIF."
+            "lon, h; leave --geotags out to use the photos' EXIF."
         )
     if found.tables and (found.mrk or found.pos or found.events):
         raise GeotagError(

@@ -12,7 +12,7 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError
-from ..core.geopackage import atomic_geopackage, save_style
+from ..core.layer_files import write_layer
 from .gpstime import describe_utc
 
 if TYPE_CHECKING:
@@ -87,17 +87,8 @@ class Stations:
     def digest(self) -> str:
         """Short hash over all that is known of the photos' places and directions."""
         digest = hashlib.sha256(json.dumps([self.names, self.quality, self.crs.to_wkt()]).encode())
-        for values in (
-            self.xyz,
-            self.sd,
-            self.utc,
-            self.flight,
-            self.yaw_deg,
-            self.pitch_deg,
-            self.roll_deg,
-            self.relative_altitude_m,
-            self.velocity_m_s,
-        ):
+        turned = (self.yaw_deg, self.pitch_deg, self.roll_deg)
+        for values in (self.xyz, self.sd, self.utc, self.flight, *turned, self.relative_altitude_m, self.velocity_m_s):
             digest.update(np.ascontiguousarray(values, float).tobytes())
         return digest.hexdigest()[:16]
 
@@ -137,9 +128,7 @@ def write_stations(path: Path, stations: Stations) -> None:
         geometry=geometry,
         crs=stations.crs,
     )
-    with atomic_geopackage(path, OWN_LAYERS) as temporary:
-        frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio", dataset_options={"VERSION": "1.2"})
-        save_style(temporary, LAYER)
+    write_layer(path, OWN_LAYERS, LAYER, frame)
 
 
 def read_stations_layer(path: Path) -> Stations:
@@ -155,19 +144,9 @@ def read_stations_layer(path: Path) -> Stations:
     except Exception as problem:
         raise InputError(f"{path}: has no readable layer 'stations' ({problem}); run 'treedgs geotag' again.") from None
     wanted = [
-        "name",
-        "path",
-        "quality",
-        "sd_e_m",
-        "sd_n_m",
-        "sd_u_m",
-        "utc_unix",
-        "flight",
-        "yaw_deg",
-        "pitch_deg",
-        "roll_deg",
-        "rel_alt_m",
-    ]
+        "name", "path", "quality", "sd_e_m", "sd_n_m", "sd_u_m", "utc_unix", "flight", "yaw_deg", "pitch_deg",
+        "roll_deg", "rel_alt_m",
+    ]  # fmt: skip
     missing = [name for name in wanted if name not in frame.columns]
     if missing or frame.crs is None:
         raise InputError(

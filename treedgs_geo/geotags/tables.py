@@ -14,7 +14,7 @@ from ..core.crs import lonlat_to_project
 from ..core.errors import CRSError, GeotagError, InputError
 from ..core.frames import transform
 from ..core.map_scale import check_place
-from ..core.tables import read_heading, read_table
+from ..core.tables import numbered_lines, read_heading, read_table
 
 #: What a table of positions may hold.
 _COLUMNS = ("photo", "lat", "lon", "altitude", "easting", "northing", "sd_e", "sd_n", "sd_u")
@@ -109,11 +109,7 @@ def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tup
 
 def _read_geo_txt(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
     """ODM: CRS line, then ``name x y [z] [yaw pitch roll] [h_acc v_acc]``."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as problem:
-        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give ODM's geo.txt.") from None
-    filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
+    filled = [row for row in numbered_lines(path, "give ODM's geo.txt", GeotagError) if not row[1].startswith("#")]
     if not filled:
         return []
     source = crs_of_line(filled[0][1], f"{path}, line {filled[0][0]}")

@@ -36,11 +36,7 @@ class Interpolated:
 
 
 def interpolate(
-    trajectory: Trajectory,
-    xyz: np.ndarray,
-    gps_s: np.ndarray,
-    max_gap_s: float = 1.0,
-    own: np.ndarray | None = None,
+    trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_gap_s: float = 1.0, own: np.ndarray | None = None
 ) -> Interpolated:
     """Monotone cubic (PCHIP) interpolation of the trajectory.
 

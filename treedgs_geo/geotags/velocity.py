@@ -8,6 +8,7 @@ import numpy as np
 import pyproj
 
 from ..core.crs import grid_convergence_deg, horizontal
+from ..core.number_cells import as_number
 from .photos import Photo
 from .stations import Stations
 from .steps import MAX_ACCELERATION_M_S2, MAX_SPEED_M_S
@@ -118,7 +119,9 @@ def _of_drone(photos: list[Photo], crs: pyproj.CRS) -> np.ndarray:
 
     All zero in several photos means that nobody wrote them: a drone that stands in the air reads tenths.
     """
-    ned = np.array([[_speed(photo, axis) for axis in "XYZ"] for photo in photos]).reshape(-1, 3)
+    ned = np.array([[as_number(photo.dji.get(f"Flight{axis}Speed")) for axis in "XYZ"] for photo in photos]).reshape(
+        -1, 3
+    )
     ned[np.linalg.norm(ned, axis=1) > MAX_SPEED_M_S] = np.nan
     known = np.isfinite(ned).all(axis=1)
     placed = np.array([photo.has_position for photo in photos], bool)
@@ -126,13 +129,6 @@ def _of_drone(photos: list[Photo], crs: pyproj.CRS) -> np.ndarray:
         return np.full_like(ned, np.nan)
     lon, lat = np.median([(p.lon_deg, p.lat_deg) for p in photos if p.has_position], axis=0)
     return turned_to_grid(ned[:, [1, 0, 2]] * [1.0, 1.0, -1.0], grid_convergence_deg(horizontal(crs), lon, lat))
-
-
-def _speed(photo: Photo, axis: str) -> float:
-    try:
-        return float(photo.dji.get(f"Flight{axis}Speed", "nan"))
-    except ValueError:
-        return float("nan")
 
 
 def _of_neighbours(stations: Stations) -> np.ndarray:

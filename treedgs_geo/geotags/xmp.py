@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from ..core.number_cells import as_number
+
 _VALUE = re.compile(
     r'(?<![\w-])(drone-dji|Camera):(\w+)\s*=\s*["\']([^"\']*)["\']'
     r"|<(drone-dji|Camera):(\w+)>([^<]*)</"
@@ -45,12 +47,12 @@ def read_xmp(path: Path, image: Image.Image) -> tuple[dict[str, str], dict[str, 
 
 def uses_dji_pitch(sets: list[dict[str, str]]) -> bool:
     """True when ``Camera`` angles of a set of photos can only be meant as DJI means them."""
-    return any(_number(fields, "Pitch") < _DJI_PITCH_DEG for fields in sets)
+    return any(as_number(fields.get("Pitch")) < _DJI_PITCH_DEG for fields in sets)
 
 
 def gimbal_angles(fields: dict[str, str], as_dji: bool) -> tuple[float, float, float]:
     """``Camera`` yaw, pitch, roll as DJI's gimbal angles (pitch -90 = straight down), degrees; NaN where absent."""
-    yaw, pitch, roll = (_number(fields, key) for key in ("Yaw", "Pitch", "Roll"))
+    yaw, pitch, roll = (as_number(fields.get(key)) for key in ("Yaw", "Pitch", "Roll"))
     roll = 0.0 if np.isnan(roll) else roll
     if not np.isfinite([yaw, pitch]).all() or abs(pitch) > 180:
         return float("nan"), float("nan"), float("nan")
@@ -72,10 +74,3 @@ def gimbal_angles(fields: dict[str, str], as_dji: bool) -> tuple[float, float, f
         float(np.degrees(np.arcsin(down))),
         float(np.degrees(np.arctan2(body[2, 1], body[2, 2]))),
     )
-
-
-def _number(fields: dict[str, str], key: str) -> float:
-    try:
-        return float(fields.get(key, "nan"))
-    except ValueError:
-        return float("nan")

@@ -9,7 +9,7 @@ import pandas as pd
 import pyproj
 from shapely.geometry import Point
 
-from ..core.geopackage import save_style
+from ..core.layer_files import add_layer
 from .readings import add_readings
 from .searched import add_searched
 
@@ -53,9 +53,7 @@ def add_layers(
     if sections:
         tables[SECTIONS] = section_table(sections, trees.crs)
     for name, table in tables.items():
-        if not len(table):
-            continue
-        table.to_file(geopackage, layer=name, driver="GPKG", engine="pyogrio", mode="a", geometry_type="Polygon")
-        save_style(geopackage, name)
+        if len(table):
+            add_layer(geopackage, name, table, "Polygon")
     add_searched(geopackage, searched)
     add_readings(geopackage, readings)

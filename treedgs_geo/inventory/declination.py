@@ -51,9 +51,8 @@ def declination_deg(lon_deg: float, lat_deg: float, height_m: float, day: date, 
         ) from None
     if found.h < 2000:
         raise InputError(
-            f"{where}: {lat_deg:.2f}, {lon_deg:.2f} is too near a magnetic pole for a compass; use "
-            "--north "
-            "true or grid."
+            f"{where}: {lat_deg:.2f}, {lon_deg:.2f} is too near a magnetic pole for a compass; use --north true or "
+            "grid."
         )
     return float(found.d)
 

@@ -61,11 +61,7 @@ class FieldProtocol:
         help="magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by "
         "--field-date or the table's date column",
     )
-    field_date: str | None = param(
-        None,
-        kind="text",
-        help="day of the field work, year-month-day, for the declination",
-    )
+    field_date: str | None = param(None, kind="text", help="day of the field work, year-month-day, for the declination")
     distance: str = param(
         "horizontal",
         kind="choice",
@@ -402,8 +398,7 @@ def bearing_to_grid_deg(
         else:
             raise InputError(
                 f"{path}: magnetic bearings need the day of the field work, expected --field-date 2025-06-30 (or a "
-                "date "
-                "column), or --declination-deg: degrees, east positive."
+                "date column), or --declination-deg: degrees, east positive."
             )
     return grid_convergence_deg(crs, lon, lat) - declination
 

@@ -76,8 +76,7 @@ def match_plots(
             placed = replace(placed, reason=f"{far}; check the plot's centre, its epsg and the CRS of the trees")
         moved = placed.apply(surveyed, centre)
         drawn[rows] = moved
-        found = _pair_plot(plot, field_trees, measured, rows, around, moved, placed, options, mine, taken)
-        pairs, suggested = found
+        pairs, suggested = _pair_plot(plot, field_trees, measured, rows, around, moved, placed, options, mine, taken)
         result.pairs += pairs
         result.suggested += suggested
         left_out[rows] = [any(d["row"] == row and d["pair_status"] == "rejected" for d in mine) for row in rows]
@@ -196,19 +195,10 @@ def _pair_plot(
     for decision in mine:
         k, stem = int(np.flatnonzero(rows == decision["row"])[0]), decision["stem"]
         end = xy[stem] if stem is not None else np.array([decision["mx"], decision["my"]])
-        pairs.append(
-            _row(
-                plot,
-                field_trees.iloc[rows[k]],
-                measured.iloc[stem] if stem is not None else None,
-                moved[k],
-                end,
-                np.nan,
-                decision["pair_status"],
-                decision["note"] or "",
-            )
-        )
-        if stem is not None and decision["pair_status"] != "rejected":
+        partner, status = measured.iloc[stem] if stem is not None else {}, decision["pair_status"]
+        note = decision["note"] or ""
+        pairs.append(_row(plot, field_trees.iloc[rows[k]], partner, moved[k], end, np.nan, status, note))
+        if stem is not None and status != "rejected":
             taken[stem] = True
     done = {d["row"] for d in mine}
     free_f = np.array([k for k, row in enumerate(rows) if row not in done], int)
@@ -232,21 +222,21 @@ def _pair_plot(
 def _row(
     plot: Plot, field_tree, stem, start: np.ndarray, end: np.ndarray, margin: float, status: str, note: str
 ) -> dict:
-    """One line of ``pairs``."""
+    """One line of ``pairs``; stem: the measured tree, empty where there is none."""
     field_cm = _number(field_tree["dbh_cm"], 2)
-    dbh_cm = None if stem is None else _number(stem["dbh_cm"], 2)
+    dbh_cm = _number(stem.get("dbh_cm"), 2)
     return {
         "plot_id": plot.plot_id,
         "field_id": str(field_tree["field_id"]),
-        "tree_id": None if stem is None else int(stem["tree_id"]),
+        "tree_id": int(stem["tree_id"]) if len(stem) else None,
         "field_cm": field_cm,
         "dbh_cm": dbh_cm,
         "delta_cm": round(dbh_cm - field_cm, 2) if dbh_cm is not None and field_cm is not None else None,
-        "dbh_lo_cm": None if stem is None else _number(stem["dbh_lo_cm"], 2),
-        "dbh_hi_cm": None if stem is None else _number(stem["dbh_hi_cm"], 2),
-        "qc_flag": None if stem is None else stem["qc_flag"],
-        "meas_cm": None if stem is None else _number(stem.get("meas_cm", stem["dbh_cm"]), 2),
-        "rev_flag": None if stem is None else stem.get("rev_flag"),
+        "dbh_lo_cm": _number(stem.get("dbh_lo_cm"), 2),
+        "dbh_hi_cm": _number(stem.get("dbh_hi_cm"), 2),
+        "qc_flag": stem.get("qc_flag"),
+        "meas_cm": _number(stem.get("meas_cm", dbh_cm), 2),
+        "rev_flag": stem.get("rev_flag"),
         "dist_m": round(float(np.linalg.norm(start - end)), 3),
         "margin": _number(margin, 2),
         "pair_status": status,
@@ -303,13 +293,7 @@ def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFra
     return decisions
 
 
-def _remarks(
-    plot: Plot,
-    placed: Registration,
-    rows: np.ndarray,
-    good: list[dict],
-    suggested: list[dict],
-) -> list[str]:
+def _remarks(plot: Plot, placed: Registration, rows: np.ndarray, good: list[dict], suggested: list[dict]) -> list[str]:
     """Sentences about a plot that a technician should read."""
     remarks = []
     if placed.status == "check":
@@ -369,28 +353,11 @@ def _finish(result: Matched, drawn: np.ndarray, without: np.ndarray, near_plot: 
     # A stem on the circle may be in or out by the crew's tape: it is no evidence for a false tree.
     measured["in_plot"] = np.select([depth > SNAP_M, depth >= -SNAP_M], ["in", "edge"], "out")
     keep = measured["plot_id"].notna()
-    names = [
-        n
-        for n in (
-            "tree_id",
-            "plot_id",
-            "field_id",
-            "x",
-            "y",
-            "dbh_cm",
-            "dbh_se_cm",
-            "dbh_lo_cm",
-            "dbh_hi_cm",
-            "qc_flag",
-            "qc_reason",
-            "meas_cm",
-            "rev_flag",
-            "method",
-            "paired",
-            "in_plot",
-        )
-        if n in measured
-    ]
+    wanted = [
+        "tree_id", "plot_id", "field_id", "x", "y", "dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag",
+        "qc_reason", "meas_cm", "rev_flag", "method", "paired", "in_plot",
+    ]  # fmt: skip
+    names = [name for name in wanted if name in measured]
     result.measured = measured.loc[keep, [*names, "geometry"]].reset_index(drop=True)
 
 

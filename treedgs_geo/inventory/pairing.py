@@ -114,10 +114,7 @@ def fit_rigid(source: np.ndarray, target: np.ndarray, limit_deg: float = 180.0) 
 
 
 def register(
-    field_xy: np.ndarray,
-    measured_xy: np.ndarray,
-    options: PairingOptions,
-    anchors: np.ndarray | None = None,
+    field_xy: np.ndarray, measured_xy: np.ndarray, options: PairingOptions, anchors: np.ndarray | None = None
 ) -> Registration:
     """Find how to move a plot's field trees onto the measured ones.
 

@@ -14,7 +14,9 @@ import pyproj
 from shapely.geometry import LineString, Point
 
 from ..core.errors import InputError
-from ..core.geopackage import atomic_geopackage, save_style
+from ..core.geopackage import atomic_geopackage
+from ..core.layer_files import add_layer
+from .tree_reading import text_of
 
 #: Layers inside ``pairs.gpkg``.
 PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS = "pairs", "suggested", "field_trees", "measured_trees", "plots"
@@ -30,42 +32,14 @@ STATUSES = ("auto", "ok", "moved", "rejected")
 LOCKED = ("ok", "moved", "rejected")
 #: Columns of ``pairs`` and ``suggested`` (docs/technician/pairing.md).
 PAIR_COLUMNS = (
-    "plot_id",
-    "field_id",
-    "tree_id",
-    "field_cm",
-    "dbh_cm",
-    "delta_cm",
-    "dbh_lo_cm",
-    "dbh_hi_cm",
-    "qc_flag",
-    "meas_cm",
-    "rev_flag",
-    "dist_m",
-    "margin",
-    "pair_status",
-    "note",
-)
+    "plot_id", "field_id", "tree_id", "field_cm", "dbh_cm", "delta_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "meas_cm",
+    "rev_flag", "dist_m", "margin", "pair_status", "note",
+)  # fmt: skip
 #: Columns of ``plots``.
 PLOT_COLUMNS = (
-    "plot_id",
-    "status",
-    "reason",
-    "offset_e_m",
-    "offset_n_m",
-    "rot_deg",
-    "ratio",
-    "margin",
-    "residual_m",
-    "share",
-    "n_field",
-    "n_measured",
-    "n_pairs",
-    "n_sugg",
-    "radius_m",
-    "x",
-    "y",
-)
+    "plot_id", "status", "reason", "offset_e_m", "offset_n_m", "rot_deg", "ratio", "margin", "residual_m", "share",
+    "n_field", "n_measured", "n_pairs", "n_sugg", "radius_m", "x", "y",
+)  # fmt: skip
 #: A line's end belongs to the tree within this distance of it.
 SNAP_M = 0.5
 
@@ -114,15 +88,13 @@ def write_pairs(
                 pd.DataFrame([{k: row.get(k) for k in PAIR_COLUMNS} for row in rows], columns=list(PAIR_COLUMNS))
             )
             shapes = gpd.GeoSeries([LineString(row["line"]) for row in rows], crs=crs)
-            _write(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
+            add_layer(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
         points = gpd.GeoDataFrame(field_trees, geometry=gpd.points_from_xy(field_trees["x"], field_trees["y"]), crs=crs)
-        _write(temporary, FIELD, points, "Point")
-        _write(temporary, MEASURED, measured, None)
+        add_layer(temporary, FIELD, points, "Point")
+        add_layer(temporary, MEASURED, measured)
         table = pd.DataFrame([{k: row.get(k) for k in PLOT_COLUMNS} for row in plots], columns=list(PLOT_COLUMNS))
         circles = [Point(row["x"], row["y"]).buffer(row["radius_m"], 32) for row in plots]
-        _write(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
-        for name in (PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS):
-            save_style(temporary, name)
+        add_layer(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
     return path
 
 
@@ -158,6 +130,24 @@ def read_layer(path: Path, layer: str) -> gpd.GeoDataFrame:
     return table
 
 
+def line_ends(shape: Any) -> np.ndarray:
+    """(2, 2): where a pair's line begins, at the field tree, and where it ends, at the measured one."""
+    return np.asarray(getattr(shape, "geoms", [shape])[0].coords)[[0, -1], :2]
+
+
+def refuse_moved(path: Path, pair: pd.Series, place: tuple[float, float]) -> None:
+    """Refuse a line that was dragged elsewhere since match-plots wrote it: it means another tree than its tree_id says.
+
+    place: of that tree.
+    """
+    end = line_ends(pair.geometry)[1]
+    if np.hypot(end[0] - place[0], end[1] - place[1]) > SNAP_M:
+        raise InputError(
+            f"{path}: the line of field tree {pair['plot_id']}/{pair['field_id']} no longer ends at tree "
+            f"{int(pair['tree_id'])}; run match-plots again onto this file, which reads the edit in."
+        )
+
+
 def read_locked(path: Path) -> Locked:
     """What a person locked in an existing output; empty where there is none.
 
@@ -176,16 +166,14 @@ def read_locked(path: Path) -> Locked:
         drawn = pd.isna(row["pair_status"])  # a line that a person drew and left without a status
         if not drawn and row["pair_status"] not in LOCKED or row.geometry is None or row.geometry.is_empty:
             continue
-        ends = np.asarray(
-            row.geometry.coords if row.geometry.geom_type == "LineString" else row.geometry.geoms[0].coords
-        )[[0, -1], :2]
+        ends = line_ends(row.geometry)
         locked.pairs.append(
             {
-                "plot_id": _text(row["plot_id"]),
-                "field_id": _text(row["field_id"]),
+                "plot_id": text_of(row["plot_id"]) or None,
+                "field_id": text_of(row["field_id"]) or None,
                 "tree_id": None if pd.isna(row["tree_id"]) else int(row["tree_id"]),
                 "pair_status": "moved" if drawn else row["pair_status"],
-                "note": _text(row.get("note")),
+                "note": text_of(row.get("note")) or None,
                 "fx": ends[0, 0],
                 "fy": ends[0, 1],
                 "mx": ends[1, 0],
@@ -212,17 +200,3 @@ def _typed(table: pd.DataFrame) -> pd.DataFrame:
         else:
             table[name] = pd.to_numeric(table[name]).astype(float).round(3)
     return table
-
-
-def _write(path: Path, layer: str, table: gpd.GeoDataFrame, geometry: str | None) -> None:
-    more: dict[str, Any] = {"geometry_type": geometry} if geometry else {}
-    if path.exists():
-        more["mode"] = "a"
-    else:
-        # Version 1.2 is what the oldest supported QGIS reads without a warning.
-        more["dataset_options"] = {"VERSION": "1.2"}
-    table.to_file(path, layer=layer, driver="GPKG", engine="pyogrio", **more)
-
-
-def _text(value) -> str | None:
-    return None if value is None or pd.isna(value) else str(value)

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyogrio
+
+from ..core.layer_files import add_layer, read_if_there
 
 #: Name of the table, and its columns.
 READINGS = "readings"
@@ -25,21 +26,13 @@ def readings_table(rows: list[tuple[int, float, float]]) -> pd.DataFrame:
 def add_readings(geopackage: Path, table: pd.DataFrame | None) -> None:
     """Append the table to a tree layer's GeoPackage."""
     if table is not None and len(table):
-        pyogrio.write_dataframe(table, geopackage, layer=READINGS, driver="GPKG", append=geopackage.exists())
+        add_layer(geopackage, READINGS, table)
 
 
 def read_readings(path: Path) -> pd.DataFrame | None:
     """The table of a tree file; ``None`` where it has none."""
-    path = Path(path)
-    if path.suffix.lower() != ".gpkg":
-        return None
-    try:
-        if READINGS not in {str(name) for name, _ in pyogrio.list_layers(path)}:
-            return None
-        table = pyogrio.read_dataframe(path, layer=READINGS)
-    except Exception:  # what cannot be read is reported where the trees are
-        return None
-    return table[list(COLUMNS)] if set(COLUMNS) <= set(table.columns) else None
+    table = read_if_there(path, READINGS, COLUMNS)
+    return None if table is None else table[list(COLUMNS)]
 
 
 def with_readings(trees: pd.DataFrame, path: Path) -> pd.DataFrame:

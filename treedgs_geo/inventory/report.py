@@ -35,19 +35,10 @@ from ..stems.quality.reasons import explain
 
 #: Heading of each column of the table of trees, and how the script sorts it: by number or by text.
 COLUMNS = (
-    ("tree", "number"),
-    ("plot", "text"),
-    ("DBH cm", "number"),
-    ("standard error cm", "number"),
-    ("90 % interval cm", "number"),
-    ("height m", "number"),
-    ("flag", "number"),
-    ("easting m", "number"),
-    ("northing m", "number"),
-    ("photos", "number"),
-    ("points", "number"),
-    ("reason and what to do", "text"),
-)
+    ("tree", "number"), ("plot", "text"), ("DBH cm", "number"), ("standard error cm", "number"),
+    ("90 % interval cm", "number"), ("height m", "number"), ("flag", "number"), ("easting m", "number"),
+    ("northing m", "number"), ("photos", "number"), ("points", "number"), ("reason and what to do", "text"),
+)  # fmt: skip
 #: Drawing units of the map's longer side, and what is left free around the stems.
 _SIDE, _FREE = 760.0, 44.0
 #: A stem without a DBH is drawn as one of this many centimetres; drawing units a centimetre, and the smallest disc.

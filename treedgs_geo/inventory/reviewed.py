@@ -12,6 +12,7 @@ import pandas as pd
 from ..core.errors import InputError
 from ..core.intervals import HALF_WIDTH_SE
 from ..core.wrong_units import wrong_unit
+from .tree_reading import text_of
 
 #: decision (``rev_flag``) -> what it means
 DECISIONS = {
@@ -123,7 +124,7 @@ def decided(table: pd.DataFrame, name: str | Path) -> tuple[pd.Series, np.ndarra
     """
     taped = _taped(table, name)
     nothing = pd.Series([None] * len(table), index=table.index, dtype=object)
-    flag = table.get("rev_flag", nothing).map(lambda value: "" if pd.isna(value) else str(value).strip().lower())
+    flag = table.get("rev_flag", nothing).map(lambda cell: text_of(cell).lower())
     # A DBH that was written into the table by hand is a decision too.
     flag = flag.where(~(np.isfinite(taped) & flag.isin(["", "accept"]).to_numpy()), "dbh")
     for row, (word, cm) in enumerate(zip(flag, taped, strict=True)):
@@ -146,7 +147,7 @@ def _taped(table: pd.DataFrame, name: str | Path) -> np.ndarray:
     if "rev_dbh_cm" not in table:
         return np.full(len(table), np.nan)
     taped = pd.to_numeric(table["rev_dbh_cm"], errors="coerce").to_numpy(float)
-    written = table["rev_dbh_cm"].map(lambda value: not pd.isna(value) and str(value).strip() != "").to_numpy(bool)
+    written = table["rev_dbh_cm"].map(text_of).ne("").to_numpy(bool)
     bad = written & ~((taped >= MIN_TAPED_CM) & (taped <= MAX_TAPED_CM))
     if bad.any():
         row = int(np.flatnonzero(bad)[0])

@@ -9,13 +9,12 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pandas as pd
-import pyogrio
 import pyproj
 import shapely
 from shapely.geometry import MultiPolygon, Point, box
 from shapely.geometry.base import BaseGeometry
 
-from ..core.geopackage import save_style
+from ..core.layer_files import add_layer, read_if_there
 from ..core.plots import Plot
 
 #: Name of the layer, and the columns by which it is known as ours.
@@ -70,24 +69,13 @@ def covered(mask: np.ndarray, corner: tuple[float, float], cell_m: float) -> Bas
 
 def add_searched(geopackage: Path, table: gpd.GeoDataFrame | None) -> None:
     """Append the layer to a tree layer's GeoPackage."""
-    if table is None or not len(table):
-        return
-    table.to_file(geopackage, layer=SEARCHED, driver="GPKG", engine="pyogrio", mode="a", geometry_type="MultiPolygon")
-    save_style(geopackage, SEARCHED)
+    if table is not None and len(table):
+        add_layer(geopackage, SEARCHED, table, "MultiPolygon")
 
 
 def read_searched(path: Path) -> gpd.GeoDataFrame | None:
     """The layer of a tree file; ``None`` where it has none (another format, an older version, another program)."""
-    path = Path(path)
-    if path.suffix.lower() != ".gpkg":
-        return None
-    try:
-        if SEARCHED not in {str(name) for name, _ in pyogrio.list_layers(path)}:
-            return None
-        table = gpd.read_file(path, layer=SEARCHED, engine="pyogrio")
-    except Exception:  # what cannot be read is reported where the trees are
-        return None
-    return table if set(COLUMNS) <= set(table.columns) else None
+    return read_if_there(path, SEARCHED, COLUMNS)
 
 
 def flown_on(path: Path) -> datetime.date | None:

@@ -14,13 +14,13 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import OutputError
-from ..core.files import atomic_path, ensure_writable, put_beside, temporary_beside
-from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, style_text, style_text_after
+from ..core.files import atomic_path, ensure_writable, put_beside
+from ..core.geopackage import atomic_geopackage, ensure_unlocked, style_text, style_text_after
+from ..core.layer_files import add_layer, write_shapefile
 from ..core.outputs import is_foreign
 from ..core.progress import Reporter
-from ..core.resource_errors import reporting_full_disk
 from ..core.shown import LAYER_DECIMALS
-from ..core.tables import safe_frame
+from ..core.tables import write_csv
 from ..stems.quality.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SECTIONS, add_layers
 from .readings import COLUMNS as READINGS_COLUMNS
@@ -144,10 +144,7 @@ def write_trees(
 
 
 def write_table(
-    path: Path,
-    table: gpd.GeoDataFrame,
-    beside: Callable[[Path], None] | None = None,
-    sheets: Path | None = None,
+    path: Path, table: gpd.GeoDataFrame, beside: Callable[[Path], None] | None = None, sheets: Path | None = None
 ) -> None:
     """A tree table as a layer, whole or not at all. beside: writes the layers that go with it into a GeoPackage;
     without it those that are there stay. sheets: folder of the evidence sheets; without it that of the layer that is
@@ -159,20 +156,17 @@ def write_table(
     driver = _driver(path)
     sheets = sheets or sheets_of_layer(path)
     if driver == "CSV":
-        with atomic_path(path) as temporary:
-            safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
+        write_csv(path, table)
     elif driver == "ESRI Shapefile":
-        _write_shapefile(path, table)
+        write_shapefile(path, table.rename(columns=SHORT_NAMES), "Point Z")
+    elif driver == "GPKG":
+        with atomic_geopackage(path, OWN_LAYERS if beside else {LAYER: OWN_LAYERS[LAYER]}) as temporary:
+            add_layer(temporary, LAYER, table, "Point Z", {SHEETS_FOLDER: _from_layer(path, sheets)})
+            if beside is not None:
+                beside(temporary)
     else:
-        own = OWN_LAYERS if beside else {LAYER: OWN_LAYERS[LAYER]}
-        with atomic_geopackage(path, own) if driver == "GPKG" else atomic_path(path) as temporary:
-            # QGIS 3.22 knows GeoPackage up to 1.3 and warns about newer ones at every opening.
-            options = {"dataset_options": {"VERSION": "1.2"}} if driver == "GPKG" else {}
-            table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
-            if driver == "GPKG":
-                save_style(temporary, LAYER, {SHEETS_FOLDER: _from_layer(path, sheets)})
-                if beside is not None:
-                    beside(temporary)
+        with atomic_path(path) as temporary:
+            table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z")
 
 
 def _from_layer(layer: Path, sheets: Path | None) -> str:
@@ -196,18 +190,3 @@ def style_raster(path: Path, style: str = "dtm") -> None:
     if not beside.exists():
         with suppress(OutputError), atomic_path(beside) as temporary:  # the raster is whole without it
             temporary.write_text(style_text(style), encoding="utf-8")
-
-
-def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:
-    """A shapefile is several files: written together in a folder beside the target, then moved one by one."""
-    with temporary_beside(path) as folder, reporting_full_disk(path):
-        folder.mkdir()
-        table.rename(columns=SHORT_NAMES).to_file(
-            folder / path.name,
-            driver="ESRI Shapefile",
-            engine="pyogrio",
-            geometry_type="Point Z",
-            encoding="UTF-8",
-        )
-        for part in folder.iterdir():
-            shutil.move(str(part), path.parent / part.name)

@@ -153,7 +153,7 @@ def _numbers(path: Path, table: gpd.GeoDataFrame, name: str) -> pd.Series:
     Raises:
         InputError: a cell that is none.
     """
-    text = table[name].map(lambda value: "" if pd.isna(value) else str(value).strip().replace(",", "."))
+    text = table[name].map(lambda cell: text_of(cell).replace(",", "."))
     values = pd.to_numeric(text.where(text != "", None), errors="coerce").astype(float)
     odd = values.isna() & (text != "")
     if odd.any():
@@ -162,3 +162,14 @@ def _numbers(path: Path, table: gpd.GeoDataFrame, name: str) -> pd.Series:
             "correct it."
         )
     return values
+
+
+def text_of(cell: object) -> str:
+    """What stands in a cell, without blanks around it; empty where nothing does."""
+    return "" if pd.isna(cell) else str(cell).strip()
+
+
+def texts_of(cells: pd.Series) -> pd.Series:
+    """The same of a column; ``None`` where nothing stands."""
+    texts = cells.map(text_of).astype(object)
+    return texts.where(texts != "", None)

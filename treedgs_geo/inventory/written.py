@@ -20,7 +20,7 @@ from ..core.tables import read_rows, read_table, safe_frame
 from ..stems.quality.tree import TREE_FIELDS
 from .carried import DECIDED, carried_decision, kept_place, merged_into
 from .reviewed import A_TREE
-from .tree_reading import plain_flags, read_trees
+from .tree_reading import plain_flags, read_trees, texts_of
 
 #: Columns of a tree layer that are a person's, beside the decisions.
 COLUMNS = ("species", "status", "note")
@@ -68,7 +68,7 @@ class Written:
             self.kept[k] = True
             entry = self.entries.iloc[k]
             values = {name: entry[name] for name in COLUMNS if entry[name] is not None}
-            if not _none(entry["rev_at"]) or not _none(entry["rev_flag"]) or not _none(entry["rev_dbh_cm"]):
+            if entry[["rev_at", "rev_flag", "rev_dbh_cm"]].notna().any():
                 found, said = carried_decision(entry, table.iloc[j], self._new_id(entry["rev_note"], table))
                 values |= found
                 self.sentences += [said] if said else []
@@ -89,7 +89,7 @@ class Written:
         rows = []
         for k in np.flatnonzero(~self.kept):
             entry = self.entries.iloc[k]
-            if entry["rev_flag"] not in A_TREE and _none(entry["rev_dbh_cm"]) and entry["tree_id"]:
+            if entry["rev_flag"] not in A_TREE and pd.isna(entry["rev_dbh_cm"]) and entry["tree_id"]:
                 continue
             x, y = self._moved(np.array([[entry["x"], entry["y"]]], float), table.crs)[0]
             if not np.isfinite([x, y]).all():
@@ -211,8 +211,7 @@ def _read(path: Path) -> Written:
         found[name] = table[name].astype("Int64") if table[name].dtype.kind in "iu" else table[name]
     texts = [name for name in ("plot_id", *COLUMNS, *DECIDED) if name not in _NUMBERS]
     for name in texts:
-        text = found[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
-        found[name] = text.where(text != "", None)
+        found[name] = texts_of(found[name])
     # A tree that a person drew has no number yet; a DBH beside it is a person's.
     drawn = found["tree_id"].eq("")
     taped = drawn & found["dbh_cm"].notna() & found["rev_dbh_cm"].isna()
@@ -229,10 +228,6 @@ def _places(layer: gpd.GeoDataFrame) -> dict[str, pd.Series]:
     return {name: getattr(points, name).fillna(pd.to_numeric(named[name], errors="coerce")) for name in "xy"}
 
 
-def _none(value: object) -> bool:
-    return value is None or bool(pd.isna(value))
-
-
 def _words(row: pd.Series, own: list[str]) -> list[str]:
     names = (*COLUMNS, "rev_flag", "rev_dbh_cm", "rev_note", *own)
-    return [str(row[name]) for name in names if not _none(row[name])]
+    return [str(row[name]) for name in names if pd.notna(row[name])]

@@ -67,6 +67,13 @@ class Outcome:
     error: np.ndarray
 
 
+def weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+    """NaN without a weight."""
+    order = np.argsort(values)
+    heap = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(heap, heap[-1] / 2)]) if weights.sum() > 0 else float("nan")
+
+
 def outcome(curves: Curves, clear: np.ndarray, gsd_cm: np.ndarray, dbh_m: np.ndarray) -> Outcome:
     """What a flight gives. clear: (S, P) chance that each view is clear; gsd_cm: (S, P) ground sample distance at the
     stem; dbh_m: (S,)."""
@@ -79,10 +86,7 @@ def outcome(curves: Curves, clear: np.ndarray, gsd_cm: np.ndarray, dbh_m: np.nda
     chance = odds * curves.chance(count[None], (100 * dbh_m / gsd)[:, None])
     each = chance.sum(axis=1)
     error = (chance * curves.error_cm(count[None], gsd[:, None])).sum(axis=1) / np.maximum(each, 1e-12)
-    order = np.argsort(error)
-    heap = np.cumsum(each[order])
-    median = float(error[order][np.searchsorted(heap, heap[-1] / 2)]) if heap[-1] > 0 else float("nan")
-    return Outcome(float(each.mean()), median, float(expected.mean()), each, expected, error)
+    return Outcome(float(each.mean()), weighted_median(error, each), float(expected.mean()), each, expected, error)
 
 
 @numba.njit(parallel=True, cache=True)

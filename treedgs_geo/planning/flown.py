@@ -7,13 +7,36 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .flight_plan import PHOTOS, PLOTS, read_layer
+from ..core.errors import InputError
 
 if TYPE_CHECKING:
+    import geopandas as gpd
+
     from ..stems.quality.tree import Tree
 
+#: Layers of a plan.
+PHOTOS, PLOTS = "plan_photos", "plan_plots"
 #: The share measured may fall short by this much, and the error exceed by this factor, before it is worth a sentence.
 SHARE_SLACK, ERROR_SLACK = 0.10, 1.3
+
+
+def read_layer(path: Path, layer: str, columns: set[str]) -> gpd.GeoDataFrame:
+    """A layer of a flight plan.
+
+    Raises:
+        InputError: not readable, or not such a plan.
+    """
+    import geopandas as gpd
+
+    try:
+        table = gpd.read_file(path, layer=layer, engine="pyogrio")
+    except Exception as problem:
+        raise InputError(f"{path}: holds no layer {layer} ({problem}), expected plan.gpkg of plan-flight.") from None
+    missing = columns - set(table.columns)
+    if missing or not len(table):
+        what = f"lacks {', '.join(sorted(missing))}" if missing else "is empty"
+        raise InputError(f"{path}: its layer {layer} {what}; make the plan again with plan-flight.")
+    return table
 
 
 def read_expected(path: Path) -> dict[str, dict[str, Any]]:

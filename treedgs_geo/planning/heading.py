@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .missions import compass
 from .site import PlanSite
 from .sun import SunDay
 
@@ -17,9 +18,7 @@ def slope_of(site: PlanSite) -> tuple[float, float]:
         return 0.0, 0.0
     centres = np.array([target.centre for target in site.targets])
     reach = max(max(target.radius_m for target in site.targets), 10.0)
-    turn = np.radians(np.arange(0, 360, 15))
-    rim = np.column_stack([np.sin(turn), np.cos(turn)]) * reach
-    xy = (centres[:, None] + rim[None]).reshape(-1, 2)
+    xy = (centres[:, None] + reach * compass(15)).reshape(-1, 2)
     z = site.ground(xy)
     known = np.isfinite(z)
     plane = np.linalg.lstsq(np.column_stack([xy[known], np.ones(known.sum())]), z[known], rcond=None)[0]

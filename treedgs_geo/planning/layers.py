@@ -12,10 +12,12 @@ import numpy as np
 import pandas as pd
 from shapely.geometry import LineString, Polygon
 
-from ..core.geopackage import atomic_geopackage, save_style
+from ..core.geopackage import atomic_geopackage
+from ..core.layer_files import add_layer
 from .choose import JudgedFlight, Stems
+from .curves import weighted_median
 from .drones import DroneCamera
-from .flight_plan import PHOTOS, PLOTS
+from .flown import PHOTOS, PLOTS
 from .site import PlanSite
 
 LINE, FOOTPRINTS = "plan_line", "plan_footprints"
@@ -78,11 +80,7 @@ def write_plan_layers(
     }
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
         for name, (table, geometry) in tables.items():
-            table.to_file(
-                temporary, layer=name, driver="GPKG", engine="pyogrio", geometry_type=geometry,
-                dataset_options={"VERSION": "1.2"},
-            )  # fmt: skip
-            save_style(temporary, name)
+            add_layer(temporary, name, table, geometry)
         save_take_off(temporary, take_off + [*site.origin, 0.0], site.datum)
     return Path(path)
 
@@ -93,10 +91,7 @@ def plots_table(plan: JudgedFlight, stems: Stems, site: PlanSite) -> gpd.GeoData
     owner = np.repeat(stems.plot_ids, [len(own) for own in stems.rows])
     for plot, target in zip(site.plots, site.targets, strict=True):
         mine = owner == plot.plot_id
-        weight, error = found.chance[mine], found.error[mine]
-        order = np.argsort(error)
-        heap = np.cumsum(weight[order])
-        middle = float(error[order][np.searchsorted(heap, heap[-1] / 2)]) if mine.any() and heap[-1] > 0 else np.nan
+        weight = found.chance[mine]
         draws = max(1, stems.plot_ids.count(plot.plot_id))
         seen = plan.clear[mine].any(axis=0) if mine.any() else np.zeros(len(plan.flight), bool)
         rows.append(
@@ -108,7 +103,7 @@ def plots_table(plan: JudgedFlight, stems: Stems, site: PlanSite) -> gpd.GeoData
                 ),
                 "exp_views": round(float(found.expected[mine].mean()), 2) if mine.any() else np.nan,
                 "exp_share": round(float(weight.mean()), 3) if mine.any() else np.nan,
-                "exp_err_cm": round(middle, 3),
+                "exp_err_cm": round(weighted_median(found.error[mine], weight), 3),
                 "n_photos": int(seen.sum()),
                 "geometry": plot.outline,
             }

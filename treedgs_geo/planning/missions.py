@@ -29,6 +29,12 @@ def axes(heading_deg: float) -> np.ndarray:
     return np.array([[np.sin(turn), np.cos(turn)], [np.cos(turn), -np.sin(turn)]])
 
 
+def compass(step_deg: float) -> np.ndarray:
+    """(N, 2) unit vectors all around, from north."""
+    turn = np.radians(np.arange(0, 360, step_deg))
+    return np.column_stack([np.sin(turn), np.cos(turn)])
+
+
 @dataclass(frozen=True)
 class Target:
     """A plot as the flight sees it. centre: (2,) m, planning frame; radius_m: of the circle around it."""
@@ -36,6 +42,10 @@ class Target:
     plot_id: str
     centre: np.ndarray
     radius_m: float
+
+    def rim(self, step_deg: float) -> np.ndarray:
+        """(N, 2) places on the circle."""
+        return self.centre + self.radius_m * compass(step_deg)
 
 
 @dataclass(frozen=True)
@@ -83,19 +93,8 @@ def _flight(
 ) -> PlanFlight:
     """rows: x, y, height, yaw, pitch, leg."""
     table = np.array(rows, float).reshape(-1, 6)
-    xy = table[:, :2]
-    return PlanFlight(
-        xy,
-        table[:, 2],
-        ground(xy),
-        table[:, 3] % 360,
-        table[:, 4],
-        table[:, 5].astype(int),
-        pattern,
-        heights,
-        tilt,
-        density,
-    )
+    xy, (above, yaw, pitch, leg) = table[:, :2], table[:, 2:].T
+    return PlanFlight(xy, above, ground(xy), yaw % 360, pitch, leg.astype(int), pattern, heights, tilt, density)
 
 
 def orbits(
@@ -182,12 +181,10 @@ def _places(length: float, step: float) -> np.ndarray:
 
 def sees(flight: PlanFlight, targets: list[Target], ground: Ground, camera: DroneCamera) -> np.ndarray:
     """(P, T) bool: the photo shows the middle or a part of the rim of the plot at breast height."""
-    turn = np.radians(np.arange(0, 360, 45))
-    rim = np.vstack([[0, 0], np.column_stack([np.sin(turn), np.cos(turn)])])
     size = np.array([camera.width_px, camera.height_px]) / 2
     seen = np.zeros((len(flight), len(targets)), bool)
     for k, target in enumerate(targets):
-        xy = target.centre + target.radius_m * rim
+        xy = np.vstack([target.centre, target.rim(45)])
         points = np.column_stack([xy, ground(xy) + 1.37])
         local = np.einsum("pij,psj->psi", flight.rotations, points[None] - flight.xyz[:, None])
         depth = np.maximum(local[..., 2], 1e-6)

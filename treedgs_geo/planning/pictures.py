@@ -35,10 +35,8 @@ def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndar
     )
     axis.plot(*flight.xy[down].T, "s", ms=4, mfc="none", mec=BLUE, zorder=3)
     for target in targets:
-        turn = np.radians(np.arange(0, 361, 5))
-        rim = target.centre + target.radius_m * np.column_stack([np.sin(turn), np.cos(turn)])
-        axis.fill(*rim.T, color="#17753c", alpha=0.25, lw=0)
-        axis.plot(*rim.T, color="#17753c", lw=1.2)
+        rim = target.rim(5)
+        axis.fill(*rim.T, facecolor="#17753c40", edgecolor="#17753c", lw=1.2)
         axis.annotate(target.plot_id, target.centre, ha="center", va="center", fontsize=7.5 if len(targets) < 25 else 5)
     axis.plot(*take_off[:2], "P", color=VERMILION, ms=11, mec="white", zorder=5)
     axis.annotate("take-off", take_off[:2], xytext=(7, 5), textcoords="offset points", color=VERMILION, fontsize=8)

@@ -73,10 +73,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     with reporter.stage("write", 0.85, 1.0):
         files = _write(settings, Chosen(site, stems, camera, limits, take_off, heading, sun, choice))
     reporter.info(_sentence(choice))
-    return {
-        "output": str(folder),
-        **files,
-    }
+    return {"output": str(folder), **files}
 
 
 @dataclass(frozen=True)

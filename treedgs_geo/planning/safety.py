@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .drones import DroneCamera
-from .missions import PlanFlight
+from .missions import PlanFlight, compass
 
 #: Blur within an exposure and travel within a rolling shutter's readout, pixels on the ground.
 MAX_BLUR_PX, MAX_READOUT_PX = 0.5, 3.0
@@ -40,8 +40,7 @@ def made_safe(flight: PlanFlight, canopy: Canopy, camera: DroneCamera, limits: L
 
     Raises:
         Unsafe: the ground under the flight is unknown, the clearance asks for more height than is allowed, or the
-        gimbal
-            does not reach the angle.
+            gimbal does not reach the angle.
     """
     if not np.isfinite(flight.ground_m).all():
         unknown = int((~np.isfinite(flight.ground_m)).sum())
@@ -79,9 +78,7 @@ def needed_height(canopy: Canopy, xy: np.ndarray, clearance_m: float) -> np.ndar
     radius rests on the canopy, on slopes on the uphill side. NaN where the ground below is unknown."""
     highest = canopy(xy) + clearance_m
     for share in (0.45, 0.9):
-        turn = np.radians(np.arange(0, 360, 45))
-        ring = share * clearance_m * np.column_stack([np.sin(turn), np.cos(turn)])
-        tops = canopy((xy[:, None] + ring).reshape(-1, 2)).reshape(len(xy), -1)
+        tops = canopy((xy[:, None] + share * clearance_m * compass(45)).reshape(-1, 2)).reshape(len(xy), -1)
         beside = np.where(np.isfinite(tops), tops, -np.inf).max(axis=1)
         highest = np.maximum(highest, beside + clearance_m * np.sqrt(1 - share**2))
     return highest

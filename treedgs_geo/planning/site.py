@@ -139,9 +139,7 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     centres = np.array([[plot.x, plot.y] for plot in plots])
     check_place(crs, centres, str(settings.plots))
     origin = np.round(centres.mean(axis=0))
-    targets = [
-        Target(plot.plot_id, centre - origin, _radius(plot)) for plot, centre in zip(plots, centres, strict=True)
-    ]
+    targets = [Target(plot.plot_id, at - origin, plot.reach_m) for plot, at in zip(plots, centres, strict=True)]
     notes = (
         [] if dtm is not None else ["No terrain model was given: the ground is taken as level, check heights on site."]
     )
@@ -186,15 +184,6 @@ def _crs_of_plots(path: Path) -> pyproj.CRS:
     if found is not None:
         return pyproj.CRS(found)
     raise CRSError(f"{path}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")
-
-
-def _radius(plot: SamplePlot) -> float:
-    """Of the circle about the plot's centre that holds it."""
-    if plot.shape == "circle":
-        return float(plot.radius_m)
-    assert plot.outline is not None
-    corners = np.asarray(plot.outline.convex_hull.exterior.coords)[:, :2]
-    return float(np.hypot(*(corners - [plot.x, plot.y]).T).max())
 
 
 def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], BaseGeometry | None]:
@@ -285,10 +274,8 @@ def _require_ground(site: PlanSite, settings: PlanFlightSettings) -> None:
     """Every plot lies on the terrain model."""
     if site.dtm is None:
         return
-    turn = np.radians(np.arange(0, 360, 30))
     for target in site.targets:
-        rim = target.centre + target.radius_m * np.column_stack([np.sin(turn), np.cos(turn)])
-        if not site.known(np.vstack([target.centre, rim])).all():
+        if not site.known(np.vstack([target.centre, target.rim(30)])).all():
             place = target.centre + site.origin
             raise InputError(
                 f"{settings.dtm}: plot {target.plot_id} at {place[0]:.0f}, {place[1]:.0f} lies outside it or on a gap; "

@@ -266,9 +266,8 @@ def _wide(extent: Extent, span: np.ndarray) -> str:
             "from the others, expected one plot or block; cut the groups apart, or delete what is wrong."
         )
     return (
-        f"spans {_distance(span[0])} x {_distance(span[1])} with {density:.2g} points a square metre, expected a "
-        "plot or block in metres; check the unit of x and y (millimetres?) and which columns they are, or cut "
-        "the plot out."
+        f"spans {_distance(span[0])} x {_distance(span[1])} with {density:.2g} points a square metre, expected a plot "
+        "or block in metres; check the unit of x and y (millimetres?) and which columns they are, or cut the plot out."
     )
 
 

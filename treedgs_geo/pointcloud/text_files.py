@@ -160,9 +160,8 @@ def _check_columns(path: Path, columns: Columns, table: np.ndarray) -> None:
     later = [k for k in range(3, table.shape[1]) if not whole[k]]
     if odd and later:
         raise InputError(
-            f"{path}: column {odd[0] + 1} holds whole numbers ({_some(table[:, odd[0]])}) as ids and "
-            f"colours do, and column {later[0] + 1} decimals as coordinates do, expected x y z first; "
-            f"{_HELP}."
+            f"{path}: column {odd[0] + 1} holds whole numbers ({_some(table[:, odd[0]])}) as ids and colours do, and "
+            f"column {later[0] + 1} decimals as coordinates do, expected x y z first; {_HELP}."
         )
     if table.shape[1] >= 6 and np.abs(table[:, :3]).max() <= 1 and np.ptp(table[:, 3:6], axis=0).min() > 2:
         raise InputError(

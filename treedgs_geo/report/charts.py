@@ -15,11 +15,7 @@ BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION = "#0072B2", "#E69F00", "#009E73", "
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 GREY, LIGHT_GREY = "#555555", "#999999"
 #: What a tree's flag looks like, and what it says.
-FLAGS = {
-    "ok": (GREEN, "measured"),
-    "check": (ORANGE, "measured, to be checked"),
-    "reject": (VERMILION, "seen, no DBH"),
-}
+FLAGS = {"ok": (GREEN, "measured"), "check": (ORANGE, "measured, to be checked"), "reject": (VERMILION, "seen, no DBH")}
 #: Dots an inch of pictures on pages.
 DPI = 160
 _STYLE: dict[str, Any] = {

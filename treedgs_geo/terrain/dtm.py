@@ -357,9 +357,8 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -
         zone = zone_that_fits(dtm.crs, xy, lambda moved: bool(np.mean(dtm.covers(moved)) >= least))
         hint = f" (it covers these coordinates in EPSG:{zone.to_epsg()}, {zone.name})" if zone is not None else ""
         raise InputError(
-            f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y "
-            f"{south:.0f} to {north:.0f}), expected all of it{hint}; give a DTM that covers the plot and is in its "
-            "CRS."
+            f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y {south:.0f} "
+            f"to {north:.0f}), expected all of it{hint}; give a DTM that covers the plot and is in its CRS."
         )
 
 

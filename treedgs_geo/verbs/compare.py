@@ -55,8 +55,7 @@ class CompareSettings:
         minimum=0,
         maximum=100,
         help="of that bias's variance, what both dates have alike (same camera, same method, same settings) and what "
-        "so "
-        "cancels in the growth; 0 where it is not known",
+        "so cancels in the growth; 0 where it is not known",
     )
     block_before_pct: float = param(
         0.0,
@@ -65,8 +64,7 @@ class CompareSettings:
         minimum=0,
         maximum=10,
         help="relative standard error of lengths in the first date's block (scale_sd in the workspace's run.json, "
-        "times "
-        "100)",
+        "times 100)",
     )
     block_after_pct: float = param(
         0.0,
@@ -127,15 +125,12 @@ COMMAND = Command(
     help=(
         "Pairs the trees of both dates by position, plot by plot, as match-plots pairs field plots (the maps may be "
         "shifted and turned against each other; a plot whose placing is not sure is left out and named). Per tree: "
-        "growth "
-        "of DBH with its interval. Per hectare (with plots): growth of survivors, ingrowth, mortality and net change "
-        "of "
-        "basal area and of the number of trees, with errors from the spread of the plots and from what all trees of a "
-        "date share (bias of the camera, scale of the block), which does not average out. A new tree that is too "
-        "thick to "
-        "be new was missed at the first date; the share of such trees says how many of those that are not found again "
-        "are dead. Reviewed trees count as reviewed. Writes change.gpkg, change.csv, change.html, change.pdf and "
-        "change.json."
+        "growth of DBH with its interval. Per hectare (with plots): growth of survivors, ingrowth, mortality and net "
+        "change of basal area and of the number of trees, with errors from the spread of the plots and from what all "
+        "trees of a date share (bias of the camera, scale of the block), which does not average out. A new tree that "
+        "is too thick to be new was missed at the first date; the share of such trees says how many of those that are "
+        "not found again are dead. Reviewed trees count as reviewed. Writes change.gpkg, change.csv, change.html, "
+        "change.pdf and change.json."
     ),
     settings=CompareSettings,
     run=run,

@@ -129,20 +129,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         "page": paths["page"],
         "paper": None if paper is None else str(paper),
         "metrics": paths["metrics"],
-        **{
-            name: metrics[name]
-            for name in (
-                "n",
-                "n_reference",
-                "success_rate",
-                "rmse_cm",
-                "rrmse_pct",
-                "mae_cm",
-                "me_cm",
-                "n_false",
-                "coverage_90",
-            )
-        },
+        **{name: value for name, value in metrics["pooled"].items() if name != "max_abs_cm"},
     }
 
 
@@ -173,16 +160,15 @@ COMMAND = Command(
     group="3 Check",
     summary="Accuracy tables and charts of measured DBH against field DBH.",
     help=(
-        "From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of "
-        "trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, "
-        "mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per "
-        "plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, "
-        "table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are "
-        "named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With "
-        "--lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, "
-        "densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With "
-        "--workspace-in: how many photos show breast height, and runtime. Units: centimetres and per "
-        "cent; rates in metrics.json are 0 to 1."
+        "From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, "
+        "success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error "
+        "(measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, "
+        "with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and "
+        "PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --plots: several plots "
+        "in one table, with mean, standard deviation and range over plots. With --lidar and --splats: cylinder, circle "
+        "and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated "
+        "plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and "
+        "runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1."
     ),
     settings=EvaluateSettings,
     run=run,

@@ -99,13 +99,11 @@ COMMAND = Command(
     summary="MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.",
     help=(
         "Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by "
-        "photo name. RINEX of rover and base is solved by RTKLIB (rnx2rtkp). The antenna's "
-        "path is interpolated at each exposure and the lever arm applied once; heights stay ellipsoidal "
-        "unless the project CRS has a height datum, which needs its geoid grid. Output: layer "
-        "'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), "
-        "time, flight and gimbal "
-        "angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other "
-        "photos are refused."
+        "photo name. RINEX of rover and base is solved by RTKLIB (rnx2rtkp). The antenna's path is interpolated at "
+        "each exposure and the lever arm applied once; heights stay ellipsoidal unless the project CRS has a height "
+        "datum, which needs its geoid grid. Output: layer 'stations' (PointZ, project CRS) with quality (fix, float, "
+        "single, exif, none), standard deviations (m), time, flight and gimbal angles (degrees). Photos that are "
+        "blurred or show nothing are left out with a warning; geotags of other photos are refused."
     ),
     settings=GeotagSettings,
     run=run,

@@ -25,14 +25,13 @@ COMMAND = Command(
     help=(
         "Compares flights over the plots (orbits, crosshatch, nadir with oblique lines; two heights, two tilts, "
         "several densities) by a model of what crowns and stems leave to be seen at breast height, and takes the one "
-        "with the fewest photos that reaches the wanted standard error and share of stems. The stand is described by "
-        "a canopy height model, a LiDAR cloud, the tree layer of an earlier visit, or five numbers. The flight "
-        "follows the terrain, keeps its clearance over the canopy everywhere, and is as fast as trigger, blur and "
-        "rolling shutter allow; what cannot be flown safely is refused. Heights in the mission files are over the "
-        "take-off. Writes plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (photos, way, "
-        "footprints, plots with what is expected), brief.pdf and brief.html. Expectations are a model's; after the "
-        "flight photos-to-dbh, given the plan, reports planned against got. Rules of the air and the pilot's eyes "
-        "come first."
+        "with the fewest photos that reaches the wanted standard error and share of stems. The stand is described by a "
+        "canopy height model, a LiDAR cloud, the tree layer of an earlier visit, or five numbers. The flight follows "
+        "the terrain, keeps its clearance over the canopy everywhere, and is as fast as trigger, blur and rolling "
+        "shutter allow; what cannot be flown safely is refused. Heights in the mission files are over the take-off. "
+        "Writes plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (photos, way, footprints, "
+        "plots with what is expected), brief.pdf and brief.html. Expectations are a model's; after the flight "
+        "photos-to-dbh, given the plan, reports planned against got. Rules of the air and the pilot's eyes come first."
     ),
     settings=PlanFlightSettings,
     run=run,  # fmt: skip

@@ -188,8 +188,7 @@ def _write_answers(path: Path, field: Any, answers: Any) -> None:
     """One line a field stem: tree_id, name, place, answer, reason and its words, distance."""
     import pandas as pd
 
-    from ..core.files import atomic_path
-    from ..core.tables import safe_frame
+    from ..core.tables import write_csv
     from ..stems.quality.reasons import explain
 
     rows = [
@@ -205,8 +204,7 @@ def _write_answers(path: Path, field: Any, answers: Any) -> None:
         }
         for number, xy, one in zip(field.ids, field.xy, answers, strict=True)
     ]
-    with atomic_path(path) as temporary:
-        safe_frame(pd.DataFrame(rows)).to_csv(temporary, index=False, float_format="%.3f")
+    write_csv(path, pd.DataFrame(rows), float_format="%.3f")
 
 
 def _by_id(ids: Any, values: Any, tree_id: Any) -> Any:

@@ -201,14 +201,13 @@ COMMAND = Command(
         "Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, "
         "quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means "
         "with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to "
-        "them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both "
-        "are reported. With --taped (tape-sample) trees, basal area, volume and biomass are corrected by taped "
-        "trees, and the interval is that of the tapes and the plots. Plots over the stand's edge are flagged and "
-        "weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines "
-        "first); give your own with --equations. From one "
-        "plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV "
-        "files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the "
-        "same numbers. Result figures are metric."
+        "them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are "
+        "reported. With --taped (tape-sample) trees, basal area, volume and biomass are corrected by taped trees, and "
+        "the interval is that of the tapes and the plots. Plots over the stand's edge are flagged and weighted. Volume "
+        "and biomass come from a table of equations with source and range (loblolly and other pines first); give your "
+        "own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, "
+        "report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest "
+        "Vegetation Simulator), all with the same numbers. Result figures are metric."
     ),
     settings=StandTableSettings,
     run=run,

@@ -20,8 +20,7 @@ class TapeSampleSettings:
         None,
         kind="file",
         help="plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from "
-        "the "
-        "plot's centre; without: the trees that have a plot_id, or all",
+        "the plot's centre; without: the trees that have a plot_id, or all",
         suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
     n: int = param(20, kind="integer", minimum=2, maximum=2000, help="trees to tape")
@@ -75,13 +74,12 @@ COMMAND = Command(
     group="3 Check",
     summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",
     help=(
-        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): "
-        "stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by "
-        "Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to "
-        "fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map "
-        "lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in "
-        "the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 "
-        "cm, so "
+        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified by "
+        "flag and DBH class (simple random in each), or with probability proportional to basal area by Brewer's "
+        "method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in "
+        "(taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), "
+        "tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the "
+        "order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so "
         "that nobody reads the tape towards it. A folder whose table is filled in already is not written over."
     ),
     settings=TapeSampleSettings,

@@ -143,9 +143,8 @@ def _warn_of_no_ground(settings: TerrainSettings, xyz: Any, dtm: Any, reporter: 
     layer = GroundLayer.of(xyz, dtm)
     if len(xyz) > DENSE_M2 * layer.area_m2 and not layer.seen(layer.places()).any():
         reporter.warn(
-            f"{settings.input}: shows no ground surface (its lowest metres may have been clipped or filtered "
-            "out): the terrain model runs through the lowest points that are left, do not measure heights "
-            "or diameters above it."
+            f"{settings.input}: shows no ground surface (its lowest metres may have been clipped or filtered out): the "
+            "terrain model runs through the lowest points that are left, do not measure heights or diameters above it."
         )
 
 

@@ -20,13 +20,13 @@ from treedgs_geo.core.tables import safe_frame
 from treedgs_geo.reconstruction.matching_strategy import GUIDED_NEIGHBOURS
 from treedgs_geo.report.blocks import Block, Column, Paragraph, Table
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart, write_chart
-from treedgs_geo.report.markdown import markdown
 from treedgs_geo.run.heights import MAX_COMPARED
 from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_geo.run.second_measurement import MAX_MEASURED_AGAIN
 
 from . import chart
 from .jobs import run_job
+from .markdown import markdown
 from .plot import TruePlot
 
 #: The paper's case (tab:runtime_breakdown): one plot of 365 photos of 20 MP, 45 stems, 83 minutes on 192 threads + GPU.

@@ -16,11 +16,11 @@ from treedgs_geo.core.tables import safe_frame
 from treedgs_geo.report.blocks import Block
 from treedgs_geo.report.charts import write_chart
 from treedgs_geo.report.html import write_html
-from treedgs_geo.report.markdown import markdown
 
 from . import chart, chart_pictures, stability_blocks, stability_factors, stability_report
 from .factors import FACTORS
 from .ladder import CONFIGS
+from .markdown import markdown
 from .stability import METHODS, Case, all_cases, code_digest, run_cases
 
 

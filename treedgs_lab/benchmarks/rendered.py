@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +56,7 @@ def judged(plot: TruePlot, trees: list[Tree]) -> tuple[dict, dict[str, float]]:
     counted = [row for row in rows if row["tree_id"] in inside and (row["clear"] or 0) >= CLEAR_VIEWS]
     read = [row for row in counted if row["read_cm"] is not None]
     errors = np.array([row["read_cm"] - row["true_cm"] for row in read])
-    accuracy = score(errors, np.array([row["true_cm"] for row in read]), len(counted)).as_dict()
+    accuracy = asdict(score(errors, np.array([row["true_cm"] for row in read]), len(counted)))
     accuracy["n_false"] = sum(bool(row.get("false")) for row in rows)
     return accuracy, {row["tree_id"]: row["read_cm"] - row["true_cm"] for row in read}
 

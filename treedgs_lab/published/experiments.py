@@ -27,6 +27,7 @@ from . import experiment_charts
 from .methods import WEIGHTS, ablate, compare_methods, figures, measure, stem_points, with_power
 from .paper_document import write_paper
 from .photo_experiments import photo_experiments
+from .reference import reference_of
 from .sections import ABLATION_COLUMNS, methods_latex, plain_latex, table_of, write_table, write_text
 from .segmentation import LabelledPoints, score_segmentation, stems_json, true_labels
 from .study import Study
@@ -48,7 +49,7 @@ def add_experiments(
     Raises:
         InputError: a cloud without the attribute that its weights need, or no workspace where one is named.
     """
-    study = Study(evidence, metrics, plots, [plot.reference() for plot in plots], settings.output)
+    study = Study(evidence, metrics, plots, [reference_of(plot) for plot in plots], settings.output)
     with reporter.stage("experiments", 0.4, 0.85):
         if any(plot.lidar or plot.splats for plot in plots):
             with reporter.stage("methods", 0.0, 0.6):

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
-from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.report.blocks import Block, Heading, Picture
@@ -19,6 +18,7 @@ from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 
 from .methods import SEED, StemPoints, with_power
 from .paper_pictures import dress, panels, ring
+from .reference import Reference
 
 #: Stems of each kind in the gallery of slices; half width of a picture, m.
 EACH, HALF_M = 3, 0.5

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position, score
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.stems.cloud.estimate.cloud import point_weights
@@ -21,6 +20,8 @@ from treedgs_geo.stems.geometry.circles import SolidCircle
 from treedgs_geo.stems.geometry.cylinder import fit_cylinder
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 from treedgs_geo.terrain.dtm import Dtm
+
+from .reference import Reference
 
 #: Exponents tried on the held-out stems.
 POWERS = (0.2, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)

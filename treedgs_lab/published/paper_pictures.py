@@ -11,7 +11,6 @@ import numpy as np
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.files import read_json
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
-from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.accuracy.tables import COUNTED
 from treedgs_geo.inventory.pairs_layer import PAIRS, read_layer
@@ -24,6 +23,7 @@ from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
 from .methods import StemPoints
+from .reference import Reference
 from .visibility import Stem, band_pixels, classify
 
 #: Slice shown of each source, heights above the ground (m); stems shown; half width of crops, px.

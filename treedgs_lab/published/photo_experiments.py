@@ -11,7 +11,6 @@ from scipy.stats import pearsonr
 from treedgs_geo.core.files import read_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
-from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.inventory.accuracy.scores import pair_by_position
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.report.blocks import Heading, Paragraph
@@ -19,6 +18,7 @@ from treedgs_geo.report.charts import write_chart
 
 from .experiment_charts import draw_visibility
 from .paper_pictures import scene
+from .reference import Reference
 from .sections import RUNTIME_COLUMNS, plain_latex, table_of, write_table, write_text
 from .study import Study
 from .visibility import Stem, agreement, classify, per_stem

@@ -13,7 +13,6 @@ from treedgs_geo.core import workspace as names
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
-from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.report.charts import VERMILION
@@ -26,6 +25,7 @@ from treedgs_geo.stems.splats.scene_start import WholePhotos
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
 from .paper_pictures import NEAR_M, STEM_M, dress, near_stem, panels, scene
+from .reference import Reference
 from .segmentation import stems_json, true_labels
 
 #: Stems that are compared, evenly over the diameters; depth maps of a whole scene are drawn for each of them.

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from treedgs_geo.core import workspace as names
-from treedgs_geo.inventory.accuracy.plot_files import PlotFiles, pooled_reference
-from treedgs_geo.inventory.accuracy.reference import Reference
+from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.inventory.accuracy.tables import PairsEvidence
 from treedgs_geo.report.blocks import Block, Paragraph
 from treedgs_geo.report.charts import write_chart
 
 from . import point_sets
 from .methods import StemPoints
+from .reference import Reference, pooled_reference
 from .segmentation import LabelledPoints
 
 

@@ -264,7 +264,7 @@ def _planned(
         )
     if settings.photos is not None or settings.plots > 1:
         raise InputError("--photos, --plots: are those of the flight plan; leave them out.")
-    from treedgs_geo.planning.flight_plan import read_flight
+    from .planned_flight import read_flight
 
     plan = read_flight(path)
     width = int(given.get("image_width", plan.width_px))

@@ -14,7 +14,6 @@ from treedgs_geo.core.errors import OutputError
 from treedgs_geo.core.files import atomic_folder
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.settings import to_json
-from treedgs_geo.planning.flight_plan import read_flight
 from treedgs_geo.reconstruction.cameras import Camera, View
 
 from . import files, flight, tables
@@ -27,6 +26,7 @@ from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
 from .light import SkyField
 from .photographs import Exposure, geotag_files, photograph
+from .planned_flight import read_flight
 from .scene import PlantedStem, grow_stand
 from .settings import SimulateSettings, Sizes, resolve
 from .stem_mesh import mesh_stems

@@ -11,12 +11,12 @@ import pytest
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.report.html import write_html
-from treedgs_geo.report.markdown import markdown
 from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_lab.benchmarking import chart, chart_pictures, cost
 from treedgs_lab.benchmarking.cost import PAPER, fit_power, predict, split_reducing
 from treedgs_lab.benchmarking.cost_jobs import run_stems_cost
 from treedgs_lab.benchmarking.ladder import CONFIGS, SFM
+from treedgs_lab.benchmarking.markdown import markdown
 from treedgs_lab.verbs.benchmark import BenchmarkSettings, run
 
 FACTS = {

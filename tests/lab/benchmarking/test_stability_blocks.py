@@ -13,11 +13,11 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.core.settings import build
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.report.markdown import markdown
 from treedgs_lab.benchmarking import blocks, whole_chain
 from treedgs_lab.benchmarking.blocks import camera_errors, on_true_ground, scale_error, wrong_scale
 from treedgs_lab.benchmarking.factor_type import CHAIN
 from treedgs_lab.benchmarking.factors import FACTORS, factor
+from treedgs_lab.benchmarking.markdown import markdown
 from treedgs_lab.benchmarking.perturb import scaled_views
 from treedgs_lab.benchmarking.plot import TruePlot
 from treedgs_lab.benchmarking.run import write_stability

@@ -13,7 +13,6 @@ from painted_stem import FRAME, GROUND, RADIUS, STEM, scene
 from rasterio.transform import from_origin
 
 from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
-from treedgs_geo.inventory.accuracy.reference import Reference
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.stems.splats.field import GaussianField
@@ -22,6 +21,7 @@ from treedgs_geo.stems.splats.sample import sample_surface
 from treedgs_geo.terrain.dtm import Dtm
 from treedgs_lab.published import gallery, paper_document, point_sets
 from treedgs_lab.published.point_sets import fuse_depth
+from treedgs_lab.published.reference import Reference
 from treedgs_lab.published.segmentation import LabelledPoints, draw_labels, score_segmentation
 
 PLACE = FRAME.to_project(np.array([[*STEM, GROUND]]))[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.errors import InputError
-from .tables import PairsEvidence, accuracy_of, figures
+from .tables import PairsEvidence, accuracy_of, resampled
 
 #: Figures that are compared on the common trees.
 COMPARED = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
@@ -42,11 +42,11 @@ def compare(
         "n_common": len(common),
         "n_only_this": int((done_a & ~done_b).sum()),
         "n_only_other": int((done_b & ~done_a).sum()),
-        "other_all": figures(accuracy_of(second.trees, sum(second.n_false.values()))),
+        "other_all": accuracy_of(second.trees, sum(second.n_false.values())).figures(),
     }
     for side in ("this", "other"):
         names = {f"{name}_{side}": name for name in ("reference_cm", "error_cm", "inside_90")}
-        scored = figures(accuracy_of(common[list(names)].rename(columns=names)))
+        scored = accuracy_of(common[list(names)].rename(columns=names)).figures()
         result[side] = {"n": scored["n"], **{name: scored[name] for name in COMPARED}}
     result.update(_gain(common, seed, repeats, level))
     return result
@@ -56,15 +56,8 @@ def _gain(common, seed: int, repeats: int, level: float) -> dict:
     """Difference of the RMSEs and its bootstrap interval; None without common trees."""
     if not len(common):
         return {"rmse_gain_cm": None, "rmse_gain_interval_cm": None, "by": None}
-    plots = common["plot_id"].to_numpy()
-    by = "plot" if len(set(plots)) > 1 else "tree"
-    unit = np.unique(plots, return_inverse=True)[1] if by == "plot" else np.arange(len(common))
     square = common[["error_cm_this", "error_cm_other"]].to_numpy(float) ** 2
-    count = np.bincount(unit).astype(float)
-    sums = np.column_stack([count, *(np.bincount(unit, square[:, k]) for k in (0, 1))])
-    rng = np.random.default_rng(seed)
-    drawn = np.array([np.bincount(rng.integers(0, len(sums), len(sums)), minlength=len(sums)) for _ in range(repeats)])
-    total = drawn @ sums
+    by, _, total = resampled(common["plot_id"], (np.ones(len(square)), *square.T), seed, repeats)
     gains = np.sqrt(total[:, 1] / total[:, 0]) - np.sqrt(total[:, 2] / total[:, 0])
     exact = np.sqrt(square.mean(axis=0))
     low, high = np.percentile(gains, [50 * (1 - level), 50 * (1 + level)])

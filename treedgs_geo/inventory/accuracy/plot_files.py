@@ -1,18 +1,16 @@
-"""The plots of one evaluation: their files, what was measured there, and the stems of known DBH."""
+"""The plots of one evaluation: their files, and what was measured there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from ...core.errors import InputError
 from ...core.tables import read_table
 from ..reviewed import reviewed
 from ..tree_reading import read_trees
-from .reference import Reference
 from .tables import PairsEvidence, evidence_from_pairs, evidence_from_truth
 
 #: Columns of the table of plots that hold paths.
@@ -67,13 +65,6 @@ class PlotFiles:
         trees, _ = reviewed(read_trees(self.trees), self.trees)
         return evidence_from_truth(trees, self.truth, self.name)
 
-    def reference(self) -> Reference:
-        """Stems of known DBH, for other methods."""
-        if self.pairs is not None:
-            return Reference.from_pairs(self.pairs)
-        assert self.truth is not None
-        return Reference.from_truth(self.truth, self.name)
-
 
 def read_plot_files(path: Path) -> list[PlotFiles]:
     """Read a CSV with a row a plot; columns: ``plot_id`` and :data:`FILES`, paths from the folder of the CSV.
@@ -122,8 +113,3 @@ def pooled_evidence(parts: list[PairsEvidence]) -> PairsEvidence:
     notes = list(dict.fromkeys(note for part in parts for note in part.notes))
     trees = pd.concat([part.trees for part in parts], ignore_index=True)
     return PairsEvidence(trees, false, kinds[0], notes)
-
-
-def pooled_reference(parts: list[Reference]) -> Reference:
-    """The stems of all plots, one after the other."""
-    return Reference(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("plot", "tree", "xy", "dbh_cm")))

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from ...core.files import atomic_path, write_json
-from ...core.tables import safe_frame
+from ...core.tables import write_csv
 from ...report.blocks import Block, Column, Document, Heading, Paragraph, Sentences, Table, facts_table, known
 from ...report.charts import write_chart
 from ...report.html import write_html
@@ -61,8 +61,7 @@ def write_evaluation(
         "metrics": folder / "metrics.json",
     }
     for name, table in tables.items():
-        with atomic_path(paths[name]) as temporary:
-            safe_frame(table).to_csv(temporary, index=False, lineterminator="\n")
+        write_csv(paths[name], table, lineterminator="\n")
     with atomic_path(paths["table"]) as temporary:
         temporary.write_text(booktabs(_accuracy_table(metrics)), encoding="utf-8")
     pictures = [

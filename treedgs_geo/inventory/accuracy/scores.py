@@ -33,9 +33,11 @@ class Accuracy:
     n_false: int
     coverage_90: float | None
 
-    def as_dict(self) -> dict:
-        """Plain values for JSON."""
-        return asdict(self)
+    def figures(self) -> dict:
+        """The names of ``metrics.json``, rounded: ``n`` is the number of trees behind every error figure."""
+        found = {"n": self.n_measured, **asdict(self)}
+        del found["n_measured"]
+        return {name: round(value, 4) if isinstance(value, float) else value for name, value in found.items()}
 
 
 def pair_by_position(reference_xy: np.ndarray, measured_xy: np.ndarray, gate_m: float = MATCH_M) -> np.ndarray:
@@ -112,7 +114,7 @@ def score_against_truth(
     wanted = truth[
         truth["in_plot"].astype(str).str.lower().eq("true") & (truth["n_unoccluded_bh_views"] >= min_clear_views)
     ]
-    rows = []
+    rows, ends = [], ("dbh_lo_cm", "dbh_hi_cm")
     for index, stem in wanted.iterrows():
         tree = partner.get(int(index))
         seen = trees.iloc[every_pair[index]] if tree is None and index in every_pair else tree
@@ -123,14 +125,11 @@ def score_against_truth(
                 "kind": stem.get("kind"),
                 "clear_views": stem["n_unoccluded_bh_views"],
                 "dbh_true_cm": stem["dbh_cm"],
-                "dbh_cm": None if tree is None else tree["dbh_cm"],
+                **{name: None if tree is None else tree[name] for name in ("dbh_cm", "dbh_se_cm", *ends)},
                 "meas_cm": None if seen is None else seen.get("meas_cm", seen["dbh_cm"]),
                 "rev_flag": None if seen is None else seen.get("rev_flag"),
-                "dbh_se_cm": None if tree is None else tree["dbh_se_cm"],
-                "dbh_lo_cm": None if tree is None else tree["dbh_lo_cm"],
-                "dbh_hi_cm": None if tree is None else tree["dbh_hi_cm"],
                 "error_cm": None if tree is None else tree["dbh_cm"] - stem["dbh_cm"],
-                "inside_90": None if tree is None else bool(tree["dbh_lo_cm"] <= stem["dbh_cm"] <= tree["dbh_hi_cm"]),
+                "inside_90": None if tree is None else bool(tree[ends[0]] <= stem["dbh_cm"] <= tree[ends[1]]),
                 "qc_flag": "not found" if seen is None else seen["qc_flag"],
                 "qc_reason": "" if seen is None else seen["qc_reason"],
             }

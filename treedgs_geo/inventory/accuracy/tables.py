@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pandas as pd
 
 from ...core.errors import InputError
 from ...core.wrong_units import wrong_unit
-from ..pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, SUGGESTED, read_layer
+from ..pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, STATUSES, SUGGESTED, read_layer, refuse_moved
 from .scores import Accuracy, score, score_against_truth
 
 #: Statuses that count as a pair; ``rejected`` never does.
@@ -118,15 +119,7 @@ def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame
                 f"{path}: the pair of field tree {row['plot_id']}/{row['field_id']} has no line; delete or draw it, "
                 "and run match-plots again onto this file."
             )
-        end = np.asarray(
-            row.geometry.coords if row.geometry.geom_type == "LineString" else row.geometry.geoms[0].coords
-        )
-        x, y = place.get(int(row["tree_id"]), (np.inf, np.inf))
-        if np.hypot(end[-1, 0] - x, end[-1, 1] - y) > SNAP_M:
-            raise InputError(
-                f"{path}: the line of field tree {row['plot_id']}/{row['field_id']} no longer ends at tree "
-                f"{int(row['tree_id'])}; run match-plots again onto this file, which reads the edit in."
-            )
+        refuse_moved(path, row, place.get(int(row["tree_id"]), (np.inf, np.inf)))
     suggested = set(read_layer(path, SUGGESTED)["plot_id"])
     for plot in plots.loc[plots["status"] == "ok", "plot_id"]:
         if plot in suggested and plot not in set(used["plot_id"]):
@@ -155,6 +148,21 @@ def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:
     return score(done["error_cm"].to_numpy(float), done["reference_cm"].to_numpy(float), len(trees), n_false, inside)
 
 
+def resampled(plots: pd.Series, columns: Sequence[np.ndarray], seed: int, repeats: int) -> tuple[str, int, np.ndarray]:
+    """Sums of columns over trees drawn by whole plots, or, of one plot, one by one.
+
+    Returns:
+        what was drawn (plot or tree), how many there are, and (repeats, columns) sums.
+    """
+    names, unit = np.unique(plots.astype(str), return_inverse=True)
+    by = "plot" if len(names) > 1 else "tree"
+    unit = unit if by == "plot" else np.arange(len(plots))
+    sums = np.column_stack([np.bincount(unit, column) for column in columns])
+    rng, n = np.random.default_rng(seed), len(sums)
+    drawn = np.array([np.bincount(rng.integers(0, n, n), minlength=n) for _ in range(repeats)])
+    return by, n, drawn @ sums
+
+
 def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: float = 0.95) -> dict:
     """Percentile intervals of the pooled figures.
 
@@ -164,35 +172,12 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
     Returns:
         ``by`` (plot or tree), ``repeats``, ``level``, ``note`` and a ``[low, high]`` per figure of :data:`INTERVALS`.
     """
-    rng = np.random.default_rng(seed)
-    groups = [g.index.to_numpy() for _, g in trees.groupby("plot_id", sort=True)]
-    by = "plot" if len(groups) > 1 else "tree"
-    units = groups if by == "plot" else [np.array([i]) for i in trees.index]
-    error = trees["error_cm"].to_numpy(float)
-    reference = trees["reference_cm"].to_numpy(float)
+    error, reference = trees["error_cm"].to_numpy(float), trees["reference_cm"].to_numpy(float)
     done = np.isfinite(error)
-    place = {label: k for k, label in enumerate(trees.index)}
-    units = [np.array([place[i] for i in unit]) for unit in units]
-    # Sums per unit are all that the figures need, so that a resample is one weighted sum.
-    sums = np.array(
-        [
-            [
-                len(u),
-                done[u].sum(),
-                np.nansum(error[u]),
-                np.nansum(np.abs(error[u])),
-                np.nansum(error[u] ** 2),
-                reference[u][done[u]].sum(),
-            ]
-            for u in units
-        ],
-        float,
-    )
-    drawn = (
-        np.array([np.bincount(rng.integers(0, len(units), len(units)), minlength=len(units)) for _ in range(repeats)])
-        @ sums
-    )
-    total, n, s1, sa, s2, ref = drawn.T
+    # Sums are all that the figures need.
+    summed = (np.ones(len(error)), done, *(np.where(done, v, 0.0) for v in (error, abs(error), error**2, reference)))
+    by, n_units, sums = resampled(trees["plot_id"], summed, seed, repeats)
+    total, n, s1, sa, s2, ref = sums.T
     with np.errstate(divide="ignore", invalid="ignore"):
         rmse = np.sqrt(s2 / n)
         figures = {
@@ -206,9 +191,9 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
     note = ""
     if by == "tree":
         note = "one plot only: trees were resampled, so the interval says nothing about other plots"
-    elif len(groups) < 6:
-        note = f"only {len(groups)} plots were resampled: the interval is coarse and tends to be too narrow"
-    result = {"by": by, "n_units": len(units), "repeats": repeats, "level": level, "seed": seed, "note": note}
+    elif n_units < 6:
+        note = f"only {n_units} plots were resampled: the interval is coarse and tends to be too narrow"
+    result = {"by": by, "n_units": n_units, "repeats": repeats, "level": level, "seed": seed, "note": note}
     for name in INTERVALS:
         values = figures[name][np.isfinite(figures[name])]
         result[name] = [round(float(v), 4) for v in np.percentile(values, tails)] if len(values) else None
@@ -218,10 +203,10 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
 def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> dict:
     """Everything in ``metrics.json``; the pooled figures also stand at the top level."""
     per_plot = {
-        str(plot): figures(accuracy_of(rows, evidence.n_false.get(str(plot), 0)))
+        str(plot): accuracy_of(rows, evidence.n_false.get(str(plot), 0)).figures()
         for plot, rows in evidence.trees.groupby("plot_id", sort=True)
     }
-    pooled = figures(accuracy_of(evidence.trees, sum(evidence.n_false.values())))
+    pooled = accuracy_of(evidence.trees, sum(evidence.n_false.values())).figures()
     means = {name: _mean([plot[name] for plot in per_plot.values()]) for name in INTERVALS}
     strict = evidence.trees.copy()
     flagged = strict["qc_flag"] != "ok"
@@ -234,7 +219,7 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
         "per_plot": per_plot,
         "mean_of_plots": means,
         **_over_plots(per_plot),
-        "ok_only": figures(accuracy_of(strict)),
+        "ok_only": accuracy_of(strict).figures(),
         **_as_measured(evidence),
         "bootstrap": bootstrap(evidence.trees, seed, repeats),
         "notes": [*evidence.notes, *_review_notes(evidence)],
@@ -265,7 +250,7 @@ def _as_measured(evidence: PairsEvidence) -> dict:
     # The interval of a diameter that a person replaced is that of the tape.
     trees.loc[changed | evidence.trees["dbh_cm"].isna(), "inside_90"] = None
     trees["error_cm"] = trees["dbh_cm"] - trees["reference_cm"]
-    return {"as_measured": figures(accuracy_of(trees, sum(evidence.n_false.values())))}
+    return {"as_measured": accuracy_of(trees, sum(evidence.n_false.values())).figures()}
 
 
 def _review_notes(evidence: PairsEvidence) -> list[str]:
@@ -284,25 +269,6 @@ def _review_notes(evidence: PairsEvidence) -> list[str]:
 
 def _decided(evidence: PairsEvidence) -> pd.Series:
     return evidence.trees["rev_flag"].map(lambda word: not pd.isna(word) and str(word).strip() != "").astype(bool)
-
-
-def figures(accuracy: Accuracy) -> dict:
-    """The names of ``metrics.json``: ``n`` is the number of trees behind every error figure."""
-    found = accuracy.as_dict()
-    found["n"] = found.pop("n_measured")
-    order = (
-        "n",
-        "n_reference",
-        "success_rate",
-        "rmse_cm",
-        "rrmse_pct",
-        "mae_cm",
-        "me_cm",
-        "max_abs_cm",
-        "n_false",
-        "coverage_90",
-    )
-    return {name: round(found[name], 4) if isinstance(found[name], float) else found[name] for name in order}
 
 
 def _table(rows: list[dict]) -> pd.DataFrame:

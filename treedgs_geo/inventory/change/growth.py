@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from ..double_sampling.estimators import t_factor
 from ..stand.estimate import Design, ratio
 from ..stand.values import BA
 
@@ -126,10 +127,8 @@ def change_per_area(
         return Change(mean, se_plots, se_trees, se_shared, np.nan, np.nan, np.nan, np.nan)
     se = float(np.hypot(random, se_shared))
     df = (design.n - 1) * (se / random) ** 4 if sampled and random > 0 else np.inf
-    t = stats.t.ppf(0.5 + design.confidence / 2, df) if np.isfinite(df) else stats.norm.ppf(0.5 + design.confidence / 2)
-    return Change(
-        mean, se_plots if sampled else np.nan, se_trees, se_shared, se, df, mean - float(t) * se, mean + float(t) * se
-    )
+    half = t_factor(design.confidence, df) * se
+    return Change(mean, se_plots if sampled else np.nan, se_trees, se_shared, se, df, mean - half, mean + half)
 
 
 def _missed_error(counted: np.ndarray, value: np.ndarray, trees: pd.DataFrame, area: float) -> float:

@@ -160,14 +160,7 @@ def _in_these_words(text: str) -> str:
 
 def _circles(first: pd.DataFrame, second: pd.DataFrame, plots: list[SamplePlot]) -> list[Plot]:
     if plots:
-        made = []
-        for plot in plots:
-            reach = plot.radius_m
-            if plot.shape != "circle" and plot.outline is not None:
-                corners = np.asarray(plot.outline.convex_hull.exterior.coords)[:, :2]
-                reach = float(np.hypot(*(corners - [plot.x, plot.y]).T).max())
-            made.append(Plot(plot.plot_id, plot.x, plot.y, float(reach)))
-        return made
+        return [Plot(plot.plot_id, plot.x, plot.y, plot.reach_m) for plot in plots]
     if max(len(first), len(second)) > MOST_ALONE:
         raise InputError(
             f"The layers hold {len(first)} and {len(second)} trees, expected at most {MOST_ALONE} without plots; give "

@@ -1,4 +1,4 @@
-"""The page about two dates."""
+"""The page and the layer about two dates: one point a tree of either date, with what became of it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import pyproj
 
 from ... import __version__
 from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
@@ -14,6 +15,9 @@ from ...report.charts import BLUE, GREEN, LIGHT_GREY, PURPLE, SKY, VERMILION, ch
 from .growth import Change
 from .joining import FATES
 
+LAYER = "change"
+OWN_LAYERS = {LAYER: frozenset({"before_id", "after_id", "fate", "growth_cm"})}
+_DECIMALS = {"dbh1_cm": 2, "dbh2_cm": 2, "ba_growth": 5, "x": 3, "y": 3, "dist_m": 3}
 _LABELS = {
     "growth_cm_a": ("Growth of DBH, survivors", "cm a year", 3),
     "ba_growth": ("Basal area: growth of survivors", "m²/ha", 3),
@@ -34,6 +38,30 @@ _COLOURS = {
     "small": "#cccccc",
     "dead": "#666666",
 }
+
+
+def change_table(trees: pd.DataFrame, plots: list[str], crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
+    """Columns of at most 10 characters, missing NULL."""
+    made = pd.DataFrame(
+        {
+            "plot_id": np.array(plots, object)[trees["plot"].to_numpy(int)],
+            "before_id": pd.array(trees["before_id"], dtype="Int64"),
+            "after_id": pd.array(trees["after_id"], dtype="Int64"),
+            "fate": trees["fate"].to_numpy(object),
+            "dbh1_cm": trees["dbh1_cm"],
+            "dbh2_cm": trees["dbh2_cm"],
+            "growth_cm": trees["growth_cm"].round(2),
+            "growth_se": trees["growth_se"].round(2),
+            "grow_lo": trees["grow_lo"].round(2),
+            "grow_hi": trees["grow_hi"].round(2),
+            "grow_cm_a": trees["growth_cm_a"].round(3),
+            "ba_growth": trees["ba_growth_m2"],
+            "dist_m": trees["dist_m"],
+            "x": trees["x"],
+            "y": trees["y"],
+        }
+    ).round(_DECIMALS)
+    return gpd.GeoDataFrame(made, geometry=gpd.points_from_xy(made["x"], made["y"]), crs=crs)
 
 
 def make_change_document(
@@ -81,15 +109,12 @@ def make_change_document(
 def _facts(settings: Any) -> list[str]:
     return [
         f"Shared errors: a bias of {settings.common_se_cm:g} cm (standard error) of each date's DBHs, of whose "
-        f"variance "
-        f"{settings.cancels_pct:g} % cancels between the dates; relative error of each block's lengths "
+        f"variance {settings.cancels_pct:g} % cancels between the dates; relative error of each block's lengths "
         f"{settings.block_before_pct:g} % and {settings.block_after_pct:g} %. They do not average out over trees.",
         "A new tree that is thicker than any can have grown (1.5 times the survivors' 95 % quantile, at most "
         f"{settings.max_yearly_growth_cm:g} cm a year, over the smallest DBH) was missed at the first date. Their "
-        f"share "
-        f"among "
-        "the thick trees says how many of the lost and of the thin new ones were only missed; each counts by that "
-        "chance.",
+        "share among the thick trees says how many of the lost and of the thin new ones were only missed; each counts "
+        "by that chance.",
         "Trees are paired by position alone, as field plots are (docs/technician/pairing.md).",
     ]
 
@@ -124,11 +149,9 @@ def _changes_table(changes: dict[str, Change], settings: Any) -> Table:
             Column("high", f"{level} to", 3),
         ],
         rows,
-        "Components of change (Beers 1962): growth of survivors + ingrowth − mortality = net change. A tree that "
-        "grew over "
-        "the smallest DBH brings its whole basal area. What the DBHs' own errors add to squared diameters is taken "
-        "off. "
-        "How many of the lost trees were only missed is part of the shared errors.",
+        "Components of change (Beers 1962): growth of survivors + ingrowth − mortality = net change. A tree that grew "
+        "over the smallest DBH brings its whole basal area. What the DBHs' own errors add to squared diameters is "
+        "taken off. How many of the lost trees were only missed is part of the shared errors.",
     )
 
 

@@ -13,14 +13,14 @@ import pyproj
 from shapely import contains_xy
 
 from ... import __version__
-from ...core.crs import check_projected, project_crs
-from ...core.errors import CRSError, InputError
-from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
+from ...core.crs import project_crs
+from ...core.errors import InputError
+from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.geopackage import ensure_unlocked
-from ...core.map_scale import check_place
+from ...core.layer_files import write_layer
 from ...core.progress import Reporter
 from ...core.shown import count_of
-from ...core.tables import safe_frame
+from ...core.tables import write_csv
 from ...report.blocks import known
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
@@ -29,12 +29,11 @@ from ..searched import searched_area
 from ..stand.estimate import Design
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
-from ..stand.treelist import TreeList, from_layer, settle_status
+from ..stand.treelist import TreeList, from_layer, on_the_map, settle_status
 from .dates import judge_growth, to_one_breast_height, years_between
 from .growth import Change, SharedErrors, stand_change, tree_growth
 from .joining import Joined, Limits, join_dates
-from .layer import OWN_LAYERS, change_table, write_layer
-from .report import make_change_document
+from .report import LAYER, OWN_LAYERS, change_table, make_change_document
 
 #: A tree that shrank, or grew faster than the limit, by more than this many standard errors is named.
 _ODD = 3.0
@@ -91,9 +90,8 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         (folder / "change.json").unlink(missing_ok=True)
         names = [plot.plot_id for plot in plots] or ["all"]
         table = change_table(trees, names, after.crs)
-        write_layer(folder / "change.gpkg", table)
-        with atomic_path(folder / "change.csv") as temporary:
-            safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
+        write_layer(folder / "change.gpkg", OWN_LAYERS, LAYER, table, "Point")
+        write_csv(folder / "change.csv", table)
         document = make_change_document(table, changes, counts, warnings, notes, settings)
         write_html(folder / "change.html", document)
         write_pdf(folder / "change.pdf", document)
@@ -137,16 +135,10 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
     for path in (settings.before, settings.after):
         found = from_layer(path, crs)
         settle_status(found)
-        found.crs = found.crs or crs
-        if found.crs is None:
-            raise CRSError(f"{path}: holds no CRS; give it with --crs.")
-        check_projected(found.crs, str(path))
-        check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(path))
-        lists.append(found)
+        lists.append(on_the_map(found, path, crs))
     before, after = lists
     if before.crs != after.crs:
         before.searched = searched_area(settings.before, after.crs)
-
         x, y = pyproj.Transformer.from_crs(before.crs, after.crs, always_xy=True).transform(
             before.trees["x"].to_numpy(float), before.trees["y"].to_numpy(float)
         )
@@ -159,9 +151,8 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
         )
         if away > max(span, 50.0):
             raise InputError(
-                f"{settings.after}: its trees are {away:,.0f} m away from those of {settings.before}; give two "
-                f"layers of "
-                "the same ground."
+                f"{settings.after}: its trees are {away:,.0f} m away from those of {settings.before}; give two layers "
+                "of the same ground."
             )
     _refuse_same(before.trees, after.trees, settings)
     return before, after, _common_ground(before, after, settings)
@@ -220,16 +211,14 @@ def _remarks(
         dead = float(trees.loc[lost, "chance"].sum())
         said = (
             f"{count_of(joined.n_missed, 'thick tree')} of the second date {'was' if joined.n_missed == 1 else 'were'} "
-            f"missed at the first ({100 * joined.miss:.1f} %); if the second flight missed as many, {dead:.1f} of "
-            f"the lost "
-            "ones are dead, and so many count"
+            f"missed at the first ({100 * joined.miss:.1f} %); if the second flight missed as many, {dead:.1f} of the "
+            "lost ones are dead, and so many count"
             if joined.n_missed
             else "nothing says that a flight misses trees here: all of them count as dead"
         )
         warnings.append(
             f"Not found again: {count_of(n_lost, 'tree')}. A flight may miss a living tree ({said}). Look at them "
-            f"(fate "
-            "'mortality' in the layer) before you report mortality."
+            "(fate 'mortality' in the layer) before you report mortality."
         )
     if joined.unpaired and plots:
         named = ", ".join(plots[k].plot_id for k in joined.unpaired[:8])
@@ -259,9 +248,8 @@ def _remarks(
         if len(part):
             named = ", ".join(f"{row.after_id:.0f} ({row.growth_cm:+.1f} cm)" for row in part.head(8).itertuples())
             warnings.append(
-                f"{count_of(len(part), 'tree')} {text}: {named}{', …' if len(part) > 8 else ''}; look whether they "
-                f"are the "
-                "same trees, and at their flags."
+                f"{count_of(len(part), 'tree')} {text}: {named}{', …' if len(part) > 8 else ''}; look whether they are "
+                "the same trees, and at their flags."
             )
     blind = int(trees.loc[fate == "survivor", "growth_se"].isna().sum())
     if blind:
@@ -275,8 +263,7 @@ def _remarks(
         )
     if not settings.cancels_pct:
         notes.append(
-            "The bias of both dates is taken as independent. Flown with the same camera and measured in the same "
-            "way, part "
-            "of it cancels in the growth: --cancels-pct."
+            "The bias of both dates is taken as independent. Flown with the same camera and measured in the same way, "
+            "part of it cancels in the growth: --cancels-pct."
         )
     return warnings, notes

@@ -33,10 +33,8 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
         if row is None:
             raise InputError(
                 f"{taped.path}: tree {tree.tree_id}, which was drawn, is not among the living trees of {path}; give "
-                f"the "
-                "layer that was drawn from, and say what was found there in the tape table (state none or dead), not "
-                "in "
-                "the layer."
+                "the layer that was drawn from, and say what was found there in the tape table (state none or dead), "
+                "not in the layer."
             )
         away = np.hypot(tree.x - trees["x"].iloc[row], tree.y - trees["y"].iloc[row])
         if away > SAME_M:
@@ -64,8 +62,7 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
     if written:
         notes.append(
             f"{written} of the taped DBHs stand in the tree layer too: there the measured ones count, so that the "
-            f"tapes "
-            "speak for the trees that were not taped as well."
+            "tapes speak for the trees that were not taped as well."
         )
     return np.array(found, int), dbh, notes
 

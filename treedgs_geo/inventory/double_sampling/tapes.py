@@ -14,6 +14,7 @@ from ...core.columns import line_of, numbers
 from ...core.errors import InputError
 from ...core.tables import is_table, read_table, refuse_other_formats
 from ...core.wrong_units import wrong_unit
+from ..tree_reading import text_of, texts_of
 from .estimators import Tapes, without_unanswered
 
 #: Layer of the GeoPackage that tape-sample writes.
@@ -71,8 +72,7 @@ class Taped:
         if not self.n_frame:
             raise InputError(
                 f"{self.path}: lacks {', '.join(DRAWN)}, the chances with which the trees were drawn; fill in the "
-                f"table "
-                "that tape-sample wrote, and leave its columns."
+                "table that tape-sample wrote, and leave its columns."
             )
         drawn = Tapes(self.trees["prob"].to_numpy(float), self.trees["stratum"].to_numpy(object))
         try:
@@ -98,8 +98,7 @@ def read_taped(path: Path) -> Taped:
     found["taped_cm"] = _diameters(path, table)
     found["state"] = _states(path, table, found)
     for name, column in (("plot_id", "plot_id"), ("note", "tape_note"), ("stratum", "stratum"), ("frame", "frame")):
-        text = table[column].map(_text) if column in table else pd.Series(None, table.index, dtype=object)
-        found[name] = text.astype(object).where(text.notna(), None)
+        found[name] = texts_of(table[column]) if column in table else None
     for name in ("prob", "n_frame", "x", "y", "dbh_cm", "near_id"):
         found[name] = numbers(path, table, name) if name in table else np.nan
     empty = found["tree_id"].isna() & (found["state"] == "not reached") & found["note"].isna()
@@ -145,14 +144,7 @@ def _diameters(path: Path, table: pd.DataFrame) -> pd.Series:
     for name, factor in TAPED.items():
         if name not in table:
             continue
-        values = (
-            numbers(
-                path,
-                table,
-                name,
-            )
-            * factor
-        )
+        values = numbers(path, table, name) * factor
         both = values.notna() & found.notna()
         if both.any():
             raise InputError(f"{path}: {_which(table, both)} has two diameters ({name} and another); leave one.")
@@ -161,25 +153,19 @@ def _diameters(path: Path, table: pd.DataFrame) -> pd.Series:
             raise InputError(
                 f"{path}: {_which(table, bad)} has {name} of {values[bad].iloc[0] / factor:g}, which is "
                 f"{values[bad].iloc[0]:.3g} cm across, expected 0.5 to 500; correct it (leave it empty where nothing "
-                f"was "
-                "taped)."
+                "was taped)."
             )
         found = found.where(found.notna(), values)
     return found
 
 
 def _states(path: Path, table: pd.DataFrame, found: pd.DataFrame) -> pd.Series:
-    said = (
-        table["state"].map(lambda value: (_text(value) or "").lower())
-        if "state" in table
-        else pd.Series("", table.index)
-    )
+    said = table["state"].map(lambda value: text_of(value).lower()) if "state" in table else pd.Series("", table.index)
     odd = ~said.isin(list(STATES))
     if odd.any():
         raise InputError(
             f"{path}: {_which(table, odd)} has state {said[odd].iloc[0]!r}, expected taped, none (no tree stands "
-            f"there), "
-            "dead, not reached, or nothing."
+            "there), dead, not reached, or nothing."
         )
     state = said.map(STATES)
     has = found["taped_cm"].notna()
@@ -208,8 +194,7 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
     if lost.any():
         raise InputError(
             f"{path}: a tree that the map lacks has no plot_id and no near_id; write the plot that was searched, or "
-            f"the "
-            "drawn tree that it stands nearest to."
+            "the drawn tree that it stands nearest to."
         )
     _check_draw(path, trees)
     slip = wrong_unit(trees["taped_cm"].to_numpy(float), trees["dbh_cm"].to_numpy(float))
@@ -239,11 +224,6 @@ def _check_draw(path: Path, trees: pd.DataFrame) -> None:
         )
 
 
-def _text(value: object) -> str | None:
-    text = "" if value is None or pd.isna(value) else str(value).strip()
-    return text or None
-
-
 def _which(table: pd.DataFrame, bad: pd.Series) -> str:
     name = table["tree_id"][np.asarray(bad)].iloc[0]
-    return line_of(bad, table) + (f" (tree {name})" if _text(name) else "")
+    return line_of(bad, table) + (f" (tree {name})" if text_of(name) else "")

@@ -128,12 +128,7 @@ def _cut(points: np.ndarray, height: float) -> tuple[np.ndarray, float]:
 
 
 def _side_view(
-    canvas: Canvas,
-    evidence: CloudEvidence,
-    axis: int,
-    name: str,
-    box: tuple[float, float, float, float],
-    half_m: float,
+    canvas: Canvas, evidence: CloudEvidence, axis: int, name: str, box: tuple[float, float, float, float], half_m: float
 ) -> None:
     """The lower stem from one side; widths are drawn larger than heights where the stem is slim."""
     left, top, width, height = box

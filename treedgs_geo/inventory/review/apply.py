@@ -144,9 +144,8 @@ def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Pat
     if slip is not None:
         first = given[int(np.flatnonzero(slip.rows)[0])]
         raise InputError(
-            f"{source}, line {first.line}: a DBH of {first.dbh_cm:g} cm, but {known[first.tree]:.1f} cm were "
-            f"measured at tree {first.tree}: {slip.text()}; correct it, or name the unit (column dbh_in, or "
-            "--dbh-unit)."
+            f"{source}, line {first.line}: a DBH of {first.dbh_cm:g} cm, but {known[first.tree]:.1f} cm were measured "
+            f"at tree {first.tree}: {slip.text()}; correct it, or name the unit (column dbh_in, or --dbh-unit)."
         )
     measured = np.array([known.get(decision.tree, np.nan) for decision in given], float)
     names = np.array([f"line {decision.line}" for decision in given], object)

@@ -14,6 +14,7 @@ from ...core.tables import read_table
 from ...report.blocks import known
 from ..field_trees import dbh_in_cm
 from ..reviewed import DECISIONS, MAX_TAPED_CM, MIN_TAPED_CM
+from ..tree_reading import text_of
 
 #: Takes a decision back.
 UNDO = "undo"
@@ -80,7 +81,7 @@ def read_decisions(path: Path, dbh_unit: str = "auto") -> list[Decision]:
 def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], row: int) -> Decision:
     line, cells = int(table.index[row]), table.iloc[row]
     where = f"{path}, line {line}"
-    text = {name: _text(cells.get(name)) for name in ("decision", "note", "by", "at")}
+    text = {name: text_of(cells.get(name)) for name in ("decision", "note", "by", "at")}
     dbh, x, y = (known(values[key][row]) for key in ("dbh", "x", "y"))
     tree, same_as = (_whole(where, name, values[key][row]) for name, key in (("tree_id", "tree"), ("same_as",) * 2))
     word = text["decision"].lower() or ("dbh" if dbh is not None else "")
@@ -111,7 +112,3 @@ def _whole(where: str, name: str, value: float) -> int | None:
     if value != int(value):
         raise InputError(f"{where}: {name} is {value:g}, expected a whole number as in the tree layer.")
     return int(value)
-
-
-def _text(value: object) -> str:
-    return "" if value is None or pd.isna(value) else str(value).strip()

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pyproj
 
 from ...core.errors import InputError
 from ...core.shown import count_of
-from ..pairs_layer import FIELD, LOCKED, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, read_layer
+from ..pairs_layer import FIELD, LOCKED, MEASURED, PAIRS, PLOTS, STATUSES, read_layer, refuse_moved
 from ..reviewed import TAPE_SE_CM
 from .species import species_of
 from .treelist import TreeList, from_layer, is_dead, settle_status
@@ -62,7 +61,8 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
                 f"{path}: pairs tree {int(pair['tree_id'])}, which is not in the tree layer; give the layer "
                 "that was paired, or run match-plots again."
             )
-        _refuse_stale(path, pair, found.trees.iloc[row])
+        if pair.geometry is not None and not pair.geometry.is_empty:
+            refuse_moved(path, pair, tuple(found.trees.loc[row, ["x", "y"]]))
         found.trees.loc[row, "paired"] = True
         partner = known.get(key)
         if partner is not None:
@@ -144,16 +144,3 @@ def _tallied(measured: pd.DataFrame, crew: pd.DataFrame, placed: set[str]) -> di
         if len(mine) and len(theirs):
             found[plot] = float((mine["paired"] == "yes").mean() * (theirs["paired"] == "yes").mean())
     return found
-
-
-def _refuse_stale(path: Path, pair: gpd.GeoSeries, tree: pd.Series) -> None:
-    """A line that was dragged elsewhere since match-plots wrote it means another tree than its tree_id says."""
-    line = pair.geometry
-    if line is None or line.is_empty:
-        return
-    end = np.asarray(line.coords if line.geom_type == "LineString" else line.geoms[0].coords)[-1]
-    if np.hypot(end[0] - tree["x"], end[1] - tree["y"]) > SNAP_M:
-        raise InputError(
-            f"{path}: the line of field tree {pair['plot_id']}/{pair['field_id']} does not end at tree "
-            f"{int(pair['tree_id'])}; run match-plots again onto this file, which reads the edit in."
-        )

@@ -24,21 +24,9 @@ _RESULT = {
     "height": _HEIGHT_M,
 }
 COLUMNS = (
-    "id",
-    "quantity",
-    "species",
-    "origin",
-    "formula",
-    "dbh_unit",
-    "height_unit",
-    "result_unit",
-    "dbh_min",
-    "dbh_max",
-    "height_min",
-    "height_max",
-    "limits",
-    "source",
-)
+    "id", "quantity", "species", "origin", "formula", "dbh_unit", "height_unit", "result_unit", "dbh_min", "dbh_max",
+    "height_min", "height_max", "limits", "source",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
+from ..double_sampling.estimators import t_factor
 from .sample import SamplePlot
 from .unmeasured import Gaps
 from .values import BA, TreeValues
@@ -91,18 +91,13 @@ def combine(
     if sampled and random > 0:
         # Welch and Satterthwaite: the other errors are taken as known.
         df = (design.n - 1) * (se / random) ** 4
-    t = stats.t.ppf(0.5 + design.confidence / 2, df) if np.isfinite(df) else stats.norm.ppf(0.5 + design.confidence / 2)
+    t = t_factor(design.confidence, df)
     low, high = max(mean - t * se, 0.0), mean + t * se
     return Estimate(mean, se_plots if sampled else np.nan, se_trees, se_common, se, df, low, high, se_missing)
 
 
 def per_hectare(
-    design: Design,
-    rows: pd.DataFrame,
-    value: np.ndarray,
-    sd: np.ndarray,
-    shift: np.ndarray,
-    gaps: Gaps | None = None,
+    design: Design, rows: pd.DataFrame, value: np.ndarray, sd: np.ndarray, shift: np.ndarray, gaps: Gaps | None = None
 ) -> Estimate:
     """A quantity per hectare. rows: ``plot, tree, weight``. value, sd, shift: one entry a tree."""
     plot, tree, weight = (rows[name].to_numpy() for name in ("plot", "tree", "weight"))

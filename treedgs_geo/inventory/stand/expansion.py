@@ -86,11 +86,7 @@ def expand(
 
 def _rows(plot: int, tree: np.ndarray | list, weight: np.ndarray | list) -> pd.DataFrame:
     return pd.DataFrame(
-        {
-            "plot": np.full(len(tree), plot, int),
-            "tree": np.asarray(tree, int),
-            "weight": np.asarray(weight, float),
-        }
+        {"plot": np.full(len(tree), plot, int), "tree": np.asarray(tree, int), "weight": np.asarray(weight, float)}
     )
 
 

@@ -22,13 +22,12 @@ from .units import ACRE_HA, FOOT
 
 _SHARED = (
     "Variant TEXT, Inv_Year INTEGER, Groups TEXT, AddFiles TEXT, FVSKeywords TEXT, Latitude REAL, Longitude REAL, "
-    "Region INTEGER, Forest INTEGER, District INTEGER, Compartment INTEGER, Location INTEGER, Ecoregion TEXT, "
-    "PV_Code TEXT, PV_Ref_Code INTEGER, Age INTEGER, Aspect REAL, Slope REAL, Elevation REAL, ElevFt REAL, "
-    "Basal_Area_Factor REAL, Inv_Plot_Size REAL, Brk_DBH REAL, Num_Plots INTEGER, NonStk_Plots INTEGER, Sam_Wt REAL, "
-    "Stk_Pcnt REAL, DG_Trans INTEGER, DG_Measure INTEGER, HTG_Trans INTEGER, HTG_Measure INTEGER, "
-    "Mort_Measure INTEGER, Max_BA REAL, Max_SDI REAL, Site_Species TEXT, Site_Index REAL, Model_Type INTEGER, "
-    "Physio_Region INTEGER, Forest_Type INTEGER, State INTEGER, County INTEGER, Fuel_Model INTEGER, "
-    "Photo_Ref INTEGER, Photo_Code TEXT"
+    "Region INTEGER, Forest INTEGER, District INTEGER, Compartment INTEGER, Location INTEGER, Ecoregion TEXT, PV_Code "
+    "TEXT, PV_Ref_Code INTEGER, Age INTEGER, Aspect REAL, Slope REAL, Elevation REAL, ElevFt REAL, Basal_Area_Factor "
+    "REAL, Inv_Plot_Size REAL, Brk_DBH REAL, Num_Plots INTEGER, NonStk_Plots INTEGER, Sam_Wt REAL, Stk_Pcnt REAL, "
+    "DG_Trans INTEGER, DG_Measure INTEGER, HTG_Trans INTEGER, HTG_Measure INTEGER, Mort_Measure INTEGER, Max_BA REAL, "
+    "Max_SDI REAL, Site_Species TEXT, Site_Index REAL, Model_Type INTEGER, Physio_Region INTEGER, Forest_Type INTEGER, "
+    "State INTEGER, County INTEGER, Fuel_Model INTEGER, Photo_Ref INTEGER, Photo_Code TEXT"
 )
 _SCHEMA = (
     f"CREATE TABLE FVS_StandInit (Stand_CN TEXT, Stand_ID TEXT, {_SHARED})",
@@ -80,13 +79,7 @@ def tree_counts(stand: Stand) -> np.ndarray:
 
 
 def _fill(connection: sqlite3.Connection, stand: Stand, variant: str | None, year: int | None) -> None:
-    common = {
-        "Variant": variant,
-        "Inv_Year": year,
-        "Basal_Area_Factor": -1.0,
-        "Inv_Plot_Size": 1.0,
-        "Brk_DBH": 999.0,
-    }
+    common = {"Variant": variant, "Inv_Year": year, "Basal_Area_Factor": -1.0, "Inv_Plot_Size": 1.0, "Brk_DBH": 999.0}
     name = stand.stand_id
     places = [_lonlat(stand, plot.x, plot.y) for plot in stand.plots]
     known = [place for place in places if place is not None]

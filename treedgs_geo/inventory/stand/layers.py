@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
-import warnings
 from pathlib import Path
-from typing import Any
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
 import shapely
 
-from ...core.files import ensure_writable, temporary_beside
-from ...core.geopackage import atomic_geopackage, save_style
-from ...core.resource_errors import reporting_full_disk
+from ...core.files import ensure_writable
+from ...core.geopackage import atomic_geopackage
+from ...core.layer_files import add_layer, write_shapefile
 from .stem_volume import CURVES
 from .survey import Stand
 
@@ -26,22 +23,11 @@ OWN_LAYERS = {
 }
 #: Estimate of a plot -> field name.
 _PLOT_FIELDS = {
-    "plot_id": "plot_id",
-    "shape": "shape",
-    "edge": "edge",
-    "area_ha": "area_ha",
-    "expansion": "expansion",
-    "n_trees": "n_trees",
-    "n_missing": "n_missing",
-    "n_dead": "n_dead",
-    "trees_ha": "trees_ha",
-    "ba_m2_ha": "ba_m2_ha",
-    "qmd_cm": "qmd_cm",
-    "lorey_m": "lorey_m",
-    "dominant_m": "dominant_m",
-    "volume_m3_ha": "vol_m3_ha",
+    "plot_id": "plot_id", "shape": "shape", "edge": "edge", "area_ha": "area_ha", "expansion": "expansion",
+    "n_trees": "n_trees", "n_missing": "n_missing", "n_dead": "n_dead", "trees_ha": "trees_ha", "ba_m2_ha": "ba_m2_ha",
+    "qmd_cm": "qmd_cm", "lorey_m": "lorey_m", "dominant_m": "dominant_m", "volume_m3_ha": "vol_m3_ha",
     "biomass_t_ha": "bio_t_ha",
-}
+}  # fmt: skip
 
 
 def plot_layer(stand: Stand) -> gpd.GeoDataFrame:
@@ -89,10 +75,8 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
 def write_geopackage(path: Path, stand: Stand) -> Path:
     """Both layers, styled where a style exists; other layers of an existing file stay."""
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
-        for name, layer, kind in ((PLOTS, plot_layer(stand), "Unknown"), (TREES, tree_layer(stand), "Point")):
-            more = {"mode": "a"} if temporary.exists() else {"dataset_options": {"VERSION": "1.2"}}
-            _write(layer, temporary, layer=name, driver="GPKG", geometry_type=kind, **more)
-            save_style(temporary, name)
+        add_layer(temporary, PLOTS, plot_layer(stand), "Unknown")
+        add_layer(temporary, TREES, tree_layer(stand), "Point")
     return Path(path)
 
 
@@ -105,17 +89,6 @@ def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
             continue
         target = Path(folder) / f"{name}.shp"
         ensure_writable(target)
-        with temporary_beside(target) as scratch, reporting_full_disk(target):
-            scratch.mkdir()
-            _write(layer, scratch / target.name, driver="ESRI Shapefile", encoding="UTF-8")
-            for part in scratch.iterdir():
-                shutil.move(str(part), target.parent / part.name)
+        write_shapefile(target, layer)
         written.append(target)
     return written
-
-
-def _write(table: gpd.GeoDataFrame, path: Path, **more: Any) -> None:
-    with warnings.catch_warnings():
-        # A tally without coordinates has no CRS, and needs none.
-        warnings.filterwarnings("ignore", message="'crs' was not provided")
-        table.to_file(path, engine="pyogrio", **more)

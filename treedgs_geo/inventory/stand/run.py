@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from ...core.plots import Plot
 from ...core.progress import Reporter
 from ...core.shown import count_of
 from ...core.tables import is_table
-from ...report.blocks import Document
+from ...report.blocks import Document, known
 from ...report.html import write_html
 from ...report.pdf import write_pdf
 from ..double_sampling.joining import join
@@ -44,7 +43,7 @@ from .species import unknown_sentences
 from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand
 from .taped import TapeInput, taped_sentences, taped_summary
-from .treelist import TreeList, from_tally, label_species, read_tally
+from .treelist import TreeList, from_tally, label_species, on_the_map, read_tally
 from .units import METRIC
 from .values import ValueOptions
 
@@ -143,14 +142,7 @@ def _read_trees(settings: Any) -> TreeList:
     if settings.trees is None:
         return from_tally(settings.field, settings, settings.height_unit)
     tally = read_tally(settings.field, settings, settings.height_unit) if settings.field is not None else None
-    found = measured_trees(settings.trees, crs, settings.pairs, tally)
-    if found.crs is None:
-        if crs is None:
-            raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
-        found.crs = crs
-    check_projected(found.crs, str(settings.trees))
-    check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(settings.trees))
-    return found
+    return on_the_map(measured_trees(settings.trees, crs, settings.pairs, tally), settings.trees, crs)
 
 
 def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:
@@ -231,9 +223,9 @@ def _place_tally(settings: Any, trees: TreeList, plots: list[SamplePlot], report
     table = trees.trees
     if trees.crs is None or table["x"].notna().all() or "azimuth_deg" not in table or table["azimuth_deg"].isna().all():
         return
-    known = [Plot(p.plot_id, p.x, p.y, max(p.radius_m, 1.0)) for p in plots if np.isfinite(p.x)]
+    centres = [Plot(p.plot_id, p.x, p.y, max(p.radius_m, 1.0)) for p in plots if np.isfinite(p.x)]
     try:
-        placed = place(table.drop(columns=["x", "y"]), known, trees.crs, settings, settings.field)
+        placed = place(table.drop(columns=["x", "y"]), centres, trees.crs, settings, settings.field)
     except InputError as problem:
         reporter.info(f"The tally's trees are not on the map: {problem}")
         return
@@ -315,14 +307,8 @@ def summary(stand: Stand) -> dict[str, Any]:
     """Everything that counts, metric, as plain values; null where nothing is known."""
     fields = ("mean", "se_plots", "se_trees", "se_common", "se_missing", "se_taped", "se", "df", "low", "high")
 
-    def plain(value: float) -> float | None:
-        return float(value) if math.isfinite(value) else None
-
     def figures(found: dict) -> dict[str, Any]:
-        return {
-            METRIC[name].key: {field: plain(getattr(estimate, field)) for field in fields}
-            for name, estimate in found.items()
-        }
+        return {METRIC[name].key: {key: known(getattr(one, key)) for key in fields} for name, one in found.items()}
 
     made = {
         "stand_id": stand.stand_id,
@@ -339,7 +325,7 @@ def summary(stand: Stand) -> dict[str, Any]:
         "reviewed": stand.review.counts(),
         "estimates": figures(stand.estimates),
         "other_treatment": figures(stand.other),
-        "uncorrected": {METRIC[name].key: plain(value) for name, value in stand.uncorrected.items()},
+        "uncorrected": {METRIC[name].key: known(value) for name, value in stand.uncorrected.items()},
         "dead_per_ha": stand.dead_per_ha,
         "taped": taped_summary(stand.taped) if stand.taped else None,
         "warnings": stand.warnings,
@@ -359,10 +345,7 @@ def _result(folder: Path, stand: Stand) -> dict[str, Any]:
         "n_trees": int((stand.rows["kind"] == "measured").sum()),
         "n_missing": len(stand.missing),
         "n_reviewed": stand.review.total,
-        "ba_se_m2_ha": stand.estimates["ba"].se,
-        **{METRIC[name].key: estimate.mean for name, estimate in stand.estimates.items()},
+        "ba_se_m2_ha": known(stand.estimates["ba"].se),
+        **{METRIC[name].key: known(estimate.mean) for name, estimate in stand.estimates.items()},
     }
-    return {
-        key: (round(value, 4) if math.isfinite(value) else None) if isinstance(value, float) else value
-        for key, value in found.items()
-    }
+    return {key: round(value, 4) if isinstance(value, float) else value for key, value in found.items()}

@@ -56,6 +56,14 @@ class SamplePlot:
     edge: str = "no boundary given"
     searched: float = 1.0
 
+    @property
+    def reach_m(self) -> float:
+        """Radius of the circle about the plot's centre that holds it."""
+        if self.shape == "circle" or self.outline is None:
+            return float(self.radius_m)
+        corners = np.asarray(self.outline.convex_hull.exterior.coords)[:, :2]
+        return float(np.hypot(*(corners - [self.x, self.y]).T).max())
+
     def contains(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """True for positions in the plot; on the line counts as in."""
         x, y = np.asarray(x, float), np.asarray(y, float)

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from ...core.errors import InputError
 from ...core.shown import count_of
-from ..double_sampling.estimators import Corrected, Tapes, correct_total, more_tapes_to_halve, share_out
+from ...report.blocks import known
+from ..double_sampling.estimators import Corrected, Tapes, correct_total, more_tapes_to_halve, share_out, t_factor
 from ..double_sampling.tapes import Taped
 from .estimate import Design, Estimate
 from .expansion import Expanded
@@ -197,23 +197,9 @@ def _combine(design: Design, mean: float, se_plots: float, se_taped: float, df_t
     se = float(np.sqrt(sum(part**2 for part, _ in parts)))
     fourth = sum(part**4 / df for part, df in parts if np.isfinite(df) and part > 0)
     df = se**4 / fourth if fourth > 0 else np.inf
-    t = (
-        stats.t.ppf(0.5 + design.confidence / 2, max(df, 1.0))
-        if np.isfinite(df)
-        else stats.norm.ppf(0.5 + design.confidence / 2)
-    )
-    return Estimate(
-        mean,
-        se_plots if sampled else np.nan,
-        np.nan,
-        np.nan,
-        se,
-        df,
-        max(mean - t * se, 0.0),
-        mean + t * se,
-        0.0,
-        se_taped,
-    )
+    t = t_factor(design.confidence, df)
+    low, high = max(mean - t * se, 0.0), mean + t * se
+    return Estimate(mean, se_plots if sampled else np.nan, se=se, df=df, low=low, high=high, se_taped=se_taped)
 
 
 def _mean_diameter(design: Design, before: Estimate, made: TapedTotals, tapes: Tapes) -> Estimate:
@@ -250,8 +236,7 @@ def taped_sentences(made: TapedTotals, estimates: dict[str, Estimate], units: st
             q, found = UNITS[units][name], made.found[name]
             said.append(
                 f"{q.label.lower()} {found.measured * q.factor:,.{q.decimals}f} to "
-                f"{found.total * q.factor:,.{q.decimals}f} "
-                f"{q.unit} ({100 * (found.total / found.measured - 1):+.1f} %)"
+                f"{found.total * q.factor:,.{q.decimals}f} {q.unit} ({100 * (found.total / found.measured - 1):+.1f} %)"
             )
     extra = f", {count_of(made.n_extra, 'tree')} that the map lacks" if made.n_extra else ""
     sentences = [
@@ -270,8 +255,7 @@ def taped_sentences(made: TapedTotals, estimates: dict[str, Estimate], units: st
             after = float(np.hypot(whole.se_plots, whole.se_taped / 2))
             half += (
                 f"; with the spread between the plots ({whole.se_plots * q.factor:.2f}) the error in all would fall "
-                f"from "
-                f"{whole.se * q.factor:.2f} to {after * q.factor:.2f}"
+                f"from {whole.se * q.factor:.2f} to {after * q.factor:.2f}"
             )
             if whole.se_plots > whole.se / 2:
                 half += ": no number of tapes halves it, more plots would"
@@ -288,11 +272,7 @@ def taped_summary(made: TapedTotals) -> dict[str, Any]:
         "estimator": made.estimator,
         "more_tapes_to_halve_se": made.more_to_halve,
         "quantities": {
-            name: {
-                "measured": found.measured,
-                "corrected": found.total,
-                "se": found.se if np.isfinite(found.se) else None,
-            }
+            name: {"measured": found.measured, "corrected": found.total, "se": known(found.se)}
             for name, found in made.found.items()
         },
     }

@@ -12,7 +12,9 @@ from scipy.spatial import cKDTree
 from shapely.geometry.base import BaseGeometry
 
 from ...core.columns import columns, measured, numbers
-from ...core.errors import InputError
+from ...core.crs import check_projected
+from ...core.errors import CRSError, InputError
+from ...core.map_scale import check_place
 from ...core.shown import count_of
 from ...core.tables import is_table, read_table
 from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -22,6 +24,7 @@ from ..measured import edited, read_measured
 from ..readings import with_readings
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
+from ..tree_reading import text_of, texts_of
 from .species import species_of
 
 #: Stems whose axes are nearer than this share of their radii together are one.
@@ -42,23 +45,9 @@ _GONE = {
 }
 #: Columns of a tree list.
 COLUMNS = (
-    "tree_id",
-    "plot_id",
-    "x",
-    "y",
-    "dbh_cm",
-    "dbh_se_cm",
-    "height_m",
-    "height_se_m",
-    "species",
-    "dead",
-    "qc_flag",
-    "qc_reason",
-    "bh_m",
-    "n_pts",
-    "paired",
-    "note",
-)
+    "tree_id", "plot_id", "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "species", "dead", "qc_flag",
+    "qc_reason", "bh_m", "n_pts", "paired", "note",
+)  # fmt: skip
 _NUMBERS = ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m", "n_pts")
 
 
@@ -112,8 +101,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     trees["plot_id"] = None
     for name in ("species", "status", "note"):
         # An empty cell and a cleared one say the same.
-        written = trees[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
-        trees[name] = written.where(written != "", None)
+        trees[name] = texts_of(trees[name])
     trees["dead"] = False
     # A person who says that a tree stands there knows it as well as a crew that taped it.
     trees["paired"] = measured["sure"]
@@ -157,6 +145,20 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         n = int(trees[name].notna().sum())
         if n:
             found.notes.append(f"{what} of {count_of(n, 'tree')} as written in the tree layer.")
+    return found
+
+
+def on_the_map(found: TreeList, path: Path, crs: pyproj.CRS | None) -> TreeList:
+    """The same in a CRS that distances can be measured in; crs: where the file holds none.
+
+    Raises:
+        CRSError: none, or no projected one in metres. InputError: places that cannot be.
+    """
+    found.crs = found.crs or crs
+    if found.crs is None:
+        raise CRSError(f"{path}: holds no CRS; give it with --crs.")
+    check_projected(found.crs, str(path))
+    check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(path))
     return found
 
 
@@ -267,7 +269,7 @@ def is_dead(status: object) -> bool:
 
 
 def _word(status: object) -> str:
-    return "" if status is None or pd.isna(status) else str(status).strip().lower()
+    return text_of(status).lower()
 
 
 def label_species(trees: pd.DataFrame, default: str | None) -> pd.DataFrame:

@@ -34,7 +34,6 @@ class ValueOptions:
     or ``refuse``. dbh_se_cm: for trees without one. common_se_cm: standard error of what all DBHs share."""
 
     heights: str = "fitted"
-    height_unit: str = "auto"
     origin: str = "natural"
     outside: str = "flag"
     dbh_se_cm: float | None = None

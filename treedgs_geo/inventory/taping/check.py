@@ -14,10 +14,11 @@ import pandas as pd
 from ... import __version__
 from ...core.crs import project_crs
 from ...core.errors import InputError
-from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
-from ...core.geopackage import atomic_geopackage, ensure_unlocked, save_style
+from ...core.files import ensure_writable, fingerprint, write_json
+from ...core.geopackage import ensure_unlocked
+from ...core.layer_files import write_layer
 from ...core.progress import Reporter
-from ...core.tables import safe_frame
+from ...core.tables import write_csv
 from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
 from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
 from ...report.html import write_html
@@ -93,20 +94,14 @@ def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
     table = checked.trees[list(_SHOWN)].copy()
     table["inside"] = table["inside"].map({True: "yes", False: "no"}).astype(object)
     table["error_cm"] = table["error_cm"].round(2)
-    with atomic_path(folder / "tape_check.csv") as temporary:
-        safe_frame(table).to_csv(temporary, index=False)
+    write_csv(folder / "tape_check.csv", table)
     place = frame.trees.set_index("tree_id").loc[table["tree_id"], ["x", "y"]].to_numpy(float)
     for name in ("plot_id", "qc_flag", "inside", "state", "outlier", "note"):
         table[name] = table[name].astype(object).where(table[name].notna(), None)
     layer = gpd.GeoDataFrame(
         table.assign(x=place[:, 0], y=place[:, 1]), geometry=gpd.points_from_xy(*place.T), crs=frame.crs
     )
-    with atomic_geopackage(folder / "tape_check.gpkg", OWN_LAYERS) as temporary:
-        layer.to_file(
-            temporary, layer=LAYER, driver="GPKG", engine="pyogrio", geometry_type="Point",
-            dataset_options={"VERSION": "1.2"},
-        )  # fmt: skip
-        save_style(temporary, LAYER)
+    write_layer(folder / "tape_check.gpkg", OWN_LAYERS, LAYER, layer, "Point")
     write_json(
         folder / "tape_check.json",
         {
@@ -191,9 +186,8 @@ def _totals_table(checked: Checked, level: str) -> Table:
         rows,
         "Design-based: the chances of the draw alone make the standard errors, nothing is assumed of the errors of the "
         "diameters. Stems without a DBH count as the median tree until tapes say more. Difference and ratio "
-        "estimators: "
-        "Särndal, Swensson and Wretman 1992, 6.3 and 7.3; Cochran 1977, ch. 6 and 12. Per hectare, with volume and "
-        "biomass: stand-table --taped.",
+        "estimators: Särndal, Swensson and Wretman 1992, 6.3 and 7.3; Cochran 1977, ch. 6 and 12. Per hectare, with "
+        "volume and biomass: stand-table --taped.",
     )
 
 

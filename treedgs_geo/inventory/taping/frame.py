@@ -11,16 +11,14 @@ import pandas as pd
 import pyproj
 
 from ...core.columns import columns
-from ...core.crs import check_projected
-from ...core.errors import CRSError, InputError
-from ...core.map_scale import check_place
+from ...core.errors import InputError
 from ...core.shown import count_of
 from ...core.tables import is_table, read_table
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.searched_part import as_searched
-from ..stand.treelist import from_layer, settle_status
+from ..stand.treelist import from_layer, on_the_map, settle_status
 from ..stand.values import BA
-from ..tree_reading import read_trees
+from ..tree_reading import read_trees, texts_of
 
 
 @dataclass
@@ -57,11 +55,8 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
     path = Path(path)
     found = from_layer(path, crs)
     settle_status(found)
-    used = found.crs or crs
-    if used is None:
-        raise CRSError(f"{path}: holds no CRS; give it with --crs.")
-    check_projected(used, str(path))
-    check_place(used, found.trees[["x", "y"]].to_numpy(float), str(path))
+    used = on_the_map(found, path, crs).crs
+    assert used is not None
     # Read once more for what a tree list does not keep: the plot and the interval.
     more = _more(path).reindex(found.trees["tree_id"].to_numpy())
     trees = found.trees.assign(
@@ -103,8 +98,7 @@ def _more(path: Path) -> pd.DataFrame:
     key = columns(table, "field_id")["field_id"].name
     found = pd.DataFrame(index=pd.to_numeric(table[key]).astype(int))
     plot = table["plot_id"] if "plot_id" in table else pd.Series(None, table.index, dtype=object)
-    said = plot.map(lambda value: None if value is None or pd.isna(value) else str(value).strip() or None)
-    found["plot_id"] = said.astype(object).where(said.notna(), None).to_numpy(object)
+    found["plot_id"] = texts_of(plot).to_numpy(object)
     for name in ("dbh_lo_cm", "dbh_hi_cm"):
         values = pd.to_numeric(table[name], errors="coerce") if name in table else np.nan
         found[name] = np.asarray(values, float) if name in table else np.nan

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ...core import layer_files
 from ...core.files import atomic_path
-from ...core.geopackage import atomic_geopackage, save_style
-from ...core.tables import safe_frame
 from ..double_sampling.tapes import LAYER
 
 #: Layers of tapes.gpkg, with the columns by which they are known as ours.
@@ -39,20 +38,7 @@ def write_layer(path: Path, table: pd.DataFrame, crs: pyproj.CRS) -> Path:
     layer = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=crs)
     for name in ("state", "tape_note", "plot_id"):
         layer[name] = layer[name].astype(object).where(layer[name].notna(), None)
-    with atomic_geopackage(path, OWN_LAYERS) as temporary:
-        layer.to_file(
-            temporary, layer=LAYER, driver="GPKG", engine="pyogrio", geometry_type="Point",
-            dataset_options={"VERSION": "1.2"},
-        )  # fmt: skip
-        save_style(temporary, LAYER)
-    return Path(path)
-
-
-def write_csv(path: Path, table: pd.DataFrame) -> Path:
-    """The same as a table."""
-    with atomic_path(path) as temporary:
-        safe_frame(table).to_csv(temporary, index=False)
-    return Path(path)
+    return layer_files.write_layer(path, OWN_LAYERS, LAYER, layer, "Point")
 
 
 def write_gpx(path: Path, table: pd.DataFrame, name: str) -> Path | None:

@@ -13,6 +13,7 @@ from ...core.files import ensure_writable
 from ...core.geopackage import ensure_unlocked
 from ...core.progress import Reporter
 from ...core.shown import count_of
+from ...core.tables import write_csv
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
 from ...stems.quality.priors import BREAST_HEIGHT_M
@@ -22,7 +23,7 @@ from ..double_sampling.tapes import read_cells
 from ..field_trees import FieldProtocol
 from .form import make_form
 from .frame import Frame, read_frame
-from .outputs import COLUMNS, CREW, OWN_LAYERS, tape_table, write_csv, write_gpx, write_layer
+from .outputs import COLUMNS, CREW, OWN_LAYERS, tape_table, write_gpx, write_layer
 from .sheets import sheets, walk
 
 

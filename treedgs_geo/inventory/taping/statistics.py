@@ -73,8 +73,7 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
         tapes = Tapes(np.full(int(answered.sum()), 1e-9), np.full(int(answered.sum()), "all", object))
         made.warnings.append(
             f"{taped.path.name} does not hold the chances of the draw ({', '.join(('stratum', 'prob', 'n_frame'))}): "
-            f"the "
-            "taped trees are taken as a simple random sample, and no total is corrected."
+            "the taped trees are taken as a simple random sample, and no total is corrected."
         )
     _errors(made, tapes, answered, both, confidence)
     _intervals(made, known, confidence)
@@ -137,13 +136,7 @@ def _flags(made: Checked, both: np.ndarray) -> None:
 
 
 def _totals(
-    made: Checked,
-    frame: Frame,
-    taped: Taped,
-    tapes: Tapes,
-    rows: np.ndarray,
-    dbh_cm: np.ndarray,
-    confidence: float,
+    made: Checked, frame: Frame, taped: Taped, tapes: Tapes, rows: np.ndarray, dbh_cm: np.ndarray, confidence: float
 ) -> None:
     """Number and basal area of the frame's trees, corrected."""
     has = np.isfinite(dbh_cm)
@@ -181,10 +174,9 @@ def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
     level = f"{100 * f['confidence']:g} %"
     if f["bias_lo_cm"] > 0 or f["bias_hi_cm"] < 0:
         made.warnings.append(
-            f"The measured diameters are {'too thick' if f['bias_cm'] > 0 else 'too thin'} by "
-            f"{abs(f['bias_cm']):.2f} cm "
-            f"on average ({level} interval {f['bias_lo_cm']:+.2f} to {f['bias_hi_cm']:+.2f}): correct the totals with "
-            "stand-table --taped."
+            f"The measured diameters are {'too thick' if f['bias_cm'] > 0 else 'too thin'} by {abs(f['bias_cm']):.2f} "
+            f"cm on average ({level} interval {f['bias_lo_cm']:+.2f} to {f['bias_hi_cm']:+.2f}): correct the totals "
+            "with stand-table --taped."
         )
     if f["n_intervals"] and not f["inside_lo"] <= LEVEL <= f["inside_hi"]:
         wrong = "too narrow" if f["inside"] < LEVEL else "too wide"

@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 
 from treedgs_geo.inventory.accuracy.scores import score_against_truth
@@ -51,10 +52,10 @@ def run(plot: Path, fit: str, preset: str, work: Path) -> dict:
     trees = read_trees(output)
     for label, least in (("all in-plot stems", 0), ("3 or more clear views", 3)):
         accuracy, table = score_against_truth(trees, plot / "truth" / "trees.csv", least)
-        outcome[label] = accuracy.as_dict()
+        outcome[label] = asdict(accuracy)
     for flag in ("ok", "check"):
         accuracy, _ = score_against_truth(trees[trees["qc_flag"] == flag], plot / "truth" / "trees.csv")
-        outcome[f"qc_flag {flag}"] = accuracy.as_dict()
+        outcome[f"qc_flag {flag}"] = asdict(accuracy)
     table = score_against_truth(trees, plot / "truth" / "trees.csv")[1]
     print(f"\n{plot.name}, {fit}\n{table.round(2).to_string(index=False)}")
     return outcome

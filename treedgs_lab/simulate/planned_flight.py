@@ -1,20 +1,13 @@
-"""The layers of a flight plan (``plan.gpkg`` of plan-flight), and its photos read back."""
+"""The photos of a flight plan (``plan.gpkg`` of plan-flight)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.errors import InputError
-
-if TYPE_CHECKING:
-    import geopandas as gpd
-
-#: Layers of a plan.
-PHOTOS, PLOTS = "plan_photos", "plan_plots"
+from treedgs_geo.planning.flown import PHOTOS, PLOTS, read_layer
 
 
 @dataclass(frozen=True)
@@ -28,25 +21,6 @@ class PlannedFlight:
     width_px: int
     height_px: int
     focal_px: float
-
-
-def read_layer(path: Path, layer: str, columns: set[str]) -> gpd.GeoDataFrame:
-    """A layer of a flight plan.
-
-    Raises:
-        InputError: not readable, or not such a plan.
-    """
-    import geopandas as gpd
-
-    try:
-        table = gpd.read_file(path, layer=layer, engine="pyogrio")
-    except Exception as problem:
-        raise InputError(f"{path}: holds no layer {layer} ({problem}), expected plan.gpkg of plan-flight.") from None
-    missing = columns - set(table.columns)
-    if missing or not len(table):
-        what = f"lacks {', '.join(sorted(missing))}" if missing else "is empty"
-        raise InputError(f"{path}: its layer {layer} {what}; make the plan again with plan-flight.")
-    return table
 
 
 def read_flight(path: Path) -> PlannedFlight:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from shapely.geometry import LineString
 
-from ..pairs_layer import PAIRS, read_layer
-from .tables import COUNTED
+from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
+from treedgs_geo.inventory.accuracy.tables import COUNTED
+from treedgs_geo.inventory.pairs_layer import PAIRS, line_ends, read_layer
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,23 @@ class Reference:
         """Field trees with a confirmed pair; a stem stands where its line ends."""
         pairs = read_layer(path, PAIRS)
         pairs = pairs[pairs["pair_status"].isin(COUNTED) & pairs["field_cm"].notna()]
-        ends = [np.asarray((g if isinstance(g, LineString) else g.geoms[0]).coords)[-1][:2] for g in pairs.geometry]
+        ends = [line_ends(shape)[1] for shape in pairs.geometry]
         return cls(
             pairs["plot_id"].astype(str).to_numpy(),
             pairs["field_id"].astype(str).to_numpy(),
             np.array(ends, float).reshape(-1, 2),
             pairs["field_cm"].to_numpy(float),
         )
+
+
+def reference_of(plot: PlotFiles) -> Reference:
+    """A plot's stems of known DBH."""
+    if plot.pairs is not None:
+        return Reference.from_pairs(plot.pairs)
+    assert plot.truth is not None
+    return Reference.from_truth(plot.truth, plot.name)
+
+
+def pooled_reference(parts: list[Reference]) -> Reference:
+    """The stems of all plots, one after the other."""
+    return Reference(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("plot", "tree", "xy", "dbh_cm")))

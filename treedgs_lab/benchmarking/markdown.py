@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .blocks import Block, Cards, Heading, Paragraph, Sentences, Table
+from treedgs_geo.report.blocks import Block, Cards, Heading, Paragraph, Sentences, Table
 
 
 def markdown(blocks: Iterable[Block]) -> str:
