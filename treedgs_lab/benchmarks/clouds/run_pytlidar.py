@@ -23,11 +23,11 @@ def measure(xyz, args):
         near = near - (0.0, 0.0, near[:, 2].min() if len(near) else 0.0)
         own = near[(near[:, 2] > LOW_M) & (near[:, 2] < HIGH_M)]
         with contextlib.suppress(Exception):
-            trees += trunk(own)
+            trees += stem_of(own)
     return trees
 
 
-def trunk(tree):
+def stem_of(tree):
     """The one stem of (N, 3) points, heights from the ground; none where no trunk reaches breast height."""
     models, _ = run_qsm(tree, build_inputs(tree, savetxt=0, savepdf=0)[0])
     part = models[0]["cylinder"]
