@@ -29,10 +29,13 @@ class Collector(Reporter):
     def _emit(self, kind: str, body: dict[str, Any]) -> None:
         if kind == "warn":
             self.warnings.append(body["message"])
-        if kind != "progress":
-            self._inner._emit(kind, body)
-        else:
+        if kind == "progress":
             self._inner.progress(body["fraction"], body["message"])
+        elif kind in ("info", "warn"):
+            # A reporter of the user's may have its own words for these.
+            getattr(self._inner, kind)(body["message"])
+        else:
+            self._inner._emit(kind, body)
 
 
 class NotKept(InputError):
