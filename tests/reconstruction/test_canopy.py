@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.reconstruction.canopy import canopy_of, finer_tip
+from treedgs_geo.reconstruction.canopy import surface_of, volume_of
 from treedgs_geo.reconstruction.multi_view_correlation import pictures_of
-from treedgs_geo.stems.quality.tips import tips_of
 
 #: A crown (a level square, texture on top): half width, middle, height above the ground, metres; a smaller one.
 CROWNS = ((1.5, (2.0, 1.0), 12.0), (0.5, (-4.0, -2.0), 7.0))
@@ -61,39 +60,30 @@ def ground(x, y):
 
 
 @pytest.fixture(scope="module")
-def seen(views):
-    pictures = pictures_of(views, ABOUT, (0.07, 0.035), 2)
-    return pictures, canopy_of(pictures, ground, (-8.0, -8.0, 8.0, 8.0), 18.0)
+def volume(views):
+    return volume_of(pictures_of(views, ABOUT, 0.07, 4), ground, (-8.0, -8.0, 8.0, 8.0), 20.0)
 
 
-def test_what_stands_is_found_at_its_height_and_nothing_is_in_the_air(seen):
-    _, canopy = seen
-    x, y = np.meshgrid(canopy.x, canopy.y)
+def test_what_stands_is_found_at_its_height_and_nothing_is_in_the_air(volume):
+    found = surface_of(volume)
+    x, y = np.meshgrid(volume.x, volume.y)
     near = np.zeros(x.shape, bool)
     for half, (cx, cy), height in CROWNS:
         away = np.maximum(np.abs(x - cx), np.abs(y - cy))
-        assert np.nanmedian(canopy.height_m[away < half - 0.2]) == pytest.approx(height, abs=0.6)
-        assert np.isfinite(canopy.height_m[away < half - 0.2]).mean() > 0.9
+        assert np.nanmedian(found[away < half - 0.2]) == pytest.approx(height, abs=0.6)
+        assert np.isfinite(found[away < half - 0.2]).mean() > 0.9
         near |= away < half + 1.0
-    assert np.isfinite(canopy.height_m[~near]).mean() < 0.02
+    assert np.isfinite(found[~near]).mean() < 0.02
 
 
-def test_the_tips_are_the_two_crowns_and_end_at_their_tops(seen):
-    pictures, canopy = seen
-    tips = tips_of(canopy.x, canopy.y, canopy.height_m)
-    for half, middle, height in CROWNS:
-        own = tips[np.abs(tips[:, :2] - middle).max(axis=1) < half + 0.3]
-        assert len(own) >= 1
-        assert finer_tip(pictures, own[0], GROUND_Z) == pytest.approx(height, abs=0.6)
-
-
-def test_pictures_are_no_finer_than_the_photo_and_unknown_ground_is_left_out(views, seen):
-    fine = pictures_of(views[:3], ABOUT, (0.001,))[0]
-    assert fine.images.shape[1:] == (480, 640)
-    unknown = canopy_of(seen[0], lambda x, y: np.where(x > 0, GROUND_Z, np.nan), (-4.0, -4.0, 4.0, 4.0), 15.0)
-    assert np.isnan(unknown.height_m[:, unknown.x < 0]).all() and np.isfinite(unknown.height_m).any()
+def test_pictures_are_no_finer_than_the_photo_and_unknown_ground_is_left_out(views):
+    assert pictures_of(views[:3], ABOUT, 0.001).images.shape[1:] == (480, 640)
+    half = lambda x, y: np.where(x > 0, GROUND_Z, np.nan)  # noqa: E731
+    unknown = volume_of(pictures_of(views, ABOUT, 0.07, 4), half, (-4.0, -4.0, 4.0, 4.0), 20.0)
+    found = surface_of(unknown)
+    assert np.isnan(found[:, unknown.x < 0]).all() and np.isfinite(found).any()
 
 
 def test_without_neighbouring_photos_nothing_is_alike(views):
-    lonely = pictures_of([views[0], views[3]], ABOUT, (0.12,))[0]
+    lonely = pictures_of([views[6], views[10]], ABOUT, 0.12)
     assert len(lonely.pairs) == 0 and not lonely.alike(np.zeros((4, 3))).any()

@@ -92,6 +92,12 @@ def join_photos(
         if known is former:
             break
         adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
+    if known.late_sd_s.any():
+        # Geotags that count less by now may have been all that showed another instant.
+        again = settle_time(known, given, adjusted, posterior_of(adjusted))
+        if not np.array_equal(again.late_s, known.late_s):
+            known = replace(again, sd=np.maximum(again.sd, known.sd), contradicted=known.contradicted)
+            adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
     if leave_out(block, known, stations.names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if leave_out_loose(block, posterior_of(adjusted).poses_px, stations.names, reporter):

@@ -8,7 +8,6 @@ cross-correlation"; its mean over pairs of photos as evidence of a surface: Goes
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -20,12 +19,12 @@ from .images import load_image
 
 #: Half the width of the piece that is compared, pixels.
 HALF_PX = 3
-#: Pairs of photos that must show a point for their mean to count in full.
-FULL_PAIRS = 12
+#: Pairs of photos that must show a point for their mean to count in full, and so many are looked at.
+FULL_PAIRS, MAX_PAIRS = 12, 24
 #: Grey values squared that are added to a piece's variance: flat pieces are alike by chance.
 _MIN_VARIANCE = 4.0
 #: Two photos are compared when they look at the place from so many degrees apart; so many would be best.
-_APART_DEG, _BEST_DEG = (4.0, 18.0), 8.0
+_APART_DEG, _BEST_DEG = (6.0, 30.0), 10.0
 
 
 @dataclass(frozen=True)
@@ -50,31 +49,26 @@ class Pictures:
         return found
 
 
-def pictures_of(views: list[View], about: np.ndarray, pixel_m: Sequence[float], neighbours: int = 1) -> list[Pictures]:
-    """The photos as :class:`Pictures`, one for each size of a pixel (metres at ``about``, (3,) local), each photo
-    decoded once. No picture is finer than its photo.
+def pictures_of(views: list[View], about: np.ndarray, pixel_m: float, neighbours: int = 1) -> Pictures:
+    """The photos as :class:`Pictures` whose pixel is ``pixel_m`` at ``about``, (3,) local metres; no picture is finer
+    than its photo.
 
     Lens and rolling shutter are those at the distance of ``about``. neighbours: photos that each is compared with.
     """
     about = np.asarray(about, float)
-    pairs = _pairs(views, about, neighbours)
-    made: list[list[tuple[np.ndarray, np.ndarray, float]]] = [[] for _ in pixel_m]
+    rows = []
     for view in views:
         grey = cv2.cvtColor(load_image(view), cv2.COLOR_RGB2GRAY)
         away = float(np.linalg.norm(view.centre - about))
-        for rows, size in zip(made, pixel_m, strict=True):
-            rows.append(_pinhole(view, grey, min(away / view.camera.fx / size, 1.0), away))
-    axes = np.array([view.rotation[:2] for view in views], np.float32).reshape(-1, 2, 3)
-    return [_stacked(rows, axes, pairs) for rows in made]
-
-
-def _stacked(rows: list[tuple[np.ndarray, np.ndarray, float]], axes: np.ndarray, pairs: np.ndarray) -> Pictures:
+        rows.append(_pinhole(view, grey, min(away / view.camera.fx / pixel_m, 1.0), away))
     height, width = np.max([image.shape for image, *_ in rows], axis=0)
     images = np.zeros((len(rows), height, width), np.uint8)
     for target, (image, *_) in zip(images, rows, strict=True):
         target[: image.shape[0], : image.shape[1]] = image
+    axes = np.array([view.rotation[:2] for view in views], np.float32).reshape(-1, 2, 3)
     matrix = np.array([m for _, m, _ in rows], np.float32)
-    return Pictures(images, matrix, axes, np.array([f for *_, f in rows], np.float32), pairs)
+    focal = np.array([f for *_, f in rows], np.float32)
+    return Pictures(images, matrix, axes, focal, _pairs(views, about, neighbours))
 
 
 def _pinhole(view: View, grey: np.ndarray, scale: float, depth_m: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -115,7 +109,8 @@ def _pairs(views: list[View], about: np.ndarray, neighbours: int) -> np.ndarray:
         ]
         near.sort(key=lambda j: abs(apart[j] - _BEST_DEG))
         pairs |= {(i, j) for j in near[:neighbours]}
-    return np.array(sorted(pairs), np.int32).reshape(-1, 2)
+    # In any order: the first pairs that show a point are from all sides.
+    return np.random.default_rng(0).permutation(np.array(sorted(pairs), np.int32).reshape(-1, 2))
 
 
 @njit(nogil=True, cache=True, fastmath=True)
@@ -179,4 +174,6 @@ def _alike(images, matrix, axes, focal, pairs, points, found):  # pragma: no cov
             if value > np.float32(-1.5):
                 total += value
                 count += 1
+                if count == MAX_PAIRS:
+                    break
         found[k] = total / np.float32(max(count, FULL_PAIRS))

@@ -42,7 +42,7 @@ from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
 from ..stems.photos.fit_records import write_fits
 from ..stems.quality.ground import with_ground_error
-from ..stems.quality.tops import MOVING_SHARE, heights_sentence
+from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree, with_block_errors
 from ..terrain.dtm import GROUND_WARN_M, height_above, read_dtm, require_coverage, require_same_heights, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
@@ -521,16 +521,9 @@ def _heights(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     raster = job.path(names.CHM)
     style_raster(raster, "chm")
     fits = job.path(names.FITS)
-    found, share = find_heights(job.place, job.block.points, job.trees, fits, job.settings.bh_m, raster, reporter)
+    found = find_heights(job.place, job.block.points, job.trees, fits, job.settings.bh_m, raster, reporter)
     write_json(job.path(KEPT_HEIGHTS), found)
-    if share < MOVING_SHARE:
-        reporter.warn(
-            f"No heights: treetops of {share:.0%} of the trees are seen alike in neighbouring photos, expected at "
-            f"least {MOVING_SHARE:.0%}; crowns that moved, or bare ones, are not. Fly in calm air, or give heights "
-            "to stand-table from a tally."
-        )
-    n = sum(entry["height_m"] is not None for entry in found.values())
-    return {"heights": n, "tops_seen_share": round(share, 3)}
+    return {"heights": sum(entry["height_m"] is not None for entry in found.values())}
 
 
 def _load_heights(job: PhotoJob, _: object) -> None:

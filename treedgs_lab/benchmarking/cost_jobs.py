@@ -146,7 +146,7 @@ def run_heights_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of the canopy for a share of the plot's radius and a number of photos (true cameras; the LiDAR's points say
     how high the search for crowns begins)."""
     from treedgs_geo.run.context import Site
-    from treedgs_geo.run.heights import canopy_over, pieces_of
+    from treedgs_geo.run.heights import canopy_over, highest, pieces_of
 
     plot = TruePlot.load(Path(job["plot"]))
     radius, views = job["radius"] * plot.radius_m, plot.views()
@@ -158,7 +158,7 @@ def run_heights_cost(job: dict[str, Any]) -> dict[str, Any]:
     seen = 0
     for piece, box in pieces_of(site):
         seen += len(piece)
-        canopy_over(site, piece, box, points, Reporter())
+        canopy_over(site, piece, box, highest(points, site), Reporter())
     return {
         "stages": {"heights": time.perf_counter() - began},
         "sizes": {"heights": np.pi * radius**2 * seen},

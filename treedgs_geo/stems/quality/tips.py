@@ -46,16 +46,6 @@ def tips_of(x: np.ndarray, y: np.ndarray, height_m: np.ndarray) -> np.ndarray:
     return np.array(kept).reshape(-1, 3)
 
 
-def covers(x: np.ndarray, y: np.ndarray, height_m: np.ndarray, tips: np.ndarray, reach_m: float = 0.6) -> np.ndarray:
-    """(K,) share of the cells within ``reach_m`` of each tip (K, 3) where something stands; few may be chance."""
-    found = np.empty(len(tips))
-    for k, tip in enumerate(tips):
-        rows, columns = np.flatnonzero(np.abs(y - tip[1]) <= reach_m), np.flatnonzero(np.abs(x - tip[0]) <= reach_m)
-        near = np.hypot(x[None, columns] - tip[0], y[rows, None] - tip[1]) <= reach_m
-        found[k] = np.isfinite(height_m[np.ix_(rows, columns)][near]).mean() if near.any() else 0.0
-    return found
-
-
 def rises(x: np.ndarray, y: np.ndarray, height_m: np.ndarray, tips: np.ndarray, reach_m: float = 4.0) -> np.ndarray:
     """(K,) metres that each tip (K, 3) rises above the highest way to higher ground within ``reach_m`` (its topographic
     prominence; the tip's height above 0 where there is none): the rim of a neighbour's crown rises hardly at all."""

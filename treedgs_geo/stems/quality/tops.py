@@ -25,8 +25,6 @@ MIN_SCATTER = 0.12
 _EXPONENT = 0.5
 #: Squared standard deviations at which a top is nobody's, and at which a second top would do about as well.
 _FAR, _RIVAL = 9.0, 1.0
-#: Where fewer of the trees have a top that is seen, no height can be trusted.
-MOVING_SHARE = 0.7
 #: Pairs that must agree before the diameter counts.
 _MIN_PAIRS = 5
 
@@ -35,14 +33,12 @@ _MIN_PAIRS = 5
 class Joined:
     """top: (S,) int index of each stem's top, -1 where it has none. reason: (S,) str, why not (a key of
     :data:`HEIGHT_REASONS`), empty where it has one. scatter: s.d. of the logarithm of height about the plot's own
-    curve over the diameter, level: of that curve (:meth:`over_curve`); NaN where it has no curve. share: of the stems
-    with a diameter that have a top. apart_m: (S,) how much lower another top is that would suit the stem about as
-    well, 0 where there is none."""
+    curve over the diameter, level: of that curve (:meth:`over_curve`); NaN where it has no curve. apart_m: (S,) how
+    much lower another top is that would suit the stem about as well, 0 where there is none."""
 
     top: np.ndarray
     reason: np.ndarray
     scatter: float
-    share: float
     level: float
     apart_m: np.ndarray
 
@@ -56,8 +52,7 @@ HEIGHT_REASONS = {
     "no_top": "no treetop is seen along the stem's axis: it stands under another crown, or is bare",
     "other_tree": "the treetop above this stem is too high or too low for its diameter, or suits another stem better",
     "two_tops": "a second, higher treetop suits this stem about as well, and its diameter does not tell which",
-    "sparse": "the photos show too little of the crown about the treetop to tell it from chance",
-    "moving": "too few treetops of the plot are seen alike in neighbouring photos: crowns that moved, or bare ones",
+    "unclear": "where this crown ends is not clear: it moved between the photos, is bare, or another stands above it",
 }
 
 
@@ -84,7 +79,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray) -> Jo
     """
     stems, count = len(dbh_cm), len(tops)
     if not stems or not count:
-        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, 0.0, np.nan, np.zeros(stems))
+        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, np.nan, np.zeros(stems))
     stray = np.linalg.norm(at_height - tops[None, :, :2], axis=2) / (_STRAY_M + _STRAY_SHARE * tops[None, :, 2])
     log_h, log_d = np.log(tops[:, 2]), np.log(np.asarray(dbh_cm, float))
     level, scatter = _curve(stray, log_h, log_d)
@@ -114,9 +109,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray) -> Jo
             free[top[stem]] = False
         elif rivals.any():
             top[stem], reason[stem] = -1, "two_tops"
-    known = np.isfinite(log_d)
-    share = float((top[known] >= 0).mean()) if known.any() else 0.0
-    return Joined(top, reason, scatter, share, level, apart_m)
+    return Joined(top, reason, scatter, level, apart_m)
 
 
 def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[float, float]:
