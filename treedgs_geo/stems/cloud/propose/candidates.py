@@ -6,7 +6,6 @@ for splats, which fill the stem) and just outside count against. Layers are summ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
@@ -24,16 +23,6 @@ _FULL, _BESIDE = 0.15, 4
 RADII_M = (0.04, 0.06, 0.09, 0.12, 0.16, 0.20, 0.25, 0.31, 0.38, 0.46, 0.60, 0.80, 1.05, 1.40, 1.85)
 
 
-@dataclass(frozen=True)
-class Candidates:
-    """Possible stems: (K, 2) xy at (K,) heights, (K,) rough radii, (K,) scores, best first."""
-
-    xy: np.ndarray
-    height: np.ndarray
-    radius: np.ndarray
-    score: np.ndarray
-
-
 #: Layers and votes that a candidate needs, and that one near a place where a stem is known to stand needs.
 LEAST, LEAST_NEAR = (4, 4.0), (2, 2.0)
 #: Distance from such a place, m, and slope of the axis that layers may be displaced by.
@@ -48,8 +37,9 @@ def find_candidates(
     solid: bool,
     max_radius_m: float,
     near: np.ndarray | None = None,
-) -> Candidates:
-    """Candidates in one tile of (N, 3) points (x, y, height above ground), best first.
+) -> np.ndarray:
+    """(K, 4) places x and y, height and rough radius of possible stems in one tile of (N, 3) points (x, y, height above
+    ground), best first.
 
     weights: (N,) reliabilities or ``None``. solid: points fill the stem (splats). near: (K, 2) places where stems are
     known to stand: within ``NEAR_M`` of them weaker candidates count too. Memory is that of a few grids of 5 cm cells
@@ -92,8 +82,7 @@ def find_candidates(
         found += [
             row for row in peaks(LEAST_NEAR) if row not in found and np.hypot(*(near - row[1:3]).T).min() < NEAR_M
         ]
-    table = np.array(sorted(found, reverse=True)).reshape(-1, 5)
-    return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
+    return np.array(sorted(found, reverse=True)).reshape(-1, 5)[:, 1:]
 
 
 @njit(cache=True, nogil=True)

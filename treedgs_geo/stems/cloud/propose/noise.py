@@ -8,7 +8,6 @@ import numpy as np
 
 from ...geometry.cone import Cone
 from .candidate_check import weigh
-from .candidates import Candidates
 from .options import SegmentOptions
 from .region_growing import Search
 from .sensors import MAX_NOISE_M, Sensor
@@ -35,12 +34,14 @@ def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options:
     return None if best is None else best[1]
 
 
-def measured_noise(search: Search, candidates: Candidates, least: int) -> float | None:
-    """Spread of the bark in this cloud, from the best candidates; ``None`` with fewer than ``least`` clear rings."""
+def measured_noise(search: Search, candidates: np.ndarray, least: int) -> float | None:
+    """Spread of the bark in this cloud, from the best of (K, 4) candidates; ``None`` with fewer than ``least`` clear
+    rings."""
     own, search.sensor = search.sensor, search.sensor.at_noise(MAX_NOISE_M)
     rings: list[tuple[float, np.ndarray]] = []
-    for xy, h, radius in list(zip(candidates.xy, candidates.height, candidates.radius, strict=True))[:MAX_TRIED]:
-        if any(np.hypot(*(place - xy)) < 0.3 for _, place in rings):
+    for *place, h, radius in candidates[:MAX_TRIED]:
+        xy = np.array(place)
+        if any(np.hypot(*(ring - xy)) < 0.3 for _, ring in rings):
             continue
         near = search.near(xy, radius)
         spread = ring_noise(search.cones(near, xy, h, radius), search.points[near], search.sensor, search.options)

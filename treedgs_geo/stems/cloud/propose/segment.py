@@ -229,7 +229,8 @@ def search_tile(
         search.sensor = sensor = sensor if noise is None else sensor.at_noise(noise)
     found: list[ConeStem] = []
     rejected: list[Rejected] = []
-    for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
+    for *place, h, radius in candidates:
+        xy = np.array(place)
         if search.is_stem(xy, h, 0.8, 0.05):
             continue
         near = search.near(xy, radius)
