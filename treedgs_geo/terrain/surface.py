@@ -9,7 +9,7 @@ from numba import njit
 from scipy.spatial import cKDTree
 
 from ..core.machine import available_threads, require_memory
-from ..pointcloud.cloud import extent
+from ..pointcloud.cloud import extent, slices
 from .dtm import Dtm, grid_over
 
 #: Memory of a cell while a grid is made: its place, height and support.
@@ -104,6 +104,9 @@ def cell_quantile(points: np.ndarray, cell_m: float, quantile: float, corner: np
     if not len(points):
         return np.empty((0, 3))
     corner = extent(points[:, :2])[0] if corner is None else np.asarray(corner, float)
+    parts = list(slices(len(points)))
+    if quantile == 0.0 and len(parts) > 1:  # the lowest of the parts' lowest, in the memory of a part
+        points = np.concatenate([cell_quantile(points[part], cell_m, 0.0, corner) for part in parts])
     key = _cell_keys(points, corner, float(cell_m))
     _, key = np.unique(key, return_inverse=True) if key.max() > 4 * len(key) + 1000 else (None, key)
     z = np.ascontiguousarray(points[:, 2])
