@@ -62,7 +62,7 @@ def plain() -> dict[str, str]:
         "treedgs_geo",
         "treedgs_geo.campaign.plot",
         "treedgs_geo.reconstruction.colmap_process",
-        "treedgs_lab.benchmarking.jobs",
+        "treedgs_lab.benchmarks.speed.jobs",
     ],
 )
 def test_children_import_nothing_from_their_folder(hostile, module):

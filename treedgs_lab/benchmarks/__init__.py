@@ -1,1 +1,1 @@
-"""Experiments behind the figures of the docs; the index is README.md. Not part of the library."""
+"""What judges the rest on plots with truth, and the experiments behind the docs; the index is README.md."""

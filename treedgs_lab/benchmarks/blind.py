@@ -26,8 +26,9 @@ import pandas as pd
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_lab.benchmarks.plot import CLEAR_VIEWS
+from treedgs_lab.benchmarks.processes import CRS, photo_inputs, simulate, words
 from treedgs_lab.benchmarks.records import RESULTS, commit, made_by
-from treedgs_lab.benchmarks.verbs import CRS, photo_inputs, run_verb, words
 
 HISTORY = RESULTS / "blind.json"
 #: A real camera's faults, in every plot.
@@ -49,20 +50,11 @@ PLOTS = 2
 SIZE = "--preset demo --radius-m 7.5 --photos 62 --samples 2"
 TRIAL_SIZE = "--preset test --samples 1"
 DRAWS = 2000
-#: A stem that so many photos show whole at breast height is seen clearly.
-CLEAR_VIEWS = 3
 
 
 def seed_of(version: str, kind: str, number: int) -> int:
     """The seed of a plot: not known before the code is committed."""
     return int(hashlib.sha256(f"{version} {kind} {number}".encode()).hexdigest()[:7], 16)
-
-
-def simulate(folder: Path, kind: str, seed: int, size: str) -> None:
-    """Render a plot unless it is there."""
-    if not (folder / "truth" / "config.json").exists():
-        options = [*shlex.split(f"{size} {FAULTS} {KINDS[kind]}"), "--seed", seed, "--log-format", "quiet"]
-        run_verb("simulate-plot", "--output", folder, *options)
 
 
 def measured(folder: Path, work: Path, source: str) -> dict[str, Any]:
@@ -140,7 +132,7 @@ def run(version: str, work: Path, size: str, plots: int) -> dict[str, Any]:
         for number in range(plots):
             seed = seed_of(version, kind, number)
             folder = work / f"{kind.replace(' ', '_')}_{seed}"
-            simulate(folder, kind, seed, size)
+            simulate(folder, [*shlex.split(f"{size} {FAULTS} {KINDS[kind]}"), "--seed", seed])
             row: dict[str, Any] = {"kind": kind, "seed": seed}
             for source in found:
                 one = measured(folder, work, source)

@@ -11,9 +11,9 @@ import pandas as pd
 
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.report.charts import chart_svg
-from treedgs_lab.benchmarking.chart_pictures import draw_panel, finish, new_panels
 from treedgs_lab.benchmarks.figures import PUBLISHED, content
 from treedgs_lab.benchmarks.records import RESULTS
+from treedgs_lab.benchmarks.speed.pictures import draw_panel, finish, new_panels
 
 #: What came to be no comparison: rows of older runs that are not shown.
 LEFT = ("splat-primitive", "lidar-circle", "lidar-intensity")

@@ -21,10 +21,10 @@ from pathlib import Path
 import pandas as pd
 
 from treedgs_geo.core.files import read_json, write_json
-from treedgs_lab.benchmarking.stability_factors import by_factor
-from treedgs_lab.benchmarking.stability_report import verdict
 from treedgs_lab.benchmarks.figures import PUBLISHED
 from treedgs_lab.benchmarks.records import RESULTS, made_by
+from treedgs_lab.benchmarks.stability.factor_report import by_factor
+from treedgs_lab.benchmarks.stability.report import verdict
 
 #: Copied as they are; pictures of the suite and HTML pages stay in OUT.
 COPIED = (

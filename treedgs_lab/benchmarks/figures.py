@@ -173,7 +173,7 @@ def sources(name: str) -> frozenset[str]:
     if "rooms" in made:
         rooms = tuple(room.replace("/", ".") for room in made["rooms"])
         used = {name for name in graph.modules if name.startswith(rooms)}
-    elif not used or module.endswith(".evidence") or "treedgs_lab.benchmarks.verbs" in used:
+    elif not used or module.endswith(".evidence") or "treedgs_lab.benchmarks.processes" in used:
         used |= {name for name in graph.modules if name.startswith("treedgs_")}
     stems = [ROOT / name.replace(".", "/") for name in used]
     files = [path for stem in stems for path in (stem.with_suffix(".py"), stem / "__init__.py") if path.exists()]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import hashlib
+import json
+import platform
 import re
 import shlex
 import subprocess
@@ -12,13 +16,20 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import psutil
 
-from treedgs_geo.core.files import write_json
-from treedgs_lab.benchmarking.chart import machine
+from treedgs_geo import __version__
+from treedgs_geo.core.files import atomic_path, write_json
+from treedgs_geo.core.machine import cores
+from treedgs_geo.core.tables import safe_frame
+from treedgs_geo.report.blocks import Block
+from treedgs_lab.benchmarks.markdown import markdown
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "docs" / "results"
+#: Measured by these rooms: their source is part of what a kept result says about itself.
+ROOMS = ("core", "pointcloud", "geotags", "terrain", "reconstruction", "stems", "run")
 #: Whose versions a record names, where they are installed: what figures may depend on.
 PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "pycolmap", "rasterio", "laspy", "torch", "open3d")
 
@@ -64,6 +75,31 @@ def packages() -> dict[str, str]:
     return found
 
 
+def code_digest() -> str:
+    """Hash of the measuring code, to tell results of another state apart."""
+    root = ROOT / "treedgs_geo"
+    digest = hashlib.sha256()
+    for room in ROOMS:
+        for path in sorted((root / room).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def machine() -> dict[str, Any]:
+    """What seconds were measured on, and with which code: ``processor, cores, memory_gb, python, version``."""
+    name = platform.processor() or platform.machine()
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    return {
+        "processor": name,
+        "cores": cores(),
+        "memory_gb": round(psutil.virtual_memory().total / 2**30, 1),
+        "python": platform.python_version(),
+        "version": __version__,
+    }
+
+
 def made_by(seeds: Iterable[int] = ()) -> dict[str, Any]:
     """Where figures come from. seeds: all that the figures depend on, none for what draws nothing.
 
@@ -89,6 +125,23 @@ def write_record(target: Path | None, figures: dict[str, Any], seeds: Iterable[i
     if target is not None:
         target.parent.mkdir(parents=True, exist_ok=True)
         write_json(target, {"made_by": made_by(seeds), **figures})
+
+
+def write_table(target: Path, table: pd.DataFrame) -> None:
+    """Write a table as CSV, four digits."""
+    with atomic_path(target) as path:
+        safe_frame(table).to_csv(path, index=False, float_format="%.4g")
+
+
+def write_markdown(target: Path, blocks: list[Block]) -> None:
+    """Write the tables and sentences of a page."""
+    with atomic_path(target) as path:
+        path.write_text(markdown(blocks), encoding="utf-8")
+
+
+def rows_of(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows as JSON has them: None where there is no number."""
+    return json.loads(table.to_json(orient="records"))
 
 
 def fill_page(page: Path, marker: str, text: str) -> None:

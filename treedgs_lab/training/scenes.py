@@ -20,8 +20,8 @@ from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.images.crops import GroundGrid, PhotoStack, load_stack
 from treedgs_geo.stems.photos.images.vertical_rectification import plumb_grid
 from treedgs_geo.stems.photos.network.inference import plumb_colours
-from treedgs_lab.benchmarks.rendered import plot_inputs
-from treedgs_lab.benchmarks.verbs import run_verb
+from treedgs_lab.benchmarks.plot import site_of
+from treedgs_lab.benchmarks.processes import run_verb
 from treedgs_lab.simulate.labels import FOLIAGE, IVY, STEM, WOOD, read_labels
 
 #: Photos of a stand, and the radius of the ground that its maps show, metres.
@@ -94,10 +94,10 @@ def random_options(seed: int) -> list[str]:
 def maps_of(plot: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Per oblique photo: (rows, columns, 3) uint8 RGB, and (rows, columns, 5) uint8: shares of stem, foliage, other
     wood and ivy (of 255), and 1 inside the photo."""
-    views, _, ground, area = plot_inputs(plot)
-    wide = Area.circles(area.centres, np.full(len(area.radii_m), RADIUS_M))
-    grid = GroundGrid.sample(ground, wide, 3.0)
-    stack = load_stack(views, wide, grid, 99, 1.0)
+    site = site_of(plot)
+    wide = Area.circles(site.area.centres, np.full(len(site.area.radii_m), RADIUS_M))
+    grid = GroundGrid.sample(site.ground, wide, 3.0)
+    stack = load_stack(site.views, wide, grid, 99, 1.0)
     shares = _label_crops(stack, plot / "truth" / "labels")
     marked, grown = (
         replace(stack, pixels=_as_pixels(shares, wanted)) for wanted in ((STEM, FOLIAGE, WOOD), (IVY,) * 3)

@@ -62,7 +62,7 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
     """Chart, suite or cost model."""
     from treedgs_geo.core.errors import InputError
 
-    from ..benchmarking import run as runner
+    from ..benchmarks.stability.suite import StabilityChoice, run_stability
 
     def words(text: str) -> list[str]:
         return [word.strip() for word in text.split(",") if word.strip()]
@@ -79,14 +79,16 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
         if settings.quick:
             seeds = seeds[:1]
         budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
-        chosen = runner.StabilityChoice(seeds, words(settings.factors), words(settings.methods))
-        return runner.run_stability(settings.output, chosen, settings.fresh, budget, reporter)
+        chosen = StabilityChoice(seeds, words(settings.factors), words(settings.methods))
+        return run_stability(settings.output, chosen, settings.fresh, budget, reporter)
     if settings.cost:
-        from ..benchmarking.cost import run_cost
+        from ..benchmarks.speed.cost import run_cost
 
         return run_cost(settings.output, settings.plots, settings.budget_min, reporter)
     budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
-    return runner.run_chart(
+    from ..benchmarks.speed.configurations import run_chart
+
+    return run_chart(
         settings.output, settings.plots, settings.quick, settings.repeats, words(settings.only), budget, reporter
     )
 

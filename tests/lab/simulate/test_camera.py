@@ -13,7 +13,7 @@ from bare_stem import CAMERA, side_view, stem_columns, stem_world
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.reconstruction.cameras import Camera
-from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.simulate.camera import STILL, camera_of_flight, make_camera, motions
 from treedgs_lab.simulate.render import radiance
 from treedgs_lab.simulate.settings import SIZES, SimulateSettings

@@ -10,7 +10,7 @@ import pytest
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.reconstruction.cameras import View
-from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.simulate import grid, layout, terrain
 from treedgs_lab.simulate.camera import make_camera
 from treedgs_lab.simulate.flight import rotation_from_angles

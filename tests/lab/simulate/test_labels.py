@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.simulate.labels import FOLIAGE, STEM, WOOD, read_labels, write_labels
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot

@@ -17,7 +17,7 @@ from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_geo.stems.photos.search_steps import certain_stems
 from treedgs_geo.stems.photos.tuned import COVER_CM
-from treedgs_lab.benchmarks.rendered import plot_inputs
+from treedgs_lab.benchmarks.plot import site_of
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 
@@ -70,16 +70,16 @@ def test_stems_under_ivy_are_refused_and_the_others_measured_as_before(tmp_path)
     simulate_plot(
         SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, ivy_stems=2, bark_variety=True, seed=12)
     )
-    views, frame, ground, area = plot_inputs(plot)
+    site = site_of(plot)
     ways = PhotoStemOptions(most_asked=0, enough_certain=0.0), PhotoStemOptions(stem_network="off")
-    fits, plain = (stems_from_photos(views, ground, area, options) for options in ways)
+    fits, plain = (stems_from_photos(site.views, site.ground, site.area, options) for options in ways)
     with open(plot / "truth" / "looks.csv", encoding="utf-8") as stream:
         ivy = {row["tree_id"]: float(row["ivy_m"]) for row in csv.DictReader(stream)}
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
         trees = [row for row in csv.DictReader(stream) if row["in_plot"] == "True"]
     covered = []
     for tree in trees:
-        place = frame.to_local(np.array([[float(tree[name]) for name in ("E_bh", "N_bh", "h_bh")]]))[0, :2]
+        place = site.frame.to_local(np.array([[float(tree[name]) for name in ("E_bh", "N_bh", "h_bh")]]))[0, :2]
         near, before = (min(found, key=lambda fit: np.hypot(*(fit.axis.p - place))) for found in (fits, plain))
         if ivy[tree["tree_id"]] > 1.8:
             covered.append(near)

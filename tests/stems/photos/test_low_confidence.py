@@ -20,7 +20,7 @@ from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.search_steps import grids_of, photos_of
 from treedgs_geo.stems.photos.tiles import split
 from treedgs_geo.stems.photos.tuned import AMBIGUOUS_SE
-from treedgs_lab.benchmarks.rendered import plot_inputs
+from treedgs_lab.benchmarks.plot import site_of
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 
@@ -29,7 +29,8 @@ from treedgs_lab.simulate.simulate import simulate_plot
 def scene(tmp_path_factory):
     plot = tmp_path_factory.mktemp("stand") / "plot"
     simulate_plot(SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, bark_variety=True, seed=14))
-    views, _, ground, area = plot_inputs(plot)
+    site = site_of(plot)
+    views, ground, area = site.views, site.ground, site.area
     options = PhotoStemOptions(most_asked=0, enough_certain=0.0)
     searched = search_photos(views, ground, area, options)
     tile, _ = split(area, options.margin_m)[0]

@@ -19,7 +19,7 @@ from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.tile_calibration import Look
 from treedgs_geo.stems.photos.tuned import SOFT_PX
-from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.benchmarks.plot import TruePlot
 
 
 @pytest.fixture(scope="module")

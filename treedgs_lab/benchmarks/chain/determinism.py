@@ -32,8 +32,8 @@ import pandas as pd
 from treedgs_geo.core import workspace as names
 from treedgs_geo.core.files import read_json
 from treedgs_geo.reconstruction.model import REPORT, load_views
+from treedgs_lab.benchmarks.processes import photo_inputs
 from treedgs_lab.benchmarks.records import ROOT, write_record
-from treedgs_lab.benchmarks.verbs import environment, photo_inputs, words
 
 assert sys.platform != "win32", "this benchmark needs Linux"
 
@@ -62,10 +62,31 @@ class Case:
         """The command; everything it writes is in ``work``."""
         if self.fit:
             chosen = ["--fit", self.fit, "--preset", self.preset, "--workspace", work / "ws"]
-            command = words("photos-to-dbh", *photo_inputs(self.plot), *chosen)
+            command = ["photos-to-dbh", *photo_inputs(self.plot), *chosen]
         else:
-            command = words("pointcloud-to-dbh", "--input", *sorted((self.plot / "lidar").glob("*.la[sz]")))
-        return [*command, "--output", str(work / "trees.gpkg"), "--log-format", "quiet"]
+            command = ["pointcloud-to-dbh", "--input", *sorted((self.plot / "lidar").glob("*.la[sz]"))]
+        command += ["--output", work / "trees.gpkg", "--log-format", "quiet"]
+        # Not isolated: the process imports the checkout that its environment names.
+        return [sys.executable, "-m", "treedgs_geo", *map(str, command)]
+
+
+def environment(code: Path) -> dict[str, str]:
+    """In which a process imports TreeDGS from ``code`` and nowhere else.
+
+    Raises:
+        SystemExit: it does not.
+    """
+    env = {**os.environ, "PYTHONPATH": str(code)}
+    where = subprocess.run(
+        [sys.executable, "-c", "import treedgs_geo; print(treedgs_geo.__file__)"],
+        cwd=code,
+        env=env,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    if not where or not Path(where).is_relative_to(code):
+        raise SystemExit(f"{code}: holds no treedgs_geo that can be imported (found: {where or 'none'})")
+    return env
 
 
 def run(case: Case, work: Path, cores: set[int], code: Path = ROOT) -> Path:

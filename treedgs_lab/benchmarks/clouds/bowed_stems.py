@@ -12,11 +12,11 @@ import argparse
 import json
 from pathlib import Path
 
-from treedgs_lab.benchmarking.factor_type import BASE
-from treedgs_lab.benchmarking.factors import factor
 from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure, simulated
+from treedgs_lab.benchmarks.plot import FEW_PHOTOS
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import FEW_PHOTOS
+from treedgs_lab.benchmarks.stability.factor_type import BASE
+from treedgs_lab.benchmarks.stability.factors import factor
 
 SEEDS = (1, 51, 52)
 

@@ -14,8 +14,8 @@ import json
 from pathlib import Path
 
 from treedgs_lab.benchmarks.clouds.interval_coverage import figures, measure, simulated
+from treedgs_lab.benchmarks.plot import DENSITIES
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import DENSITIES
 
 SEEDS = (511, 512, 513, 514)
 _STAND: dict = {"ivy_stems": 3, "bark_variety": True, "moss_pct": 15.0, "shrubs_per_m2": 0.3, "gsd_cm": 3.5}

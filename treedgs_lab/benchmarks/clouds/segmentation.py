@@ -16,13 +16,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.cloud.propose.external_programs import segment_external
 from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
 from treedgs_geo.terrain.ground import dtm_from_cloud
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import truth_rows
 
 LOW_M, HIGH_M, BARK_M, SAME_IOU = 0.3, 5.0, 0.03, 0.5
 
@@ -71,11 +72,17 @@ def one_to_one(iou: np.ndarray) -> dict[int, int]:
     return pairs
 
 
+def stems_inside(plot: Path) -> pd.DataFrame:
+    """The true stems of the plot's own circle."""
+    trees = TruePlot.load(plot).trees
+    return trees[trees["in_plot"]]
+
+
 def false_segments(plot: Path, feet: np.ndarray) -> tuple[int, int]:
     """Of segments without a stem, (F, 2) feet: how many within 10 m of the plot's centre are false, and on saplings."""
     record = json.loads((plot / "truth" / "stems.json").read_text(encoding="utf-8"))
     saplings = np.array(record["saplings_xy_dbhcm"], float).reshape(-1, 3)[:, :2] + np.array(record["origin"])[:2]
-    centre = np.mean([(float(row["E_bh"]), float(row["N_bh"])) for row in truth_rows(plot)], axis=0)
+    centre = stems_inside(plot)[["E_bh", "N_bh"]].to_numpy(float).mean(axis=0)
     near = [foot for foot in feet if np.hypot(*(foot - centre)) <= 10.0]
     on_saplings = sum(bool(len(saplings)) and np.hypot(*(saplings - foot).T).min() < 0.3 for foot in near)
     return len(near) - on_saplings, on_saplings
@@ -93,7 +100,7 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
         label = segment_external(cloud, segmenter, command).tree_id
     seconds = time.perf_counter() - began
     true, names = true_labels(plot, cloud.xyz)
-    rows = {row["tree_id"]: row for row in truth_rows(plot)}
+    rows = {row["tree_id"]: row for row in stems_inside(plot).to_dict("records")}
     band = (height > LOW_M) & (height < HIGH_M)
     iou = shared_points(true, label, band, len(names))
     pairs = one_to_one(iou)
@@ -118,7 +125,7 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
         "mean_iou": round(float(np.mean(list(each.values()))), 3) if each else None,
         "worst_iou": min(each.values(), default=None),
         "point_precision": round(float((true[points_mine] >= 0).mean()), 3) if points_mine.any() else None,
-        "missed": [f"{row['tree_id']} {row['kind']} {float(row['dbh_cm']):.0f} cm" for row in missed],
+        "missed": [f"{row['tree_id']} {row['kind']} {row['dbh_cm']:.0f} cm" for row in missed],
         "seconds": round(seconds, 1),
         "iou": each,
     }

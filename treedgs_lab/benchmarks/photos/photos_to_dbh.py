@@ -20,8 +20,8 @@ from pathlib import Path
 
 from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_lab.benchmarks.processes import photo_inputs, words
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.verbs import photo_inputs, words
 
 #: Of every random choice: the verb's own.
 SEED = 0

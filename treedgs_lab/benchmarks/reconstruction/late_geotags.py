@@ -23,8 +23,8 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pipeline import reconstruct_photos
-from treedgs_lab.benchmarking.blocks import camera_errors
-from treedgs_lab.benchmarking.plot import TruePlot
+from treedgs_lab.benchmarks.blocks import camera_errors
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
 
 #: Name, seconds that the path is late, and whether its float epochs say to be fixed.

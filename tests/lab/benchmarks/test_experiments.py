@@ -18,9 +18,8 @@ from treedgs_geo import __version__
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_lab.benchmarks import evidence, figures, records
-from treedgs_lab.benchmarks.chain.determinism import compare
+from treedgs_lab.benchmarks.chain.determinism import compare, environment
 from treedgs_lab.benchmarks.clouds.runners import nearest
-from treedgs_lab.benchmarks.verbs import environment
 
 ROOT = Path(__file__).parents[3]
 LAB = ROOT / "treedgs_lab" / "benchmarks"

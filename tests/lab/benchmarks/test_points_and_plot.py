@@ -11,7 +11,7 @@ import rasterio
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.stems.quality.tree import Tree
-from treedgs_lab.benchmarking.plot import TruePlot, score_trees
+from treedgs_lab.benchmarks.plot import TruePlot, score_trees
 
 
 @pytest.fixture

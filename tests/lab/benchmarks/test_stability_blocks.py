@@ -13,17 +13,17 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.core.settings import build
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_lab.benchmarking import blocks, whole_chain
-from treedgs_lab.benchmarking.blocks import camera_errors, on_true_ground, scale_error, wrong_scale
-from treedgs_lab.benchmarking.factor_type import CHAIN
-from treedgs_lab.benchmarking.factors import FACTORS, factor
-from treedgs_lab.benchmarking.markdown import markdown
-from treedgs_lab.benchmarking.perturb import scaled_views
-from treedgs_lab.benchmarking.plot import TruePlot
-from treedgs_lab.benchmarking.run import write_stability
-from treedgs_lab.benchmarking.stability import Case
-from treedgs_lab.benchmarking.stability_blocks import block_report, block_rows, by_block_level
-from treedgs_lab.benchmarking.whole_chain import ChainCrash, chain_inputs, run_photo_chain
+from treedgs_lab.benchmarks import blocks, processes
+from treedgs_lab.benchmarks.blocks import camera_errors, on_true_ground, scale_error, wrong_scale
+from treedgs_lab.benchmarks.plot import TruePlot
+from treedgs_lab.benchmarks.processes import ChainCrash, photo_inputs, run_photo_chain
+from treedgs_lab.benchmarks.stability.block_report import block_report, block_rows, by_block_level
+from treedgs_lab.benchmarks.stability.cases import Case
+from treedgs_lab.benchmarks.stability.factor_type import CHAIN
+from treedgs_lab.benchmarks.stability.factors import FACTORS, factor
+from treedgs_lab.benchmarks.stability.perturb import scaled_views
+from treedgs_lab.benchmarks.stability.suite import write_stability
+from treedgs_lab.benchmarks.markdown import markdown
 from treedgs_lab.simulate.settings import SimulateSettings, resolve
 
 FRAME = LocalFrame(project_crs("EPSG:6344"), np.array([600000.0, 3700000.0, 40.0]))
@@ -137,18 +137,18 @@ def test_what_counts_as_a_wrong_scale():
 def test_the_chain_is_given_nothing_true(tmp_path):
     (tmp_path / "truth").mkdir()
     (tmp_path / "dtm.tif").touch()
-    plain = list(map(str, chain_inputs(tmp_path, "EPSG:6344")))
+    plain = list(map(str, photo_inputs(tmp_path)))
     assert "--geotags" not in plain and "--gcp" not in plain and not any("truth" in w or "dtm" in w for w in plain)
     (tmp_path / "a_Timestamp.MRK").touch()
     (tmp_path / "gcp_list.txt").touch()
-    full = list(map(str, chain_inputs(tmp_path, "EPSG:6344")))
+    full = list(map(str, photo_inputs(tmp_path)))
     assert full[full.index("--geotags") + 1] == str(tmp_path) and full[-1].endswith("gcp_list.txt")
 
 
 def test_a_refusal_is_told_from_a_crash(tmp_path, monkeypatch):
     def ends(code):
         words = [sys.executable, "-c", f"import sys; print('error: because.', file=sys.stderr); sys.exit({code})"]
-        monkeypatch.setattr(whole_chain, "python_command", lambda *_: words)
+        monkeypatch.setattr(processes, "python_command", lambda *_: words)
         return run_photo_chain(tmp_path, "EPSG:6344", tmp_path / "ws")
 
     assert ends(0) == "" and ends(2) == "error: because."

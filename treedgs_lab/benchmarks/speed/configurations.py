@@ -1,11 +1,9 @@
-"""Run the configurations of the ladder on plots, and say what each cost and reached."""
+"""The speed-accuracy chart of ``treedgs benchmark``: run the configurations of the ladder on plots, and say what each
+cost and reached."""
 
 from __future__ import annotations
 
 import hashlib
-import json
-import os
-import platform
 import shutil
 import time
 from pathlib import Path
@@ -15,42 +13,20 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo import __version__
-from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.files import read_json, write_json
-from treedgs_geo.core.machine import cores
+from treedgs_geo.core.errors import InputError, TreeDGSError
+from treedgs_geo.core.files import ensure_writable, read_json, write_json
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.core.tables import safe_frame
+from treedgs_geo.report.charts import write_chart
+from treedgs_geo.report.html import write_html
 
-from .jobs import run_job
+from ..plot import CLEAR_VIEWS, plots_of
+from ..processes import run_job
+from ..records import code_digest, machine, rows_of, write_markdown, write_table
+from . import pictures
 from .ladder import CONFIGS, SFM, Config
-from .plot import TruePlot
 
-#: A stem counts as visible with this many clear photos of its breast height; success counts these.
-CLEAR_VIEWS = 3
 #: A configuration may be recommended when it measures at least this share of what the most successful one does.
 ENOUGH_SUCCESS = 0.9
-
-
-def machine() -> dict[str, Any]:
-    """What the seconds were measured on."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30 if hasattr(os, "sysconf") else None
-    name = platform.processor() or platform.machine()
-    try:
-        found = [
-            line.split(":", 1)[1].strip()
-            for line in Path("/proc/cpuinfo").read_text().splitlines()
-            if line.startswith("model name")
-        ]
-        name = found[0] if found else name
-    except OSError:
-        pass
-    return {
-        "processor": name,
-        "cores": cores(),
-        "memory_gb": None if memory is None else round(memory, 1),
-        "python": platform.python_version(),
-        "version": __version__,
-    }
 
 
 def run_configs(
@@ -67,8 +43,10 @@ def run_configs(
     total = len(plots) * len(configs) * repeats
     number = 0
     # One untimed run: compiled code is loaded from disk then, and the first configuration does not pay for it.
-    if any(config.sfm for config in configs):
-        _warm_up(plots[0], folder, began, budget_s)
+    warm = folder / "warm.json"
+    if any(config.sfm for config in configs) and not warm.exists():
+        small = Config("warm", "", "", sfm="2000 features", params={"max_views": 6})
+        _measure(small, plots[0], 0, folder, warm)
     for repeat in range(repeats):
         for config in configs:
             for plot in plots:
@@ -95,25 +73,6 @@ def _is_good(kept: Path) -> bool:
     return kept.exists() and "error" not in read_json(kept)
 
 
-def _warm_up(plot: Path, folder: Path, began: float, budget_s: float) -> None:
-    done = folder / "warm.json"
-    if done.exists() or time.monotonic() - began > budget_s:
-        return
-    sfm = _reconstruction("2000 features", plot, 0, folder)
-    if "error" not in sfm:
-        run_job(
-            {
-                "kind": "photos",
-                "plot": str(plot),
-                "sfm": sfm["folder"],
-                "scale": 1.0,
-                "params": {"max_views": 6},
-                "scratch": str(folder / "scratch"),
-            },
-            done,
-        )
-
-
 def _reconstruction(name: str, plot: Path, repeat: int, folder: Path) -> dict[str, Any]:
     kept = folder / "sfm" / f"{name.replace(' ', '-')}--{_tag(plot)}--{repeat}.json"
     place = kept.with_suffix("")
@@ -131,7 +90,6 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path) 
         if "error" in sfm:
             write_json(kept, {"error": f"reconstruction: {sfm['error']}", "seconds": None})
             return
-    scratch = folder / "scratch"
     job = {
         "kind": config.kind,
         "plot": str(plot),
@@ -139,11 +97,10 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path) 
         "params": config.params,
         "scale": config.scale,
         "preset": config.preset,
-        "scratch": str(scratch),
+        "scratch": str(folder / "scratch"),
         "points": str(kept.with_suffix(".laz")),
     }
     record = run_job(job, kept)
-    shutil.rmtree(scratch, ignore_errors=True)
     if "error" in record:
         return
     stage_s = sum(record["stages"].values())
@@ -271,52 +228,72 @@ def knees(table: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def plots_of(given: Path | None, folder: Path, quick: bool, reporter: Reporter) -> list[Path]:
-    """The plots to run on: those given (a plot, or a folder of plots), or simulated ones.
-
-    Raises:
-        InputError: the folder holds no simulated plot.
-    """
-    from ..simulate.settings import SimulateSettings
-    from ..simulate.simulate import simulate_plot
-
-    if given is not None:
-        found = [given] if (given / "truth").exists() else sorted(p.parent for p in given.glob("*/truth"))
-        if not found:
-            raise InputError(f"{given}: holds no simulated plot (a folder with truth/); make one with simulate-plot.")
-        for plot in found:
-            TruePlot.load(plot)
-        return [plot.resolve() for plot in found]
-    wanted = [41] if quick else [41, 42, 43]
-    plots = []
-    for seed in wanted:
-        plot = folder / "plots" / f"sim{seed}"
-        if not (plot / "truth" / "config.json").exists():
-            with reporter.stage(f"simulate plot {seed}", 0.0, 1.0):
-                size = {"preset": "plot", "radius_m": 9.0, "photos": 50, "samples": 3} if quick else {"preset": "plot"}
-                simulate_plot(
-                    SimulateSettings(
-                        output=plot, seed=seed, touching_saplings=1, strong_leans=1, lean_max_deg=8.0, **size
-                    ),
-                    reporter,
-                )  # type: ignore[arg-type]
-        plots.append(plot.resolve())
-    return plots
-
-
 def write_records(folder: Path, records: list[dict], table: pd.DataFrame, facts: dict[str, Any]) -> None:
     """``benchmark.csv`` (a row a configuration), ``trees.csv`` (a row a tree and run), ``benchmark.json``."""
-    from treedgs_geo.core.files import atomic_path
+    trees = [
+        {"config": record["config"], "plot": record["plot"], "repeat": record["repeat"], **row}
+        for record in records
+        for row in record.get("rows", [])
+    ]
+    write_table(folder / "benchmark.csv", table)
+    write_table(folder / "trees.csv", pd.DataFrame(trees))
+    write_json(folder / "benchmark.json", {**facts, "configurations": rows_of(table)})
 
-    trees = pd.DataFrame(
-        [
-            {"config": record["config"], "plot": record["plot"], "repeat": record["repeat"], **row}
-            for record in records
-            for row in record.get("rows", [])
-        ]
-    )
-    for name, frame in (("benchmark.csv", table), ("trees.csv", trees)):
-        with atomic_path(folder / name) as path:
-            safe_frame(frame).to_csv(path, index=False, float_format="%.4g")
-    clean = json.loads(table.to_json(orient="records")) if len(table) else []
-    write_json(folder / "benchmark.json", {**facts, "configurations": clean})
+
+def run_chart(
+    output: Path, plots: Path | None, quick: bool, repeats: int, only: list[str], budget_min: float, reporter: Reporter
+) -> dict[str, Any]:
+    """The speed-accuracy chart. Files: ``speed-accuracy.{svg,png,html,md}``, ``benchmark.{csv,json}``, ``trees.csv``.
+
+    Raises:
+        InputError: no plot, or an unknown configuration.
+    """
+    began = time.monotonic()
+    ensure_writable(output / "benchmark.json")
+    known = {config.key for config in CONFIGS}
+    if unknown := [key for key in only if key not in known]:
+        raise InputError(f"--only: {unknown[0]!r} is no configuration; known: {', '.join(sorted(known))}.")
+    configs = [c for c in CONFIGS if (c.key in only if only else c.quick or not quick)]
+    with reporter.stage("plots", 0.0, 0.15):
+        folders = plots_of(plots, output, quick, reporter)
+    has_cloud = {folder: (folder / "lidar").exists() for folder in folders}
+    if not all(has_cloud.values()):
+        configs = [c for c in configs if c.kind != "cloud"]
+        reporter.info("Not every plot has a LiDAR cloud: LiDAR methods are left out.")
+    with reporter.stage("configurations", 0.15, 0.98):
+        budget = max(60 * budget_min - (time.monotonic() - began), 1.0) if budget_min else float("inf")
+        records, left = run_configs(folders, configs, repeats, output, reporter, budget)
+    table = summarise(records)
+    if not len(table):
+        raise TreeDGSError(f"{output}: no configuration finished, see the files in runs/ and run again.")
+    if left:
+        reporter.warn(f"Out of time; left out: {', '.join(left)}. Run again to add them.")
+    stems = int(table["stems"].max())
+    facts = {
+        "command": f"treedgs benchmark{' --quick' if quick else ''} --repeats {repeats}",
+        "machine": machine(),
+        "plots": [folder.name for folder in folders],
+        "repeats": repeats,
+        "left_out": left,
+        "code": code_digest(),
+        "seconds": round(time.monotonic() - began),
+        "plots_text": f"{', '.join(folder.name for folder in folders)}: {stems} visible stems",
+    }
+    recommended = knees(table)
+    write_records(output, records, table, {**facts, "recommended": recommended})
+    write_chart(output, "speed-accuracy", pictures.draw_chart(table, facts))
+    write_html(output / "speed-accuracy.html", pictures.document(table, facts, recommended))
+    each = {folder.name: summarise([r for r in records if r["plot"] == folder.name]) for folder in folders}
+    write_markdown(output / "speed-accuracy.md", pictures.report_blocks(table, facts, recommended, each))
+    for preset, key in recommended.items():
+        row = table[table["key"] == key].iloc[0]
+        reporter.info(f"{preset}: {row['title']}, {row['seconds']:.0f} s, RMSE {row['rmse_cm']:.2f} cm.")
+    return {
+        "output": str(output),
+        "page": str(output / "speed-accuracy.html"),
+        "chart": str(output / "speed-accuracy.svg"),
+        "n_runs": len(records),
+        "recommended": recommended,
+        "left_out": left,
+        "seconds": facts["seconds"],
+    }

@@ -13,7 +13,7 @@ from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import OBLIQUE_DEG, View
 from treedgs_geo.reconstruction.images import load_image
 
-from ..simulate.trouble import TroubleSettings, disturb, photo_troubles
+from ...simulate.trouble import TroubleSettings, disturb, photo_troubles
 
 
 def noisy_poses(views: list[View], noise_px: float, rng: np.random.Generator) -> list[View]:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-import treedgs_geo
 from treedgs_geo import __version__
 from treedgs_geo.core.errors import TreeDGSError
 from treedgs_geo.core.files import write_json
@@ -37,14 +36,16 @@ from treedgs_geo.stems.splats.train import fit_with_report
 from treedgs_geo.stems.splats.trees import trees_of_primitives
 from treedgs_geo.terrain.dtm import Dtm
 
-from ..simulate.settings import SimulateSettings
-from ..simulate.simulate import simulate_plot
-from ..simulate.trouble import TroubleSettings
+from ...simulate.settings import SimulateSettings
+from ...simulate.simulate import simulate_plot
+from ...simulate.trouble import TroubleSettings
+from ..blocks import through_chain
+from ..plot import TruePlot, score_trees
+from ..processes import ChainCrash
+from ..records import code_digest
 from . import perturb
 from .factor_type import CHAIN, CLOUD, PHOTOS, Factor
 from .factors import FACTORS, SPLAT_FACTORS
-from .plot import TruePlot, score_trees
-from .whole_chain import ChainCrash, through_chain
 
 #: Method -> what it reads. ``splats``: stem primitives, as ``photos-to-dbh --fit gaussians``.
 METHODS = {
@@ -71,8 +72,6 @@ PHOTO_TROUBLES = {
 }
 #: How well photos see the ground, standard deviation of the height of a whole plot (``plot_a``: 1.4 cm off), metres.
 SEEN_GROUND_SD_M = 0.03
-#: Measured by these rooms: their source is part of what a kept result says about itself.
-ROOMS = ("core", "pointcloud", "geotags", "terrain", "reconstruction", "stems", "run")
 
 
 @dataclass(frozen=True)
@@ -122,16 +121,6 @@ def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[
         and (not methods or method in methods)
         and (method != "splats" or factor.key in SPLAT_FACTORS)
     ]
-
-
-def code_digest() -> str:
-    """Hash of the measuring code, to tell results of another state apart."""
-    root = Path(treedgs_geo.__file__).parent
-    digest = hashlib.sha256()
-    for room in ROOMS:
-        for path in sorted((root / room).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
 
 
 def run_cases(

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import treedgs_geo
 from treedgs_geo.core.errors import InputError, TreeDGSError
 from treedgs_geo.core.progress import Reporter
-from treedgs_lab.benchmarking import stability
-from treedgs_lab.benchmarking.factor_type import CLOUD, Factor
-from treedgs_lab.benchmarking.factors import factor
-from treedgs_lab.benchmarking.plot import TruePlot, score_trees
-from treedgs_lab.benchmarking.run import StabilityChoice, write_stability
-from treedgs_lab.benchmarking.stability import Case, all_cases, photo_trees, run_cases
-from treedgs_lab.benchmarking.stability_factors import ALL, UNTROUBLED, by_factor, holds
-from treedgs_lab.benchmarking.stability_report import by_level, lies, tree_rows, verdict
-from treedgs_lab.benchmarking.whole_chain import ChainCrash, through_chain
+from treedgs_lab.benchmarks import records
+from treedgs_lab.benchmarks.blocks import through_chain
+from treedgs_lab.benchmarks.plot import TruePlot, score_trees
+from treedgs_lab.benchmarks.processes import ChainCrash
+from treedgs_lab.benchmarks.stability import cases as stability
+from treedgs_lab.benchmarks.stability.cases import Case, all_cases, photo_trees, run_cases
+from treedgs_lab.benchmarks.stability.factor_report import ALL, UNTROUBLED, by_factor, holds
+from treedgs_lab.benchmarks.stability.factor_type import CLOUD, Factor
+from treedgs_lab.benchmarks.stability.factors import factor
+from treedgs_lab.benchmarks.stability.report import by_level, lies, tree_rows, verdict
+from treedgs_lab.benchmarks.stability.suite import StabilityChoice, write_stability
 
 
 def row(tree, true, read, flag="ok", half=1.0, **more):
@@ -187,8 +187,7 @@ def test_a_crash_is_no_refusal_and_is_not_kept(tmp_path, monkeypatch):
 
 
 def test_the_digest_reads_rooms_that_exist():
-    root = Path(treedgs_geo.__file__).parent
-    assert all(list((root / room).rglob("*.py")) for room in stability.ROOMS)
+    assert all(list((records.ROOT / "treedgs_geo" / room).rglob("*.py")) for room in records.ROOMS)
 
 
 def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):

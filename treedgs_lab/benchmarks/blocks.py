@@ -1,19 +1,28 @@
-"""How true a reconstructed block is: cameras, lens and scale of ``sfm/`` against ``truth/`` of a simulated plot."""
+"""``photos-to-dbh`` on a simulated plot with nothing true, and how true its block is: cameras, lens and scale of
+``sfm/`` against ``truth/``."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from treedgs_geo.core import workspace as names
 from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.core.files import read_json
+from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.reconstruction.cameras import OBLIQUE_DEG, View
-from treedgs_geo.reconstruction.model import load_views
+from treedgs_geo.reconstruction.model import REPORT, load_views
 from treedgs_geo.reconstruction.poses import fit_similarity
+from treedgs_geo.stems.quality.tree import TREE_FIELDS, Tree
 
 from .plot import TruePlot
+from .processes import run_photo_chain
 
 #: A scale is wrong where it is off by more than so many of its stated standard errors and this share besides.
 WRONG_SCALE_SD, WRONG_SCALE_SHARE = 2.0, 0.005
@@ -21,6 +30,49 @@ WRONG_SCALE_SD, WRONG_SCALE_SHARE = 2.0, 0.005
 TURNED_DEG = 2.0
 #: Width whose length in the block is compared with its true one, m.
 _BAR_M = 0.3
+
+
+@dataclass(frozen=True)
+class ChainResult:
+    """What the whole chain gave.
+
+    refused: why it refused, empty where it ended.
+    trees: placed where they are in truth (:func:`on_true_ground`): a block that lies metres off has measured the same
+        trees.
+    block: what the block states of itself and how true it is: ``photos, registered, scale_sd`` (stated), ``warnings``,
+        ``scale_error`` (share) and :func:`camera_errors`; empty where nothing was reconstructed.
+    """
+
+    refused: str = ""
+    trees: list[Tree] = field(default_factory=list)
+    block: dict[str, Any] = field(default_factory=dict)
+
+
+def through_chain(plot: TruePlot) -> ChainResult:
+    """Trees and block of a plot through the whole chain.
+
+    Raises:
+        ChainCrash: as :func:`.run_photo_chain`.
+    """
+    with tempfile.TemporaryDirectory(prefix="treedgs-chain-") as scratch:
+        workspace = Path(scratch) / "ws"
+        sfm = workspace / names.SFM
+        refused = run_photo_chain(plot.folder, plot.frame.crs.to_string(), workspace)
+        # Photos that cannot show stems are not reconstructed: an empty layer, no block.
+        if refused or not (sfm / REPORT).exists():
+            return ChainResult(refused)
+        table = read_trees(workspace / names.TREES).drop(columns="geometry")
+        if len(table):
+            up = table["z_ground"].fillna(plot.frame.origin[2]).to_numpy(float)
+            table[["x", "y"]] = on_true_ground(plot, sfm, np.column_stack([table[["x", "y"]], up]))[:, :2]
+        trees = [
+            Tree(**{name: row[name] for name in TREE_FIELDS if name in row and not pd.isna(row[name])})
+            for row in table.to_dict("records")
+        ]
+        report = read_json(sfm / REPORT)
+        stated = {name: report[name] for name in ("photos", "registered", "scale_sd", "warnings")}
+        block = {**stated, "scale_error": scale_error(plot, sfm), **camera_errors(plot, sfm)}
+        return ChainResult("", trees, block)
 
 
 def camera_errors(plot: TruePlot, sfm: Path) -> dict[str, Any]:

@@ -1,4 +1,5 @@
-"""A simulated or rendered plot with everything that is true of it. Only this room and the tests look at ``truth/``."""
+"""A simulated or rendered plot with everything that is true of it, and how trees are scored against that. Only this
+room and the tests look at ``truth/``."""
 
 from __future__ import annotations
 
@@ -14,18 +15,29 @@ from scipy.spatial.distance import cdist
 
 from treedgs_geo.core.crs import LocalFrame, lonlat_to_project, project_crs
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.plots import read_plots
+from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.gpstime import parse_datetime_unix, utc_to_gps
 from treedgs_geo.geotags.rtklib import read_pos
-from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
+from treedgs_geo.inventory.accuracy.scores import MATCH_M, Accuracy, pair_by_position, score
 from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.model import load_views
+from treedgs_geo.run.context import Site
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
 #: A view of a breast height counts as clear with this share seen, and not too steep (``truth/visibility.csv``).
 CLEAR_SHARE, CLEAR_FORESHORTENING = 0.7, 0.35
+#: A stem counts as visible with so many clear photos of its breast height.
+CLEAR_VIEWS = 3
 #: Stems this far outside the plot's circle are measured too (``PhotoStemOptions.margin_m`` is 1 m) and count.
 RIM_M = 0.7
+#: Options of ``simulate-plot`` for a plot whose cloud is used: as few and small photos as it allows.
+FEW_PHOTOS: dict = {"photos": 10, "image_width": 320, "image_height": 240, "gsd_cm": 2.5, "samples": 1}
+#: Pulses per square metre, one after the other: plots of different sizes.
+DENSITIES = (400.0, 700.0, 1000.0, 1400.0)
 
 
 @dataclass(frozen=True)
@@ -62,8 +74,9 @@ class TruePlot:
 
     @cached_property
     def trees(self) -> pd.DataFrame:
-        """``truth/trees.csv`` with local ``x_bh, y_bh``; ``near``: within a circle that is scored."""
+        """``truth/trees.csv`` with local ``x_bh, y_bh``; ``in_plot`` (bool); ``near``: in a circle that is scored."""
         table = pd.read_csv(self.folder / "truth" / "trees.csv")
+        table["in_plot"] = table["in_plot"].astype(str).str.lower() == "true"
         table["x_bh"], table["y_bh"] = table["E_bh"] - self.frame.origin[0], table["N_bh"] - self.frame.origin[1]
         table["near"] = self.near(table[["x_bh", "y_bh"]].to_numpy(float))
         return table
@@ -154,6 +167,18 @@ class TruePlot:
         return np.vstack([self.trees[["x_bh", "y_bh"]].to_numpy(float), feet, saplings])
 
 
+def site_of(plot: Path, workspace: Path | None = None) -> Site:
+    """Photos, ground and area of the plots: the renderer's own, or of a workspace of the chain (its ground where it has
+    one)."""
+    truth = TruePlot.load(plot)
+    frame, views = (truth.frame, truth.views()) if workspace is None else load_views(workspace / "sfm", plot / "images")
+    own = workspace and workspace / "dtm.tif"
+    dtm = read_dtm(own, frame.crs) if own and own.exists() else truth.dtm
+    plots = read_plots(plot / "plots.csv", frame.crs)
+    centres = frame.to_local(np.array([[p.x, p.y, frame.origin[2]] for p in plots]))[:, :2]
+    return Site(frame, views, dtm, Area.circles(centres, np.array([p.radius_m for p in plots])))
+
+
 def _velocity(times: np.ndarray, xyz: np.ndarray, quality: np.ndarray, at: float, half_s: float = 1.0) -> np.ndarray:
     """(3,) slope at ``at`` of a cubic through the epochs within ``half_s`` seconds that have the nearest one's quality
     (a float burst is shifted as a whole); zero where there are fewer than six."""
@@ -228,3 +253,54 @@ def _read(tree: Tree | None) -> dict:
         )
     }
     return {**number, "flag": tree.qc_flag, "reason": tree.qc_reason or ""}
+
+
+def in_plot_rows(plot: TruePlot, trees: list[Tree]) -> list[dict]:
+    """Rows of :func:`score_trees` of the stems that stand in a plot, with the clear views of all photos, and of trees
+    where nothing stands."""
+    rows = score_trees(plot, trees, plot.clear_views({view.name for view in plot.views()}))
+    inside = set(plot.trees.loc[plot.trees["in_plot"], "tree_id"].astype(str))
+    return [row for row in rows if row["tree_id"] in inside or row.get("false")]
+
+
+def accuracy_of(rows: list[dict], min_clear: int = 0) -> Accuracy:
+    """Pooled accuracy of rows of :func:`score_trees`: of stems with so many clear views."""
+    stems = [row for row in rows if not row.get("false") and (row["clear"] or 0) >= min_clear]
+    read = [row for row in stems if row["read_cm"] is not None]
+    true = np.array([row["true_cm"] for row in read])
+    inside = np.array([row["lo_cm"] is not None and row["lo_cm"] <= row["true_cm"] <= row["hi_cm"] for row in read])
+    errors = np.array([row["read_cm"] for row in read]) - true
+    return score(errors, true, len(stems), sum(bool(row.get("false")) for row in rows), inside)
+
+
+def plots_of(given: Path | None, folder: Path, quick: bool, reporter: Reporter) -> list[Path]:
+    """The plots to run on: those given (a plot, or a folder of plots), or simulated ones.
+
+    Raises:
+        InputError: the folder holds no simulated plot.
+    """
+    from ..simulate.settings import SimulateSettings
+    from ..simulate.simulate import simulate_plot
+
+    if given is not None:
+        found = [given] if (given / "truth").exists() else sorted(p.parent for p in given.glob("*/truth"))
+        if not found:
+            raise InputError(f"{given}: holds no simulated plot (a folder with truth/); make one with simulate-plot.")
+        for plot in found:
+            TruePlot.load(plot)
+        return [plot.resolve() for plot in found]
+    wanted = [41] if quick else [41, 42, 43]
+    plots = []
+    for seed in wanted:
+        plot = folder / "plots" / f"sim{seed}"
+        if not (plot / "truth" / "config.json").exists():
+            with reporter.stage(f"simulate plot {seed}", 0.0, 1.0):
+                size = {"preset": "plot", "radius_m": 9.0, "photos": 50, "samples": 3} if quick else {"preset": "plot"}
+                simulate_plot(
+                    SimulateSettings(
+                        output=plot, seed=seed, touching_saplings=1, strong_leans=1, lean_max_deg=8.0, **size
+                    ),
+                    reporter,
+                )  # type: ignore[arg-type]
+        plots.append(plot.resolve())
+    return plots

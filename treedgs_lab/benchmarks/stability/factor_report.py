@@ -9,7 +9,7 @@ from treedgs_geo.core.intervals import LEVEL
 from treedgs_geo.report.blocks import Column, Table
 
 from .factors import FACTORS
-from .stability_report import COVERAGE, REPORTED, distinct
+from .report import COVERAGE, REPORTED, distinct
 
 #: A share is taken for missed where fewer than this of such samples would come out so, were it inside the range.
 CHANCE = 0.05

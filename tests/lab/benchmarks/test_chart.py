@@ -12,11 +12,12 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.report.html import write_html
 from treedgs_geo.run.routes import CHAIN_PRESETS
-from treedgs_lab.benchmarking import chart, chart_pictures, cost
-from treedgs_lab.benchmarking.cost import PAPER, fit_power, predict, split_reducing
-from treedgs_lab.benchmarking.cost_jobs import run_stems_cost
-from treedgs_lab.benchmarking.ladder import CONFIGS, SFM
-from treedgs_lab.benchmarking.markdown import markdown
+from treedgs_lab.benchmarks.speed import configurations as chart
+from treedgs_lab.benchmarks.speed import cost, pictures
+from treedgs_lab.benchmarks.speed.cost import PAPER, fit_power, predict, split_reducing
+from treedgs_lab.benchmarks.speed.cost_jobs import run_stems_cost
+from treedgs_lab.benchmarks.speed.ladder import CONFIGS, SFM
+from treedgs_lab.benchmarks.markdown import markdown
 from treedgs_lab.verbs.benchmark import BenchmarkSettings, run
 
 FACTS = {
@@ -115,17 +116,17 @@ def test_a_configuration_that_measures_nothing_is_reported_and_not_recommended()
     table = chart.summarise([run_record("fast", 5.0, [], refused=3), run_record("balanced", 50.0, [0.2, 0.1, 0.3])])
     assert not table.set_index("key").loc["fast", "front"]
     assert set(chart.knees(table).values()) == {"balanced"}
-    chart_pictures.draw_chart(table, FACTS)
-    assert "–" in markdown(chart_pictures.report_blocks(table, FACTS, {}, {}))
+    pictures.draw_chart(table, FACTS)
+    assert "–" in markdown(pictures.report_blocks(table, FACTS, {}, {}))
 
 
 def test_pictures_and_page(table, tmp_path):
-    figure = chart_pictures.draw_chart(table, FACTS)
+    figure = pictures.draw_chart(table, FACTS)
     labels = [text.get_text() for text in figure.axes[0].texts]
     assert any("12 photos 10/10" in label for label in labels)
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
     assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[k + 1 :])
-    document = chart_pictures.document(table, FACTS, chart.knees(table))
+    document = pictures.document(table, FACTS, chart.knees(table))
     page = write_html(tmp_path / "chart.html", document).read_text(encoding="utf-8")
     assert "{{" not in page and "src=" not in page and "<link" not in page
     data = json.loads(page.split('id="d">')[1].split("</script>")[0])
@@ -136,10 +137,10 @@ def test_pictures_and_page(table, tmp_path):
 
 def test_plots_stand_side_by_side(table):
     each = {"sim": table, "real": table[table["key"] != "fast"]}
-    text = markdown(chart_pictures.report_blocks(table, FACTS, {}, each))
+    text = markdown(pictures.report_blocks(table, FACTS, {}, each))
     assert "| balanced | 0.50 (+0.00), 10 of 10 | 0.50 (+0.00), 10 of 10 |" in text
     assert "| fast | 0.90 (+0.00), 10 of 10 | – |" in text.splitlines()
-    assert "plot by plot" not in markdown(chart_pictures.report_blocks(table, FACTS, {}, {"sim": table}))
+    assert "plot by plot" not in markdown(pictures.report_blocks(table, FACTS, {}, {"sim": table}))
     assert "| photos used | 12 photos | +30 | +1.50 | +0 | worse |" in text and "8 fewer stems measured" in text
 
 
@@ -155,7 +156,7 @@ def test_presets_of_the_chain_are_on_the_chart():
         assert config.kind == kind and config.scale == 1, name
         assert kind != "photos" or not config.params, name  # the job takes them from the preset itself
     assert len({config.key for config in CONFIGS}) == len(CONFIGS)
-    assert {config.group for config in CONFIGS} <= set(chart_pictures.LOOKS)
+    assert {config.group for config in CONFIGS} <= set(pictures.LOOKS)
 
 
 def test_power_law_is_recovered_and_bounded():

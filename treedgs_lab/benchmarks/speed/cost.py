@@ -6,7 +6,7 @@ fitted (``b`` within the limits that the algorithm allows). The prediction says 
 
 from __future__ import annotations
 
-import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,8 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.files import atomic_path, write_json
+from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.core.tables import safe_frame
 from treedgs_geo.reconstruction.matching_strategy import GUIDED_NEIGHBOURS
 from treedgs_geo.report.blocks import Block, Column, Paragraph, Table
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart, write_chart
@@ -24,10 +23,9 @@ from treedgs_geo.run.heights import MAX_COMPARED
 from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_geo.run.second_measurement import MAX_MEASURED_AGAIN
 
-from . import chart
-from .jobs import run_job
-from .markdown import markdown
-from .plot import TruePlot
+from ..plot import plots_of
+from ..processes import run_job
+from ..records import machine, write_markdown, write_table
 
 #: The paper's case (tab:runtime_breakdown): one plot of 365 photos of 20 MP, 45 stems, 83 minutes on 192 threads + GPU.
 PAPER = {"photos": 365, "megapixels": 20.0, "stems": 45, "radius_m": 16.05, "minutes": 83.0}
@@ -55,7 +53,7 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     Raises:
         InputError: the plot given is none.
     """
-    plot, *more = chart.plots_of(plots, output, True, reporter)
+    plot, *more = plots_of(plots, output, True, reporter)
     points = _measure(plot, more, output, reporter, budget_min)
     if len(points) < 4:
         raise InputError("Too few measurements were made to fit a cost model; give more time with --budget-min.")
@@ -67,20 +65,18 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     memory = fit_memory(table)
     prediction = predict(fits, memory, PAPER)
     facts = {
-        "machine": chart.machine(),
+        "machine": machine(),
         "plot": plot.name,
         "reconstructed_too": [other.name for other in more],
-        "points": _records(table),
+        "points": [row.dropna().to_dict() for _, row in table.iterrows()],
         "fits": fits,
         "memory": memory,
         "paper_case": {**PAPER, **prediction},
     }
     write_json(output / "cost.json", facts)
-    with atomic_path(output / "cost.csv") as path:
-        safe_frame(table).to_csv(path, index=False)
+    write_table(output / "cost.csv", table)
     write_chart(output, "cost", draw(table, fits))
-    with atomic_path(output / "cost.md") as path:
-        path.write_text(markdown(cost_blocks(facts)), encoding="utf-8")
+    write_markdown(output / "cost.md", cost_blocks(facts))
     return {
         "output": str(output),
         "chart": str(output / "cost.svg"),
@@ -88,79 +84,61 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     }
 
 
-def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
-    """Sizes of each kind of work on ``plot``, small ones first, and the reconstruction of ``more`` plots; kept runs are
-    not run again."""
-    import time
-
-    began = time.monotonic()
-    subsets = [("photos", share, 1.0) for share in (0.35, 0.6, 1.0)] + [("photos", 0.5, 0.6)]
-    points: list[dict] = []
-    truth = TruePlot.load(plot)
-    names = sorted(path.name for path in (plot / "images").iterdir())
-    runs: list[tuple[str, dict[str, Any]]] = []
-    for _, share, scale in subsets:
-        runs.append(
-            (f"sfm-{share:g}-{scale:g}", {"kind": "subset_sfm", "plot": str(plot), "share": share, "scale": scale})
-        )
+def _runs(plot: Path, more: list[Path]) -> dict[str, dict[str, Any]]:
+    """Jobs of :mod:`.cost_jobs` by name, small ones first: sizes of each kind of work on ``plot``, and the
+    reconstruction of ``more`` plots."""
+    runs: dict[str, dict[str, Any]] = {}
+    for share, scale in ((0.35, 1.0), (0.6, 1.0), (1.0, 1.0), (0.5, 0.6)):
+        runs[f"sfm-{share:g}-{scale:g}"] = {"kind": "subset_sfm", "share": share, "scale": scale}
     for other in more:
-        whole = {"kind": "subset_sfm", "plot": str(other), "share": 1.0, "scale": 1.0}
-        runs.append((f"sfm-{other.name}", whole))
+        runs[f"sfm-{other.name}"] = {"kind": "subset_sfm", "plot": str(other), "share": 1.0, "scale": 1.0}
     for radius in (0.5, 1.0, 1.4):
         for views in (12, 24, 60):
-            runs.append(
-                (
-                    f"stems-{radius:g}-{views}",
-                    {"kind": "stems_cost", "plot": str(plot), "radius": radius, "views": views},
-                )
-            )
+            runs[f"stems-{radius:g}-{views}"] = {"kind": "stems_cost", "radius": radius, "views": views}
     for photos, megapixels in ((6, 4.0), (6, 12.0), (4, 50.0)):
-        runs.append(
-            (
-                f"features-{photos}-{megapixels:g}",
-                {"kind": "features_cost", "plot": str(plot), "photos": photos, "megapixels": megapixels},
-            )
-        )
+        job = {"kind": "features_cost", "photos": photos, "megapixels": megapixels}
+        runs[f"features-{photos}-{megapixels:g}"] = job
     for stems, scale in ((1, 1.0), (3, 1.0), (6, 1.0), (3, 2.0)):
-        runs.append(
-            (f"second-{stems}-{scale:g}", {"kind": "second_cost", "plot": str(plot), "stems": stems, "scale": scale})
-        )
+        runs[f"second-{stems}-{scale:g}"] = {"kind": "second_cost", "stems": stems, "scale": scale}
     if (plot / "lidar").exists():
         for radius, views in ((0.5, 24), (1.0, 24), (1.0, 60)):
-            heights = {"kind": "heights_cost", "plot": str(plot), "radius": radius, "views": views}
-            runs.append((f"heights-{radius:g}-{views}", heights))
+            runs[f"heights-{radius:g}-{views}"] = {"kind": "heights_cost", "radius": radius, "views": views}
         for share in (0.25, 0.5, 1.0):
-            runs.append((f"lidar-{share:g}", {"kind": "lidar_cost", "plot": str(plot), "share": share}))
-    for number, (name, job) in enumerate(runs):
+            runs[f"lidar-{share:g}"] = {"kind": "lidar_cost", "share": share}
+    return {name: {"plot": str(plot), **job} for name, job in runs.items()}
+
+
+def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
+    """A row a stage and run of :func:`_runs`; kept runs are not run again."""
+    began, points = time.monotonic(), []
+    runs = _runs(plot, more)
+    for number, (name, job) in enumerate(runs.items()):
         reporter.progress(number / len(runs), name)
         kept = output / "cost-runs" / f"{name}.json"
-        record = json.loads(kept.read_text()) if kept.exists() else None
-        if record is None or "error" in record:
+        record: dict[str, Any] = read_json(kept) if kept.exists() else {"error": "not run"}
+        if "error" in record:
             if budget_min and time.monotonic() - began > 60 * budget_min:
                 reporter.warn(f"Out of time before {name}; run again to add it.")
                 break
-            job["scratch"] = str(output / "cost-runs" / f"{name}-work")
-            record = run_job(job, kept)
+            record = run_job({**job, "scratch": str(output / "cost-runs" / f"{name}-work")}, kept)
         if "error" in record:
             reporter.warn(f"{name}: {record['error']}")
             continue
-        if record["facts"].get("level", "guided") != "guided":
-            reporter.warn(
-                f"{name}: reconstructed at the level {record['facts']['level']}; only the guided one is fitted."
-            )
+        if (level := record["facts"].get("level", "guided")) != "guided":
+            reporter.warn(f"{name}: reconstructed at the level {level}; only the guided one is fitted.")
             continue
-        for stage, seconds in record["stages"].items():
-            points.append(
-                {
-                    "run": name,
-                    "stage": stage,
-                    "size": record["sizes"][stage],
-                    "seconds": seconds,
-                    "peak_memory_mb": record["peak_memory_mb"],
-                    **record["facts"],
-                }
-            )
-    reporter.info(f"{len(points)} measurements on {len(names)} photos and {len(truth.trees)} stems.")
+        points += [
+            {
+                "run": name,
+                "stage": stage,
+                "size": record["sizes"][stage],
+                "seconds": seconds,
+                "peak_memory_mb": record["peak_memory_mb"],
+                **record["facts"],
+            }
+            for stage, seconds in record["stages"].items()
+        ]
+    reporter.info(f"{len(points)} measurements on {plot.name}.")
     return points
 
 
@@ -181,11 +159,6 @@ def split_reducing(table: pd.DataFrame) -> pd.DataFrame:
     more["size"] = more["photos"] * (more["megapixels"] - MAX_FEATURE_MP)
     more["stage"] = "reducing"
     return pd.concat([table[~large], more], ignore_index=True)
-
-
-def _records(table: pd.DataFrame) -> list[dict]:
-    """Rows without what a run did not measure."""
-    return [{str(name): value for name, value in row.items() if not pd.isna(value)} for row in table.to_dict("records")]
 
 
 def fit_power(size: np.ndarray, seconds: np.ndarray, limits: tuple[float, float]) -> dict[str, Any]:

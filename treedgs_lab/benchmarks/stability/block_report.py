@@ -10,7 +10,7 @@ import pandas as pd
 from treedgs_geo.report.blocks import Block, Column, Sentences, Table
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart
 
-from .blocks import WRONG_SCALE_SD, WRONG_SCALE_SHARE, wrong_scale
+from ..blocks import WRONG_SCALE_SD, WRONG_SCALE_SHARE, wrong_scale
 from .factor_type import Factor
 from .factors import FACTORS
 

@@ -1,0 +1,1 @@
+"""The stability suite: one trouble at a time, from harmless to hopeless."""

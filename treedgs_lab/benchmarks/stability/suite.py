@@ -1,0 +1,117 @@
+"""What ``treedgs benchmark --stability`` does: the suite, kept and resumed in one output folder."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from treedgs_geo.core.errors import InputError, TreeDGSError
+from treedgs_geo.core.files import ensure_writable, write_json
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.report.charts import write_chart
+from treedgs_geo.report.html import write_html
+
+from ..records import machine, rows_of, write_markdown, write_table
+from . import block_report, factor_report, report
+from .cases import METHODS, Case, all_cases, run_cases
+from .factors import FACTORS
+
+
+@dataclass(frozen=True)
+class StabilityChoice:
+    """Which cases of the stability suite to run. factors, methods: their keys; empty: all."""
+
+    seeds: list[int]
+    factors: list[str] = field(default_factory=list)
+    methods: list[str] = field(default_factory=list)
+
+    def cases(self) -> list[Case]:
+        """Those cases; :class:`.InputError` for a key that is none."""
+        known = {"factor": {factor.key for factor in FACTORS}, "method": set(METHODS)}
+        for what, keys in (("factor", self.factors), ("method", self.methods)):
+            if unknown := [key for key in keys if key not in known[what]]:
+                raise InputError(f"--{what}s: {unknown[0]!r} is no {what}; known: {', '.join(sorted(known[what]))}.")
+        cases = all_cases(self.seeds, self.factors, self.methods)
+        if not cases:
+            raise InputError("--methods: none of them reads what the factors given trouble; choose others.")
+        return cases
+
+
+def run_stability(
+    output: Path, chosen: StabilityChoice, fresh: bool, budget_min: float, reporter: Reporter
+) -> dict[str, Any]:
+    """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves;
+    with factors that run the whole chain ``stability-blocks.csv`` and ``stability-reconstruction.{svg,png}``."""
+    began = time.monotonic()
+    ensure_writable(output / "stability.json")
+    cases = chosen.cases()
+    with reporter.stage("cases", 0.0, 0.97):
+        budget = 60 * budget_min if budget_min else float("inf")
+        records = list(run_cases(cases, output, reporter, fresh, budget))
+    if len(records) < len(cases):
+        reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time, or crashed); run again to go on.")
+    return {
+        **write_stability(output, records, len(cases)),
+        "n_cases": len(records),
+        "n_wanted": len(cases),
+        "seconds": round(time.monotonic() - began),
+    }
+
+
+def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str, Any]:
+    """Tables, pictures and page of the records; wanted: cases that there should be."""
+    if not records:
+        raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
+    table = report.tree_rows(records)
+    blocks = block_report.block_rows(records)
+    levels = block_report.with_blocks(report.by_level(table), blocks)
+    claim = report.verdict(table)
+    factors = factor_report.by_factor(table)
+    codes = sorted({record["code"] for record in records})
+    facts = {
+        "machine": machine(),
+        "seeds": sorted({record["seed"] for record in records}),
+        "cases": len(records),
+        "wanted": wanted,
+        "measuring_code": codes,
+    }
+    tables = {"stability.csv": levels, "stability-trees.csv": table, "stability-factors.csv": factors}
+    if len(blocks):
+        tables["stability-blocks.csv"] = blocks
+    for name, frame in tables.items():
+        write_table(output / name, frame)
+    wrong = report.lies(table)
+    write_json(
+        output / "stability.json",
+        {**facts, "verdict": claim, "lies": rows_of(wrong), "levels": rows_of(levels), "blocks": rows_of(blocks)},
+    )
+    said = [
+        *report.report_blocks(table, levels, facts),
+        factor_report.factor_table(factors),
+        *block_report.block_report(blocks),
+    ]
+    write_markdown(output / "stability.md", said)
+    figures = {
+        method: (method.replace(" ", "-"), report.draw_errors(table, method))
+        for method in METHODS
+        if (table["method"] == method).any()
+    }
+    if len(blocks):
+        figures["reconstruction"] = "reconstruction", block_report.draw_blocks(blocks)
+    figures["every method"] = "curves", report.draw_curves(levels)
+    pictures = {
+        words: write_chart(output, f"stability-{name}", figure).data for words, (name, figure) in figures.items()
+    }
+    write_html(output / "stability.html", report.document(said, pictures))
+    own = claim.get("photos") or next(iter(claim.values()))
+    return {
+        "output": str(output),
+        "page": str(output / "stability.html"),
+        "chart": str(output / "stability-curves.svg"),
+        "n_ok": own["ok"],
+        "n_lies": own["lies"],
+        "coverage_90": own["coverage"],
+        "claim_holds": bool(own["holds"]),
+    }
