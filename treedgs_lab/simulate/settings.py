@@ -9,6 +9,7 @@ from pathlib import Path
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.settings import param
 
+from .declare import count, flag, number
 from .options import CameraSettings, ControlSettings, FlightSettings, SensorSettings, WeatherSettings
 from .stand_options import StandSettings
 from .trouble import TroubleSettings
@@ -34,134 +35,39 @@ class SimulateSettings(
         help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
         "demo (6-9 stems), plot (0.03 ha, 62 photos)",
     )
-    seed: int = param(
-        1, kind="integer", minimum=0, maximum=2**31, help="random seed; the same seed gives the same plot"
-    )
+    seed: int = count(1, 0, 2**31, "random seed; the same seed gives the same plot", dialog=True)
     name: str | None = param(None, kind="text", help="plot name, used in file names; default: the folder's name")
-    radius_m: float | None = param(None, kind="number", unit="m", minimum=2, maximum=15, help="radius of the plot")
-    stems_per_ha: float = param(700.0, kind="number", unit="1/ha", minimum=100, maximum=2500, help="planting density")
-    dbh_mean_cm: float = param(
-        27.4, kind="number", unit="cm", minimum=8, maximum=70, help="mean diameter at breast height"
+    radius_m: float | None = number(None, 2, 15, "m", "radius of the plot", dialog=True)
+    stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density", dialog=True)
+    dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height", dialog=True)
+    dbh_sd_cm: float = number(6.7, 0, 25, "cm", "its standard deviation")
+    lean_max_deg: float = number(4.0, 0, 30, "deg", "largest lean of any stem")
+    strong_leans: int = count(0, 0, 10, "in-plot stems that lean by 75-100 % of the largest lean")
+    forks_below_bh: int = count(0, 0, 10, "in-plot trees forked below breast height")
+    forks_above_bh: int = count(0, 0, 10, "in-plot trees forked above breast height")
+    touching_saplings: int = count(0, 0, 10, "in-plot stems touched by a sapling")
+    dead_trees: int = count(0, 0, 10, "in-plot trees without needles")
+    leaf_area_m2: float = number(
+        38.0, 0, 200, "m2", "one-sided needle area of a tree of mean DBH; what hides the stems"
     )
-    dbh_sd_cm: float = param(
-        6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation", dialog=False
+    shrubs_per_m2: float = number(0.13, 0, 2, "1/m2", "shrubs, up to --shrub-height-m")
+    saplings_per_m2: float = number(0.025, 0, 1, "1/m2", "saplings below 7.5 cm DBH")
+    logs: int = count(5, 0, 50, "logs lying about")
+    slope_pct: float = number(3.0, 0, 60, "%", "slope of the ground")
+    roughness_m: float = number(0.1, 0, 1, "m", "standard deviation of the ground about its plane")
+    image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
+    image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
+    photos: int | None = count(None, 8, 400, "number of photos, both flights together", dialog=True)
+    samples: int | None = count(None, 1, 16, "rays a pixel")
+    gsd_cm: float = number(
+        1.84, 0.3, 10, "cm", "ground sample distance straight down from 70 m; sets the focal length", dialog=True
     )
-    lean_max_deg: float = param(
-        4.0, kind="number", unit="deg", minimum=0, maximum=30, help="largest lean of any stem", dialog=False
+    sun_shift_min: float = number(
+        0.0, 0, 240, "min", "minutes by which the sun moves on between the flights; 0 = same shadows in both"
     )
-    strong_leans: int = param(
-        0,
-        kind="integer",
-        minimum=0,
-        maximum=10,
-        help="in-plot stems that lean by 75-100 % of the largest lean",
-        dialog=False,
-    )
-    forks_below_bh: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked below breast height", dialog=False
-    )
-    forks_above_bh: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked above breast height", dialog=False
-    )
-    touching_saplings: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling", dialog=False
-    )
-    dead_trees: int = param(
-        0, kind="integer", minimum=0, maximum=10, help="in-plot trees without needles", dialog=False
-    )
-    leaf_area_m2: float = param(
-        38.0,
-        kind="number",
-        unit="m2",
-        minimum=0,
-        maximum=200,
-        help="one-sided needle area of a tree of mean DBH; what hides the stems",
-        dialog=False,
-    )
-    shrubs_per_m2: float = param(
-        0.13,
-        kind="number",
-        unit="1/m2",
-        minimum=0,
-        maximum=2,
-        help="shrubs, up to --shrub-height-m",
-        dialog=False,
-    )
-    saplings_per_m2: float = param(
-        0.025,
-        kind="number",
-        unit="1/m2",
-        minimum=0,
-        maximum=1,
-        help="saplings below 7.5 cm DBH",
-        dialog=False,
-    )
-    logs: int = param(5, kind="integer", minimum=0, maximum=50, help="logs lying about", dialog=False)
-    slope_pct: float = param(
-        3.0, kind="number", unit="%", minimum=0, maximum=60, help="slope of the ground", dialog=False
-    )
-    roughness_m: float = param(
-        0.10,
-        kind="number",
-        unit="m",
-        minimum=0,
-        maximum=1,
-        help="standard deviation of the ground about its plane",
-        dialog=False,
-    )
-    image_width: int | None = param(
-        None, kind="integer", unit="px", minimum=320, maximum=8192, help="width of a photo", dialog=False
-    )
-    image_height: int | None = param(
-        None,
-        kind="integer",
-        unit="px",
-        minimum=240,
-        maximum=8192,
-        help="height of a photo",
-        dialog=False,
-    )
-    photos: int | None = param(
-        None, kind="integer", minimum=8, maximum=400, help="number of photos, both flights together"
-    )
-    samples: int | None = param(None, kind="integer", minimum=1, maximum=16, help="rays a pixel", dialog=False)
-    gsd_cm: float = param(
-        1.84,
-        kind="number",
-        unit="cm",
-        minimum=0.3,
-        maximum=10,
-        help="ground sample distance straight down from 70 m; sets the focal length",
-    )
-    sun_shift_min: float = param(
-        0.0,
-        kind="number",
-        unit="min",
-        minimum=0,
-        maximum=240,
-        help="minutes by which the sun moves on between the flights; 0 = same shadows in both",
-        dialog=False,
-    )
-    float_epochs: int = param(
-        3,
-        kind="integer",
-        minimum=0,
-        maximum=20,
-        help="photos that fall into a burst of PPK float solutions (0.3 m error)",
-        dialog=False,
-    )
-    labels: bool = param(
-        False, kind="flag", help="write truth/labels: what every pixel of every photo shows", dialog=False
-    )
-    lidar_density_m2: float | None = param(
-        None,
-        kind="number",
-        unit="1/m2",
-        minimum=0,
-        maximum=5000,
-        help="LiDAR pulses per square metre; 0 = no cloud",
-        dialog=False,
-    )
+    float_epochs: int = count(3, 0, 20, "photos that fall into a burst of PPK float solutions (0.3 m error)")
+    labels: bool = flag("write truth/labels: what every pixel of every photo shows")
+    lidar_density_m2: float | None = number(None, 0, 5000, "1/m2", "LiDAR pulses per square metre; 0 = no cloud")
 
 
 @dataclass(frozen=True)

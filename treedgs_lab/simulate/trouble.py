@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from treedgs_geo.core.settings import param
+from .declare import count, number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,97 +18,31 @@ if TYPE_CHECKING:
 class TroubleSettings:
     """Troubles of a synthetic plot (part of the settings of ``simulate-plot``)."""
 
-    wind_sway_cm: float = param(
-        0.0,
-        kind="number",
-        unit="cm",
-        minimum=0,
-        maximum=300,
-        help="sway of the crowns (18 m up) between photos, standard deviation",
+    wind_sway_cm: float = number(
+        0.0, 0, 300, "cm", "sway of the crowns (18 m up) between photos, standard deviation", dialog=True
     )
-    sweep_cm: float = param(
-        0.0,
-        kind="number",
-        unit="cm",
-        minimum=0,
-        maximum=100,
-        help="sideways bow of every in-plot stem over its lowest 4 m",
+    sweep_cm: float = number(0.0, 0, 100, "cm", "sideways bow of every in-plot stem over its lowest 4 m", dialog=True)
+    butt_flare_m: float = number(
+        0.0, 0, 3, "m", "height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn", dialog=True
     )
-    butt_flare_m: float = param(
-        0.0,
-        kind="number",
-        unit="m",
-        minimum=0,
-        maximum=3,
-        help="height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn",
+    ellipticity_pct: float = number(
+        0.0, 0, 40, "%", "widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn", dialog=True
     )
-    ellipticity_pct: float = param(
-        0.0,
-        kind="number",
-        unit="%",
-        minimum=0,
-        maximum=40,
-        help="widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn",
+    twins: int = count(0, 0, 10, "in-plot trees with a second full stem beside them", dialog=True)
+    twin_gap_m: float = number(0.1, 0, 2, "m", "gap between the bark of twins at breast height", dialog=True)
+    clearing_m: float = number(0.0, 0, 30, "m", "no tree stands within this distance of the plot's centre", dialog=True)
+    shaken_pct: float = number(0.0, 0, 100, "%", "share of the photos with motion blur", dialog=True)
+    shake_px: float = number(6.0, 0, 100, "px", "length of that motion blur", dialog=True)
+    misexposed_pct: float = number(
+        0.0, 0, 100, "%", "share of the photos exposed wrongly, half of them too dark, half too light", dialog=True
     )
-    twins: int = param(
-        0,
-        kind="integer",
-        minimum=0,
-        maximum=10,
-        help="in-plot trees with a second full stem beside them",
+    misexposed_stops: float = number(2.0, 0, 8, "stops", "by how much", dialog=True)
+    exposure_drift_stops: float = number(0.0, 0, 4, "stops", "exposure of each photo, standard deviation", dialog=True)
+    white_drift_pct: float = number(
+        0.0, 0, 50, "%", "white balance of each photo, standard deviation a channel", dialog=True
     )
-    twin_gap_m: float = param(
-        0.1,
-        kind="number",
-        unit="m",
-        minimum=0,
-        maximum=2,
-        help="gap between the bark of twins at breast height",
-    )
-    clearing_m: float = param(
-        0.0,
-        kind="number",
-        unit="m",
-        minimum=0,
-        maximum=30,
-        help="no tree stands within this distance of the plot's centre",
-    )
-    shaken_pct: float = param(
-        0.0, kind="number", unit="%", minimum=0, maximum=100, help="share of the photos with motion blur"
-    )
-    shake_px: float = param(6.0, kind="number", unit="px", minimum=0, maximum=100, help="length of that motion blur")
-    misexposed_pct: float = param(
-        0.0,
-        kind="number",
-        unit="%",
-        minimum=0,
-        maximum=100,
-        help="share of the photos exposed wrongly, half of them too dark, half too light",
-    )
-    misexposed_stops: float = param(2.0, kind="number", unit="stops", minimum=0, maximum=8, help="by how much")
-    exposure_drift_stops: float = param(
-        0.0,
-        kind="number",
-        unit="stops",
-        minimum=0,
-        maximum=4,
-        help="exposure of each photo, standard deviation",
-    )
-    white_drift_pct: float = param(
-        0.0,
-        kind="number",
-        unit="%",
-        minimum=0,
-        maximum=50,
-        help="white balance of each photo, standard deviation a channel",
-    )
-    ppk_bias_m: float = param(
-        0.0,
-        kind="number",
-        unit="m",
-        minimum=0,
-        maximum=100,
-        help="constant shift of the whole PPK track in E, N and h (wrong base coordinates)",
+    ppk_bias_m: float = number(
+        0.0, 0, 100, "m", "constant shift of the whole PPK track in E, N and h (wrong base coordinates)", dialog=True
     )
 
 
