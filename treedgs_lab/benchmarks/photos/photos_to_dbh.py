@@ -18,6 +18,8 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
+import pandas as pd
+
 from treedgs_geo.inventory.accuracy.scores import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_lab.benchmarks.processes import photo_inputs, words
@@ -79,19 +81,16 @@ def main() -> int:
     finally:
         if options.work is None:
             shutil.rmtree(base, ignore_errors=True)
-    print("\nplot      route    stems  found  false  RMSE cm  mean cm  worst cm  in 90 %  seconds  MB")
-    for row in rows:
-        if row["exit_code"]:
-            print(f"{row['plot']:<9} {row['fit']:<8} failed with exit code {row['exit_code']}")
-            continue
-        a = row["3 or more clear views"]
-        text = " ".join(
-            "-" if a[k] is None else f"{a[k]:8.2f}" for k in ("rmse_cm", "me_cm", "max_abs_cm", "coverage_90")
-        )
-        print(
-            f"{row['plot']:<9} {row['fit']:<8} {a['n_reference']:>5} {a['n_measured']:>6} {a['n_false']:>6} {text} "
-            f"{sum(row['seconds'].values()):>8.0f} {row['peak_memory_mb']:>5}"
-        )
+    shown = ("n_reference", "n_measured", "n_false", "rmse_cm", "me_cm", "max_abs_cm", "coverage_90")
+    print(
+        pd.DataFrame(
+            [
+                {name: row.get(name) for name in ("plot", "fit", "exit_code", "diameters_s", "peak_memory_mb")}
+                | {name: row.get("3 or more clear views", {}).get(name) for name in shown}
+                for row in rows
+            ]
+        ).to_string(index=False, float_format="%.2f")
+    )
     write_record(options.output, {"runs": rows}, seeds=[SEED])
     return 0 if all(row["exit_code"] == 0 for row in rows) else 1
 

@@ -25,6 +25,12 @@ LOOKS = {
 }
 #: Half the size of a mark that names keep clear of, pixels.
 MARK_PX = 6.0
+#: Places of names beside their marks, the nearest first: points right and up, and which end is at the mark.
+BESIDE = (
+    *((7, 3, "left"), (7, -9, "left"), (-7, 3, "right"), (-7, -9, "right"), (0, 10, "center"), (0, -16, "center")),
+    *((7, 14, "left"), (7, -20, "left"), (-7, 14, "right"), (-7, -20, "right"), (0, 22, "center"), (0, -28, "center")),
+    *((9, 25, "left"), (9, -31, "left"), (-9, 25, "right"), (-9, -31, "right")),
+)
 #: Darker shades for words: light ones do not read in print.
 WORDS = {"pixels used": "#1F6FA3", "reconstruction": "#8A6000", "LiDAR": "#96497A", "stem model": "#00694C"}
 
@@ -161,53 +167,22 @@ def _label(axes: Any, shown: pd.DataFrame) -> None:
         text = row["title"] + count
         bold = "bold" if row["group"] == "presets" else "normal"
         colour = WORDS.get(row["group"], LOOKS[row["group"]][0])
-        for dx, dy, align in (
-            (7, 3, "left"),
-            (7, -9, "left"),
-            (-7, 3, "right"),
-            (-7, -9, "right"),
-            (0, 10, "center"),
-            (0, -16, "center"),
-            (7, 14, "left"),
-            (7, -20, "left"),
-            (-7, 14, "right"),
-            (-7, -20, "right"),
-            (0, 22, "center"),
-            (0, -28, "center"),
-            (9, 25, "left"),
-            (9, -31, "left"),
-            (-9, 25, "right"),
-            (-9, -31, "right"),
-        ):
-            note = axes.annotate(
-                text,
-                (row["seconds"], row["rmse_cm"]),
-                xytext=(dx, dy),
-                textcoords="offset points",
-                ha=align,
-                fontsize=7.2,
-                color=colour,
-                weight=bold,
-            )
+        note = axes.annotate(
+            text,
+            (row["seconds"], row["rmse_cm"]),
+            xytext=(0, 0),
+            textcoords="offset points",
+            fontsize=7.2,
+            color=colour,
+            weight=bold,
+        )
+        # Where no place is free, the last one counts: beside the mark.
+        for *note.xyann, align in (*BESIDE, BESIDE[0]):
+            note.set_ha(align)
             box = note.get_window_extent(renderer)
-            if (
-                not any(box.overlaps(other) for other in taken)
-                and axes.bbox.containsx(box.x0)
-                and axes.bbox.containsx(box.x1)
-            ):
+            free = not any(box.overlaps(other) for other in taken)
+            if free and axes.bbox.containsx(box.x0) and axes.bbox.containsx(box.x1):
                 break
-            note.remove()
-        else:
-            note = axes.annotate(
-                text,
-                (row["seconds"], row["rmse_cm"]),
-                xytext=(7, 3),
-                textcoords="offset points",
-                fontsize=7.2,
-                color=colour,
-                weight=bold,
-            )
-            box = note.get_window_extent(renderer)
         taken.append(box)
 
 

@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.report.blocks import Block, Column, Sentences, Table
-from treedgs_geo.report.charts import BLUE, VERMILION, new_chart
+from treedgs_geo.report.charts import BLUE, VERMILION
 
 from ..blocks import WRONG_SCALE_SD, WRONG_SCALE_SHARE, wrong_scale
 from .factor_type import Factor
 from .factors import FACTORS
+from .report import factor_panels, in_words
 
 #: Scale errors beyond this are drawn at the edge, %.
 _MAX_PCT = 3.0
@@ -125,15 +126,6 @@ def block_report(blocks: pd.DataFrame) -> list[Block]:
     if not len(blocks):
         return []
     once = blocks[~blocks["base"]]
-    titles = {factor.key: factor for factor in FACTORS}
-    rows = [
-        {
-            **row,
-            "factor": titles[row["factor"]].title,
-            "level": titles[row["factor"]].label_with_unit(row["level"]),
-        }
-        for row in by_block_level(blocks).to_dict("records")
-    ]
     columns = [
         Column("factor", "factor"),
         Column("level", "level"),
@@ -155,15 +147,15 @@ def block_report(blocks: pd.DataFrame) -> list[Block]:
         f"{100 * WRONG_SCALE_SHARE:g} % ({_count(once['wrong_ok_scale'])} by the median of the ok trees). By level, "
         "the worst of the seeds."
     )
-    return [Table("blocks", "Through the reconstruction", columns, rows, note), Sentences(_named(blocks, titles))]
+    table = Table("blocks", "Through the reconstruction", columns, in_words(by_block_level(blocks)), note)
+    return [table, Sentences(_named(blocks))]
 
 
-def _named(blocks: pd.DataFrame, known: dict[str, Factor]) -> list[str]:
+def _named(blocks: pd.DataFrame) -> list[str]:
     """Refusals in their own words, and plots of flights over several, case by case."""
     listed = []
-    for row in blocks.to_dict("records"):
-        factor = known[row["factor"]]
-        where = f"{factor.title}, {factor.label_with_unit(row['level'])}, seed {row['seed']}"
+    for row in in_words(blocks):
+        where = f"{row['factor']}, {row['level']}, seed {row['seed']}"
         if row["refused"]:
             listed.append(f"{where}: refused: {row['refused']}")
         if row["by_plot"]:
@@ -173,21 +165,10 @@ def _named(blocks: pd.DataFrame, known: dict[str, Factor]) -> list[str]:
 
 def draw_blocks(blocks: pd.DataFrame) -> Any:
     """A panel a factor: error of the scale, case by case, on the band that is stated; below it the camera centres."""
-    factors = [f for f in FACTORS if (blocks["factor"] == f.key).any()]
-    columns = max(min(4, len(factors)), 2)
-    rows = -(-len(factors) // columns)
-    heights = [2, 1] * rows
-    figure, grid = new_chart(
-        3.1 * columns, 3.0 * rows, False, nrows=2 * rows, ncols=columns, squeeze=False, height_ratios=heights
-    )
-    for number in range(rows * columns):
-        above, below = (grid[2 * (number // columns) + k, number % columns] for k in range(2))
-        if number < len(factors):
-            _block_panel(above, below, blocks[blocks["factor"] == factors[number].key], factors[number])
-        else:
-            above.set_visible(False)
-            below.set_visible(False)
-        if number % columns == 0:
+    figure, panels = factor_panels(blocks, 4, 3.1, 3.0, [2, 1])
+    for factor, (above, below) in panels:
+        _block_panel(above, below, blocks[blocks["factor"] == factor.key], factor)
+        if above.get_subplotspec().is_first_col():
             above.set_ylabel("scale error, %", fontsize=7)
             below.set_ylabel("centres, cm", fontsize=7)
     figure.suptitle(
@@ -222,10 +203,3 @@ def _block_panel(above: Any, below: Any, part: pd.DataFrame, factor: Factor) -> 
     below.set_yscale("log")
     below.set_ylim(0.1, 1000)
     below.set_yticks([1, 100], ["1", "100"])
-    for axes in (above, below):
-        axes.set_xlim(-0.5, len(factor.levels) - 0.5)
-        axes.tick_params(labelsize=7)
-    above.set_xticks(range(len(factor.levels)), [])
-    below.set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
-    below.set_xlabel(factor.unit, fontsize=7, labelpad=1)
-    above.set_title(factor.title, fontsize=8, pad=3)

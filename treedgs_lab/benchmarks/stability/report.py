@@ -79,16 +79,8 @@ def by_level(table: pd.DataFrame) -> pd.DataFrame:
     for factor in FACTORS:
         for level in factor.levels:
             part = table[(table["factor"] == factor.key) & (table["level"] == level)]
-            for method in dict.fromkeys(part["method"]):
-                rows.append(
-                    {
-                        "factor": factor.key,
-                        "level": level,
-                        "unit": factor.unit,
-                        "method": method,
-                        **figures(part[part["method"] == method]),
-                    }
-                )
+            about = {"factor": factor.key, "level": level, "unit": factor.unit}
+            rows += [{**about, "method": method, **figures(own)} for method, own in part.groupby("method", sort=False)]
     return pd.DataFrame(rows)
 
 
@@ -125,13 +117,12 @@ def verdict(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
     for method in dict.fromkeys(table["method"]):
         found = figures(once[once["method"] == method])
         share = found["lies"] / found["ok"] if found["ok"] else None
-        holds = share is not None and share <= MAX_LIES
-        covered = found["coverage"] is not None and COVERAGE[0] <= found["coverage"] <= COVERAGE[1]
+        covered = found["coverage"]
         result[method] = {
             **found,
             "lie_share": None if share is None else round(share, 4),
-            "holds": holds,
-            "coverage_holds": covered,
+            "holds": share is not None and share <= MAX_LIES,
+            "coverage_holds": covered is not None and COVERAGE[0] <= covered <= COVERAGE[1],
         }
     return result
 
@@ -139,34 +130,49 @@ def verdict(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
 def lies(table: pd.DataFrame) -> pd.DataFrame:
     """Every lie, worst first."""
     found = table[table["lie"] & ~table["base"]]
-    columns = [
-        "method",
-        "factor",
-        "level",
-        "seed",
-        "tree_id",
-        "kind",
-        "clear",
-        "true_cm",
-        "read_cm",
-        "error_cm",
-        "se_cm",
-        "lo_cm",
-        "hi_cm",
-    ]
+    columns = ["method", "factor", "level", "seed", "tree_id", "kind", "clear"]
+    columns += ["true_cm", "read_cm", "error_cm", "se_cm", "lo_cm", "hi_cm"]
     return found.sort_values("error_cm", key=lambda e: -e.abs().fillna(99))[columns].reset_index(drop=True)
+
+
+def in_words(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows with title and unit in place of ``factor`` and ``level``."""
+    known = {factor.key: factor for factor in FACTORS}
+    return [
+        {**row, "factor": known[row["factor"]].title, "level": known[row["factor"]].label_with_unit(row["level"])}
+        for row in table.to_dict("records")
+    ]
+
+
+def factor_panels(
+    table: pd.DataFrame, columns: int, width: float, height: float, ratios: list[int]
+) -> tuple[Any, list[tuple[Factor, list[Any]]]]:
+    """A figure with axes for each factor of a table, one above the other in these ``ratios``; width, height: of a
+    factor's panel, inches."""
+    factors = [factor for factor in FACTORS if (table["factor"] == factor.key).any()]
+    columns = max(min(columns, len(factors)), 2)
+    rows = -(-len(factors) // columns)
+    shape = {"nrows": len(ratios) * rows, "ncols": columns, "squeeze": False, "height_ratios": ratios * rows}
+    figure, grid = new_chart(width * columns, height * rows, False, **shape)
+    cells = grid.reshape(rows, len(ratios), columns).transpose(0, 2, 1).reshape(-1, len(ratios))
+    for axes in cells[len(factors) :].flat:
+        axes.set_visible(False)
+    for factor, panel in zip(factors, cells, strict=False):
+        panel[0].set_title(factor.title, fontsize=8, pad=3)
+        for axes in panel:
+            axes.set_xticks(range(len(factor.levels)), [])
+            axes.set_xlim(-0.5, len(factor.levels) - 0.5)
+            axes.tick_params(labelsize=7)
+        panel[-1].set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
+        panel[-1].set_xlabel(factor.unit, fontsize=7, labelpad=1)
+    return figure, list(zip(factors, cells.tolist(), strict=False))
 
 
 def draw_errors(table: pd.DataFrame, method: str) -> Any:
     """A panel a factor: signed errors against severity; under it the share refused and the interval's coverage."""
     own = table[table["method"] == method]
-    factors = [f for f in FACTORS if (own["factor"] == f.key).any()]
-    columns = max(min(4, len(factors)), 2)
-    rows = -(-len(factors) // columns)
-    figure, grid = new_chart(3.1 * columns, 2.25 * rows, False, nrows=rows, ncols=columns, squeeze=False)
-    for axes in grid.flat[len(factors) :]:
-        axes.set_visible(False)
-    for axes, factor in zip(grid.flat, factors, strict=False):
+    figure, panels = factor_panels(own, 4, 3.1, 2.25, [1])
+    for factor, (axes,) in panels:
         _panel(axes, own[own["factor"] == factor.key], factor)
     figure.suptitle(
         f"{method}: DBH error, cm, from harmless (left) to hopeless. Filled: ok; hollow: to check; "
@@ -201,38 +207,22 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
     axes.set_xticks(range(len(factor.levels)), names, fontsize=7)
     axes.set_ylim(-8.4, 8.4)
     axes.set_yticks([-5, 0, 5])
-    axes.tick_params(labelsize=7)
-    axes.set_xlim(-0.5, len(factor.levels) - 0.5)
-    axes.set_title(factor.title if factor.unit in factor.title else f"{factor.title}, {factor.unit}", fontsize=8, pad=3)
 
 
 def draw_curves(levels: pd.DataFrame) -> Any:
     """Every method against severity: RMSE of what it measured, the share it refused, and how many of the accepted lie
     inside their 90 % interval (methods that give one)."""
-    factors = [f for f in FACTORS if (levels["factor"] == f.key).any()]
-    columns = max(min(5, len(factors)), 2)
-    rows = -(-len(factors) // columns)
-    heights = [2, 1, 1] * rows
-    figure, grid = new_chart(
-        2.6 * columns, 3.3 * rows, False, nrows=3 * rows, ncols=columns, squeeze=False, height_ratios=heights
-    )
-    for number in range(rows * columns):
-        parts = [grid[3 * (number // columns) + k, number % columns] for k in range(3)]
-        if number < len(factors):
-            _curves(parts, levels[levels["factor"] == factors[number].key], factors[number])
-        else:
-            for axes in parts:
-                axes.set_visible(False)
-        if number % columns == 0:
+    figure, panels = factor_panels(levels, 5, 2.6, 3.3, [2, 1, 1])
+    shown: dict[str, Any] = {}
+    for factor, parts in panels:
+        _curves(parts, levels[levels["factor"] == factor.key], factor)
+        handles, labels = parts[0].get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+        if parts[0].get_subplotspec().is_first_col():
             for axes, label in zip(parts, ("RMSE, cm", "% refused", "% in 90 %"), strict=True):
                 axes.set_ylabel(label, fontsize=7)
-    handles, labels = [], []
-    for axes in grid.flat:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            if label not in labels:
-                handles.append(handle)
-                labels.append(label)
-    figure.legend(handles, labels, ncols=5, fontsize=8, loc="outside upper center")
+    methods = [method for method in LOOKS if method in shown]
+    figure.legend([shown[method] for method in methods], methods, ncols=5, fontsize=8, loc="outside upper center")
     return figure
 
 
@@ -252,14 +242,9 @@ def _curves(parts: list[Any], levels: pd.DataFrame, factor: Factor) -> None:
     above.set_yscale("log")
     above.set_ylim(0.1, 40)
     above.set_yticks([0.1, 1, 10], ["0.1", "1", "10"], fontsize=7)
-    above.set_title(factor.title, fontsize=8, pad=3)
     for axes in (middle, below):
         axes.set_ylim(-5, 105)
         axes.set_yticks([0, 100], ["0", "100"], fontsize=7)
-    for axes in (above, middle):
-        axes.set_xticks(range(len(factor.levels)), [])
-    below.set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
-    below.set_xlabel(factor.unit, fontsize=7, labelpad=1)
 
 
 def report_blocks(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -> list[Block]:
@@ -304,17 +289,14 @@ def _verdict_table(table: pd.DataFrame) -> Table:
 
 
 def _lies_table(wrong: pd.DataFrame) -> Table:
-    titles = {factor.key: factor for factor in FACTORS}
     rows = [
         {
             **row,
-            "factor": titles[row["factor"]].title,
-            "level": titles[row["factor"]].label_with_unit(row["level"]),
             "stem": f"{row['tree_id']} ({row['kind']})",
             "true_cm": known(row["true_cm"]) or "nothing stands there",
             "clear": known(row["clear"]),
         }
-        for row in wrong.to_dict("records")
+        for row in in_words(wrong)
     ]
     columns = [
         Column("method", "method"),
@@ -330,15 +312,6 @@ def _lies_table(wrong: pd.DataFrame) -> Table:
 
 
 def _levels_table(levels: pd.DataFrame) -> Table:
-    titles = {factor.key: factor for factor in FACTORS}
-    rows = [
-        {
-            **row,
-            "factor": titles[row["factor"]].title,
-            "level": titles[row["factor"]].label_with_unit(row["level"]),
-        }
-        for row in levels.to_dict("records")
-    ]
     columns = [
         Column("factor", "factor"),
         Column("level", "level"),
@@ -351,7 +324,7 @@ def _levels_table(levels: pd.DataFrame) -> Table:
         Column("lies", "wrong", 0),
         Column("coverage", "in 90 %, %", 0, 100),
     ]
-    return Table("levels", "", columns, rows)
+    return Table("levels", "", columns, in_words(levels))
 
 
 def document(blocks: list[Block], pictures: dict[str, bytes]) -> Document:
