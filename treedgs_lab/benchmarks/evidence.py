@@ -18,29 +18,16 @@ import datetime
 import shutil
 from pathlib import Path
 
-import pandas as pd
-
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_lab.benchmarks.figures import PUBLISHED
 from treedgs_lab.benchmarks.records import RESULTS, made_by
-from treedgs_lab.benchmarks.stability.factor_report import by_factor
-from treedgs_lab.benchmarks.stability.report import verdict
 
 #: Copied as they are; pictures of the suite and HTML pages stay in OUT.
 COPIED = (
-    "benchmark.csv",
-    "stability-trees.csv",
-    "stability-blocks.csv",
-    "stability-factors.csv",
-    "cost.json",
-    "cost.svg",
+    *("benchmark.csv", "cost.json", "cost.svg"),
+    *("stability-trees.csv", "stability-blocks.csv", "stability-factors.csv"),
 )
-METHODS = (
-    "densities.svg",
-    "trend.svg",
-    "methods.csv",
-    "segmentation.csv",
-)
+METHODS = ("densities.svg", "trend.svg", "methods.csv", "segmentation.csv")
 
 
 def publish(source: Path, name: str) -> None:
@@ -53,51 +40,27 @@ def publish(source: Path, name: str) -> None:
     print(f"docs/results/{name}")
 
 
-def publish_verdict(source: Path, name: str) -> None:
-    """The suite's verdict method by method, of its ``stability.json``."""
+def publish_outputs(source: Path, part: str) -> None:
+    """What ``treedgs benchmark`` left. part: some plots of the chart (``benchmark_PART.csv``), or some seeds
+    or methods of the suite (``stability_PART-*.csv``, ``stability_PART.json``), kept beside the whole by this name."""
+    for name in COPIED:
+        if (source / name).exists():
+            stem, mark, rest = name.partition("-" if name.startswith("stability") else ".")
+            publish(source / name, f"{stem}_{part}{mark}{rest}" if part else name)
     if (source / "stability.json").exists():
-        write_json(RESULTS / name, {"made_by": made_by([0]), **read_json(source / "stability.json")["verdict"]})
-
-
-def publish_part(source: Path, part: str) -> None:
-    """Some seeds or methods of the stability suite: ``stability_PART-*.csv`` and ``stability_PART.json``; or some plots
-    of the chart: ``benchmark_PART.csv``."""
-    if (source / "benchmark.csv").exists():
-        publish(source / "benchmark.csv", f"benchmark_{part}.csv")
-        return
-    for name in ("factors", "trees"):
-        publish(source / f"stability-{name}.csv", f"stability_{part}-{name}.csv")
-    publish_verdict(source, f"stability_{part}.json")
-
-
-def score_again(part: str) -> None:
-    """The strata and the verdict anew from ``stability_PART-trees.csv``, where their rules have changed since."""
-    trees = pd.read_csv(RESULTS / f"stability_{part}-trees.csv")
-    by_factor(trees).to_csv(RESULTS / f"stability_{part}-factors.csv", index=False, float_format="%.4g")
-    kept = read_json(RESULTS / f"stability_{part}.json")
-    write_json(RESULTS / f"stability_{part}.json", {"made_by": kept["made_by"], **verdict(trees)})
+        verdict = read_json(source / "stability.json")["verdict"]
+        target = RESULTS / (f"stability_{part}.json" if part else "stability-methods.json")
+        write_json(target, {"made_by": made_by([0]), **verdict})
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--from", dest="source", type=Path, action="append", default=[], help="outputs of benchmark")
-    parser.add_argument(
-        "--part", help="--from has a part of the suite or of the chart: kept beside the whole by this name"
-    )
+    parser.add_argument("--part", default="", help="--from has a part of the suite or of the chart, called this")
     parser.add_argument("--evaluation", type=Path, action="append", default=[], help="outputs of evaluate, by plot")
-    parser.add_argument("--score-again", metavar="PART", help="strata and verdict anew from the trees kept of a part")
     options = parser.parse_args()
-    if options.score_again:
-        score_again(options.score_again)
-    RESULTS.mkdir(exist_ok=True)
     for source in options.source:
-        if options.part:
-            publish_part(source, options.part)
-            continue
-        for name in COPIED:
-            if (source / name).exists():
-                publish(source / name, name)
-        publish_verdict(source, "stability-methods.json")
+        publish_outputs(source, options.part)
     for folder in options.evaluation:
         for name in METHODS:
             if (folder / name).exists():
