@@ -109,7 +109,7 @@ def _runs(plot: Path, more: list[Path]) -> dict[str, dict[str, Any]]:
 
 
 def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
-    """A row a stage and run of :func:`_runs`; kept runs are not run again."""
+    """A row a stage and run; kept runs are not run again."""
     began, points = time.monotonic(), []
     runs = _runs(plot, more)
     for number, (name, job) in enumerate(runs.items()):

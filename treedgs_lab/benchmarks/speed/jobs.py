@@ -1,6 +1,6 @@
 """One measured piece of work in a process of its own: its seconds and its peak memory are nobody else's.
 
-Called as ``python -m treedgs_lab.benchmarks.speed.jobs JOB.json RESULT.json`` (:func:`..processes.run_job`).
+Called as ``python -m treedgs_lab.benchmarks.speed.jobs JOB.json RESULT.json`` (:func:`.processes.run_job`).
 """
 
 from __future__ import annotations

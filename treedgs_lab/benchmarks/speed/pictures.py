@@ -54,7 +54,7 @@ def new_panels(width: float, height: float, ncols: int = 1) -> tuple[Any, Any]:
 
 
 def draw_panel(axes: Any, table: pd.DataFrame, title: str) -> None:
-    """The marks of one chart of :func:`finish`. table: as :func:`.chart.summarise` gives it."""
+    """The marks of one chart of :func:`finish`. table: as :func:`.configurations.summarise` gives it."""
     from matplotlib.ticker import FuncFormatter, NullFormatter
 
     shown = table[table["rmse_cm"].notna()].copy()

@@ -21,9 +21,9 @@ UNTROUBLED, ALL = "untroubled", "all"
 
 def by_factor(table: pd.DataFrame) -> pd.DataFrame:
     """One row a method and stratum: every factor's troubled levels, the untroubled ones, and all of them, which are the
-    figures of :func:`.stability_report.verdict`.
+    figures of :func:`.report.verdict`.
 
-    table: :func:`.stability_report.tree_rows`. Columns: ``factor``, ``title`` (in words), ``method``; ``ok`` and
+    table: :func:`.report.tree_rows`. Columns: ``factor``, ``title`` (in words), ``method``; ``ok`` and
     ``ok_inside``, accepted trees that give an interval and those whose interval holds the truth; ``stems``, how many
     different stems these are; ``wrong``, accepted ones that are wrong, false trees too; ``worst_cm`` of the accepted;
     ``measured`` and ``inside``, the same with the flagged ones; ``holds``: "holds", "missed", or "by chance" where the

@@ -23,7 +23,7 @@ PHOTOS, CLOUD, CHAIN = "photos", "cloud", "chain"
 class Factor:
     """key: short name. title, unit: for the axis. levels: values, harmless first. render: the settings of
     ``simulate-plot`` at a level (the plot is then rendered anew). perturb: name of what is done to the base plot
-    instead (:mod:`.stability`). inputs: which methods it concerns. about: one sentence for the page. labels: words for
+    instead (:mod:`.perturb`). inputs: which methods it concerns. about: one sentence for the page. labels: words for
     levels that are no number of the unit."""
 
     key: str
