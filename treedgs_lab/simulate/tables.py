@@ -16,36 +16,13 @@ from .scene import PlantedStem, StemLook
 from .settings import Sizes
 from .world import World
 
+#: Columns of trees.csv, visibility.csv and cameras.csv.
 TREE_COLUMNS = [
-    "tree_id",
-    "kind",
-    "status",
-    "in_plot",
-    "E_bh",
-    "N_bh",
-    "h_bh",
-    "x_bh",
-    "y_bh",
-    "z_bh",
-    "E_base",
-    "N_base",
-    "h_base",
-    "dbh_cm",
-    "w_min_cm",
-    "w_max_cm",
-    "height_m",
-    "lean_deg",
-    "lean_bh_deg",
-    "lean_az_grid_deg",
-    "crown_base_m",
-    "taper_cm_m",
-    "n_in_frame",
-    "n_unoccluded_bh_views",
-    "n_half_visible_bh_views",
-    "mean_width_px",
-    "mean_width_px_unoccluded",
+    *("tree_id", "kind", "status", "in_plot", "E_bh", "N_bh", "h_bh", "x_bh", "y_bh", "z_bh", "E_base", "N_base"),
+    *("h_base", "dbh_cm", "w_min_cm", "w_max_cm", "height_m", "lean_deg", "lean_bh_deg", "lean_az_grid_deg"),
+    *("crown_base_m", "taper_cm_m", "n_in_frame", "n_unoccluded_bh_views", "n_half_visible_bh_views"),
+    *("mean_width_px", "mean_width_px_unoccluded"),
 ]
-#: Columns of visibility.csv and cameras.csv.
 VISIBILITY_COLUMNS = ["tree_id", "image", "visible_fraction", "width_px", "in_frame", "foreshortening"]
 CAMERA_COLUMNS = [
     *("image", "flight", "kind", "E", "N", "h"),
