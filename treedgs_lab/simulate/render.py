@@ -47,7 +47,8 @@ def _lens(view: View) -> _Lens:
     shift = np.subtract(camera.distort(corner[:1], corner[1:]), (corner[:1], corner[1:]))
     # Each round leaves less than three times the distortion's share of what the round before left.
     rounds = 4 if np.linalg.norm(shift) < 0.02 * np.linalg.norm(corner) else 20
-    return _Lens(*(getattr(camera, name) for name in _Lens._fields[:-3]), rounds, view.rotation, view.centre)
+    own = [getattr(camera, name) for name in _Lens._fields[:-3]]
+    return _Lens._make([*own, rounds, view.rotation, view.centre])
 
 
 class _GroundLook(NamedTuple):
