@@ -15,6 +15,7 @@ from treedgs_geo.core.settings import build
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_lab.benchmarks import blocks, processes
 from treedgs_lab.benchmarks.blocks import camera_errors, on_true_ground, scale_error, wrong_scale
+from treedgs_lab.benchmarks.markdown import markdown
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.processes import ChainCrash, photo_inputs, run_photo_chain
 from treedgs_lab.benchmarks.stability.block_report import block_report, block_rows, by_block_level
@@ -23,7 +24,6 @@ from treedgs_lab.benchmarks.stability.factor_type import CHAIN
 from treedgs_lab.benchmarks.stability.factors import FACTORS, factor
 from treedgs_lab.benchmarks.stability.perturb import scaled_views
 from treedgs_lab.benchmarks.stability.suite import write_stability
-from treedgs_lab.benchmarks.markdown import markdown
 from treedgs_lab.simulate.settings import SimulateSettings, resolve
 
 FRAME = LocalFrame(project_crs("EPSG:6344"), np.array([600000.0, 3700000.0, 40.0]))

@@ -20,8 +20,8 @@ from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.terrain.ground import dtm_from_cloud
+from treedgs_lab.benchmarks.plot import DENSITIES, FEW_PHOTOS, TruePlot
 from treedgs_lab.benchmarks.records import write_record
-from treedgs_lab.benchmarks.rendered import DENSITIES, FEW_PHOTOS, truth_rows
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 
@@ -40,13 +40,13 @@ def measure(plot: Path) -> tuple[list[dict], int]:
     """One row a matched in-plot stem with a DBH, and how many in-plot stems there are."""
     cloud = read_cloud(next((plot / "lidar").glob("*.laz")))
     trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
-    truth = truth_rows(plot, in_plot=False)
+    truth = TruePlot.load(plot).trees.to_dict("records")
     places = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth])
     rows = []
     for tree in trees:
         gap = np.hypot(*(places - (tree.x, tree.y)).T)
         true = truth[int(gap.argmin())]
-        if tree.dbh_cm is not None and gap.min() < MATCH_M and true["in_plot"] == "True":
+        if tree.dbh_cm is not None and gap.min() < MATCH_M and true["in_plot"]:
             rows.append(
                 {
                     "plot": plot.name,
@@ -57,7 +57,7 @@ def measure(plot: Path) -> tuple[list[dict], int]:
                     "inside": (tree.dbh_lo_cm or 0) <= float(true["dbh_cm"]) <= (tree.dbh_hi_cm or 0),
                 }
             )
-    return rows, sum(row["in_plot"] == "True" for row in truth)
+    return rows, sum(row["in_plot"] for row in truth)
 
 
 def figures(rows: list[dict], stems: int) -> dict:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import ROOT
-from treedgs_lab.benchmarks.rendered import truth_rows
 
 HERE = Path(__file__).parent
 #: A measured tree this close to a true stem or a reference circle is it, m.
@@ -38,10 +38,7 @@ def known_stems(data: Path, cloud: str) -> np.ndarray:
     cloud's reference circles, or none."""
     plot, reference = data / cloud.split("/")[0], REAL.get(cloud)
     if (plot / "truth" / "trees.csv").exists():
-        rows = [
-            [*(float(row[key]) for key in ("E_bh", "N_bh", "dbh_cm")), row["in_plot"] == "True"]
-            for row in truth_rows(plot, in_plot=False)
-        ]
+        rows = TruePlot.load(plot).trees[["E_bh", "N_bh", "dbh_cm", "in_plot"]].to_numpy(float).tolist()
     elif reference is not None:
         with open(data / reference, encoding="utf-8") as stream:
             rows = [[*(float(row[key]) for key in ("x", "y", "d_cm")), True] for row in csv.DictReader(stream)]
