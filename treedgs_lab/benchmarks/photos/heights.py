@@ -19,8 +19,8 @@ import pandas as pd
 
 from treedgs_geo.core.files import read_json
 from treedgs_geo.inventory.tree_reading import read_trees
-from treedgs_lab.benchmarks.records import write_record
 from treedgs_lab.benchmarks.processes import run_verb
+from treedgs_lab.benchmarks.records import write_record
 
 #: A stem of the layer is the true one within this distance, metres.
 _SAME_M = 0.6
