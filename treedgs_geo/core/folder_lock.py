@@ -62,7 +62,7 @@ class Lease:
         number, free = _highest(folder)
         if number and not free:
             holder = _holder(folder / f"lease.{number:06d}")
-            if holder.get("key") and holder["key"] == os.environ.get(HANDED):
+            if _handed(holder):
                 return cls(folder, number, holder["key"], own=False)
             if _alive(folder, number, holder):
                 raise Busy(holder)
@@ -186,12 +186,16 @@ def one_writer(folder: Path) -> Iterator[None]:
 
 
 def holder_of(folder: Path) -> dict[str, Any] | None:
-    """Who holds the folder's lease now, or None."""
+    """Who else holds the folder's lease now, or None: not the parent that holds it for this process."""
     number, free = _highest(Path(folder))
     if not number or free:
         return None
     holder = _holder(Path(folder) / f"lease.{number:06d}")
-    return holder if _alive(Path(folder), number, holder) else None
+    return holder if not _handed(holder) and _alive(Path(folder), number, holder) else None
+
+
+def _handed(holder: dict[str, Any]) -> bool:
+    return bool(holder.get("key")) and holder["key"] == os.environ.get(HANDED)
 
 
 def host() -> str:

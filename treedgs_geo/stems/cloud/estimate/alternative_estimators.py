@@ -65,14 +65,14 @@ def by_the_paper(
 
 
 def _along_taper(
-    frame: TreeFrame, group: np.ndarray, result: PublishedResult, least_slices: int, slope: np.ndarray, bh_m: float
+    frame: TreeFrame, group: np.ndarray, result: PublishedResult, min_slices: int, slope: np.ndarray, bh_m: float
 ) -> StemMeasure:
     """What the taper of the slices says of a stem, without an error (``unchecked``). slope: (2,) of its axis."""
     taper = result.taper
     if not np.isfinite(frame.ground):
         return refuse("no_ground", points=len(group))
     if taper is None:
-        return refuse("few_slices" if len(result.slices) < least_slices else "no_taper", points=len(group))
+        return refuse("few_slices" if len(result.slices) < min_slices else "no_taper", points=len(group))
     used = result.slices[taper.inliers]
     x, y, dx, dy = (float(value) for value in (*np.median(used[:, 1:3], axis=0), *slope))
     cone = Cone(x, y, dx, dy, taper.at_bh_cm / 200, taper.slope_cm_m / 200, bh_m)
