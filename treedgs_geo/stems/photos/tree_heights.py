@@ -99,7 +99,8 @@ def heights_of(alike: np.ndarray, levels_m: np.ndarray, air: np.ndarray, dbh_cm:
         curve = np.nan_to_num(-0.5 * (_TAILS + 1) * np.log1p(away**2 / _TAILS))
         core = alike[np.arange(len(alike)), by_place.max(axis=2).argmax(axis=1)]
         below = height[good, None] - levels_m
-        contrast = contrast.with_crowns(core[good][(below > _TOP_M[0]) & (below < _TOP_M[1])])
+        if (crowns := (below > _TOP_M[0]) & (below < _TOP_M[1])).any():
+            contrast = contrast.with_crowns(core[good][crowns])
     why = np.full(len(alike), "", object)
     why[sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)] = "unclear"
     why[np.abs(off) > _OTHER_TREE] = "other_tree"
