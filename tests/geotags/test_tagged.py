@@ -36,7 +36,6 @@ def test_copies_carry_the_corrected_position(tmp_path: Path) -> None:
             crs="EPSG:6344",
             output=tmp_path / "s.gpkg",
             tagged_photos=target,
-            check_photos=False,
         ),
         Reporter(),
     )

@@ -112,7 +112,9 @@ def _bare_record(piece: PointCloud, header: Any) -> Any:
     import laspy
 
     out = laspy.ScaleAwarePointRecord.zeros(len(piece), header=header)
-    out.x, out.y, out.z = piece.xyz.T
+    # Strays may lie farther than 32 bits reach; at the end of these (200 km off) they are strays still.
+    reach = header.scales * (2**31 - 1)
+    out.x, out.y, out.z = np.clip(piece.xyz, header.offsets - reach, header.offsets + reach).T
     for name, value in piece.attributes.items():
         out[name[:32]] = value
     return out

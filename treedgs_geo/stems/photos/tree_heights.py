@@ -29,6 +29,8 @@ _MIN_SCATTER, _TAILS = 0.06, 3.0
 _WELL_SEEN_M, _MIN_TREES = 1.0, 5
 #: A height that is known no better than this (s.d.) is none, metres and share.
 _MAX_SD_M, _MAX_SD_SHARE = 1.0, 0.05
+#: No height is given with a larger standard error than this share of it: the stand's own curve says as much.
+_MAX_SE_SHARE = 0.12
 #: What a height is unsure by beside its likelihood: metres, and a share of how far the stand's heights lie off its
 #: curve.
 _SE_M, _SE_SCATTER = 0.4, 0.7
@@ -101,12 +103,12 @@ def heights_of(alike: np.ndarray, levels_m: np.ndarray, air: np.ndarray, dbh_cm:
         below = height[good, None] - levels_m
         if (crowns := (below > _TOP_M[0]) & (below < _TOP_M[1])).any():
             contrast = contrast.with_crowns(core[good][crowns])
+    se = np.sqrt(sd**2 + _SE_M**2 + (_SE_SCATTER * scatter * height) ** 2)
     why = np.full(len(alike), "", object)
-    why[sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)] = "unclear"
+    why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _MAX_SE_SHARE * height)] = "unclear"
     why[np.abs(off) > _OTHER_TREE] = "other_tree"
     why[~seen] = "no_top"
     known = why == ""
-    se = np.sqrt(sd**2 + _SE_M**2 + (_SE_SCATTER * scatter * height) ** 2)
     return Heights(np.where(known, height, np.nan), np.where(known, se, np.nan), why)
 
 
