@@ -86,4 +86,4 @@ def test_pictures_are_no_finer_than_the_photo_and_unknown_ground_is_left_out(vie
 
 def test_without_neighbouring_photos_nothing_is_alike(views):
     lonely = pictures_of([views[6], views[10]], ABOUT, 0.12)
-    assert len(lonely.pairs) == 0 and not lonely.alike(np.zeros((4, 3))).any()
+    assert len(lonely.pairs) == 0 and not lonely.alike(np.zeros((4, 3)))[0].any()

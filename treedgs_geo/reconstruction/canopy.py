@@ -34,8 +34,11 @@ _MIN_AIR_SD, _AMONG_CROWNS = 0.01, 1.1
 _HALO = 0.2
 #: A piece of a photo that shows a top reaches above it, metres.
 _REACH_M = 0.2
-#: Log likelihood by which something must stand there, rather than nothing.
-STANDS = 3.0
+#: Log likelihood by which something must stand there, rather than nothing: along a stem, and at one of thousands of
+#: cells.
+STANDS, _CELL_STANDS = 3.0, 10.0
+#: A cell's top must be seen by so many pairs of photos.
+MIN_PAIRS = 6
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class CanopyVolume:
         levels_m: (L,) heights above the ground, evenly spaced by ``CELL_M``.
         ground_z: (R, C) local height of the ground, NaN where unknown.
         alike: (L, R, C) float32, -1 to 1; 0 where no photos show the place or the ground is unknown.
+        pairs: (L, R, C) uint8, pairs of photos that show it.
     """
 
     x: np.ndarray
@@ -55,6 +59,7 @@ class CanopyVolume:
     levels_m: np.ndarray
     ground_z: np.ndarray
     alike: np.ndarray
+    pairs: np.ndarray
 
     def smoothed(self, radius_m: float) -> np.ndarray:
         """(L, R, C) mean round each cell, Gaussian of ``radius_m`` (s.d.)."""
@@ -78,7 +83,8 @@ class Contrast:
     @classmethod
     def of_air(cls, alike: np.ndarray) -> Contrast:
         """From values in the air; of crowns it is only known that they are seen far better."""
-        sd = _AMONG_CROWNS * max(1.4826 * float(np.median(np.abs(alike))), _MIN_AIR_SD)
+        sd = 1.4826 * float(np.median(np.abs(alike))) if len(alike) else 0.0
+        sd = _AMONG_CROWNS * max(sd, _MIN_AIR_SD)
         return cls(sd, 4 * sd, 4 * sd)
 
     def with_crowns(self, alike: np.ndarray) -> Contrast:
@@ -108,6 +114,12 @@ def edges_of(levels_m: np.ndarray) -> np.ndarray:
     return np.append(levels_m - CELL_M / 2, levels_m[-1] + CELL_M / 2) - _REACH_M
 
 
+def is_air(levels_m: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """(L, ...) bool: in the highest ``AIR_M``, where photos look. pairs: (L, ...)."""
+    high = levels_m > levels_m[-1] - AIR_M
+    return high.reshape(-1, *[1] * (pairs.ndim - 1)) & (pairs >= MIN_PAIRS)
+
+
 def volume_of(
     pictures: Pictures,
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
@@ -128,17 +140,21 @@ def volume_of(
     z = np.asarray(ground(gx.ravel(), gy.ravel()), float).reshape(gx.shape)
     known = np.isfinite(z)
     levels = np.arange(MIN_M, highest_m, CELL_M)
-    alike = np.zeros((len(levels), *gx.shape), np.float32)
+    alike, pairs = (np.zeros((len(levels), *gx.shape), kind) for kind in (np.float32, np.uint8))
     for k, level in enumerate(levels):
         reporter.progress(k / len(levels))
-        alike[k][known] = pictures.alike(np.column_stack([gx[known], gy[known], z[known] + level]))
-    return CanopyVolume(x, y, levels, z, alike)
+        points = np.column_stack([gx[known], gy[known], z[known] + level])
+        alike[k][known], pairs[k][known] = pictures.alike(points)
+    return CanopyVolume(x, y, levels, z, alike, pairs)
 
 
 def surface_of(volume: CanopyVolume) -> np.ndarray:
     """(R, C) height above the ground of what stands over each cell, metres; NaN where nothing is seen to stand."""
-    alike = np.moveaxis(volume.smoothed(CELL_M), 0, -1)
-    contrast = Contrast.of_air(alike[..., volume.levels_m > volume.levels_m[-1] - AIR_M])
+    smoothed = volume.smoothed(CELL_M)
+    alike, contrast = np.moveaxis(smoothed, 0, -1), Contrast.of_air(smoothed[is_air(volume.levels_m, volume.pairs)])
     found = contrast.log_likelihood(alike)
-    top = edges_of(volume.levels_m)[found.argmax(axis=-1)]
-    return np.where((found.max(axis=-1) > STANDS) & np.isfinite(volume.ground_z), top, np.nan)
+    at = found.argmax(axis=-1)
+    pairs = np.take_along_axis(volume.pairs, np.minimum(at, len(volume.pairs) - 1)[None], axis=0)[0]
+    top = edges_of(volume.levels_m)[at]
+    stands = (found.max(axis=-1) > _CELL_STANDS) & (pairs >= MIN_PAIRS) & np.isfinite(volume.ground_z)
+    return np.where(stands & (top < volume.levels_m[-1] - AIR_M), top, np.nan)

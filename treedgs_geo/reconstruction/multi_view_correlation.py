@@ -39,14 +39,14 @@ class Pictures:
     focal: np.ndarray
     pairs: np.ndarray
 
-    def alike(self, points: np.ndarray) -> np.ndarray:
+    def alike(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, 3) local points -> (N,) float32: mean correlation of the pieces round them, -1 to 1, over the pairs that
-        show them; less where few do, 0 where none does."""
+        show them; less where few do, 0 where none does. (N,) uint8: so many pairs, up to ``MAX_PAIRS``."""
         points = np.ascontiguousarray(points, np.float32)
-        found = np.zeros(len(points), np.float32)
+        found, count = np.zeros(len(points), np.float32), np.zeros(len(points), np.uint8)
         if len(points) and len(self.pairs):
-            _alike(self.images, self.matrix, self.axes, self.focal, self.pairs, points, found)
-        return found
+            _alike(self.images, self.matrix, self.axes, self.focal, self.pairs, points, found, count)
+        return found, count
 
 
 def pictures_of(views: list[View], about: np.ndarray, pixel_m: float, neighbours: int = 1) -> Pictures:
@@ -164,7 +164,7 @@ def _correlation(images, matrix, axes, focal, i, j, x, y, z):  # pragma: no cove
 
 
 @njit(nogil=True, cache=True, fastmath=True, parallel=True)
-def _alike(images, matrix, axes, focal, pairs, points, found):  # pragma: no cover - compiled
+def _alike(images, matrix, axes, focal, pairs, points, found, counts):  # pragma: no cover - compiled
     for k in prange(len(points)):
         total, count = np.float32(0), 0
         for pair in range(len(pairs)):
@@ -176,4 +176,4 @@ def _alike(images, matrix, axes, focal, pairs, points, found):  # pragma: no cov
                 count += 1
                 if count == MAX_PAIRS:
                     break
-        found[k] = total / np.float32(max(count, FULL_PAIRS))
+        found[k], counts[k] = total / np.float32(max(count, FULL_PAIRS)), count

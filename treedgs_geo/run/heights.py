@@ -12,7 +12,7 @@ from affine import Affine
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from ..reconstruction.canopy import AIR_M, CELL_M, CanopyVolume, surface_of, volume_of
+from ..reconstruction.canopy import CELL_M, CanopyVolume, is_air, surface_of, volume_of
 from ..reconstruction.multi_view_correlation import pictures_of
 from ..stems.photos.fit_records import read_fits
 from ..stems.photos.tiles import split
@@ -50,7 +50,7 @@ def find_heights(
     slopes = _slopes(fits, trees)
     foot = places - slopes * bh_m
     pieces, highest_m = list(pieces_of(site)), highest(points, site)
-    surfaces, alike, air, numbers = [], [], [], []
+    surfaces, alike, pairs, air, numbers = [], [], [], [], []
     levels = np.empty(0)
     for number, (views, box) in enumerate(pieces):
         own = [k for k, (x, y) in enumerate(places) if box[0] <= x <= box[2] and box[1] <= y <= box[3]]
@@ -58,14 +58,16 @@ def find_heights(
             volume = canopy_over(site, views, box, highest_m, reporter)
         surfaces.append((volume.x, volume.y, surface_of(volume)))
         levels = volume.levels_m
-        alike.append(profiles(volume, foot[own], slopes[own]))
-        air.append(alike[-1][..., levels > levels[-1] - AIR_M].ravel())
+        seen, by = profiles(volume, foot[own], slopes[own])
+        alike.append(seen)
+        pairs.append(by)
+        air.append(np.moveaxis(seen, 2, 0)[is_air(levels, by.T)].ravel())
         numbers += own
     _write(raster, surfaces, site)
     if not numbers:
         return {}
     dbh = np.array([np.nan if tree.dbh_cm is None else tree.dbh_cm for tree in trees])[numbers]
-    heights = heights_of(np.concatenate(alike), levels, np.concatenate(air), dbh)
+    heights = heights_of(np.concatenate(alike), np.concatenate(pairs), levels, np.concatenate(air), dbh)
     return {str(trees[k].tree_id): _entry(heights, row) for row, k in enumerate(numbers)}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from treedgs_geo.reconstruction.canopy import AIR_M, CELL_M, MIN_M, CanopyVolume
+from treedgs_geo.reconstruction.canopy import CELL_M, MIN_M, CanopyVolume, is_air
 from treedgs_geo.stems.photos.tree_heights import heights_of, profiles
 
 PLACES = np.array([[4.0 * (k % 4), 4.0 * (k // 4)] for k in range(16)])
@@ -22,17 +22,18 @@ def stand(seed: int, alike: float = 0.12, scatter: float = 0.05):
     gx, gy = np.meshgrid(x, y)
     noise = gaussian_filter(rng.normal(0, 1, (len(levels), *gx.shape)), 1.0)
     volume = 0.03 * noise / noise.std()
+    pairs = np.full(volume.shape, 24, np.uint8)
     for place, slope, top in zip(PLACES, slopes, height, strict=True):
         for k in np.flatnonzero((levels < top) & (levels > top - 6)):
             at = place + slope * levels[k] + rng.normal(0, 0.1, 2)
             volume[k] += alike * (np.hypot(gx - at[0], gy - at[1]) < 0.8)
-    return slopes, dbh, height, CanopyVolume(x, y, levels, np.zeros(gx.shape), volume.astype(np.float32))
+    return slopes, dbh, height, CanopyVolume(x, y, levels, np.zeros(gx.shape), volume.astype(np.float32), pairs)
 
 
 def measured(volume, places, slopes, dbh):
-    alike = profiles(volume, places, slopes)
-    air = alike[..., volume.levels_m > volume.levels_m[-1] - AIR_M]
-    return heights_of(alike, volume.levels_m, air.ravel(), dbh)
+    alike, pairs = profiles(volume, places, slopes)
+    air = np.moveaxis(alike, 2, 0)[is_air(volume.levels_m, pairs.T)]
+    return heights_of(alike, pairs, volume.levels_m, air.ravel(), dbh)
 
 
 def test_faint_crowns_have_heights_that_are_right_within_their_errors():
@@ -68,3 +69,12 @@ def test_without_a_diameter_a_crown_that_is_seen_well_still_has_a_height():
     found = measured(volume, PLACES, slopes, np.where(np.arange(16) < 3, np.nan, dbh))
     assert found.height_m[:3] == pytest.approx(height[:3], abs=1.0)
     assert len(measured(volume, PLACES[:0], slopes[:0], dbh[:0]).height_m) == 0
+
+
+def test_a_top_above_which_hardly_a_photo_looks_is_not_clear():
+    slopes, dbh, height, volume = stand(4)
+    high = volume.levels_m > np.median(height) - 1
+    volume.pairs[high], volume.alike[high] = 3, 0.0
+    found = measured(volume, PLACES, slopes, dbh)
+    cut = height > np.median(height) + 1
+    assert cut.sum() > 3 and np.isnan(found.height_m[cut]).all()

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from ...reconstruction.canopy import CELL_M, STANDS, CanopyVolume, Contrast, edges_of
+from ...reconstruction.canopy import CELL_M, MIN_PAIRS, STANDS, CanopyVolume, Contrast, edges_of
 
 #: Radius (s.d.) of the core of a crown round its axis, metres.
 _CORE_M = 0.35
@@ -29,6 +29,8 @@ _MIN_SCATTER, _TAILS = 0.06, 3.0
 _WELL_SEEN_M, _MIN_TREES = 1.0, 5
 #: A height that is known no better than this (s.d.) is none, metres and share.
 _MAX_SD_M, _MAX_SD_SHARE = 1.0, 0.05
+#: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
+_ABOVE_M = 2.0
 #: No height is given with a larger standard error than this share of it: the stand's own curve says as much.
 _MAX_SE_SHARE = 0.12
 #: What a height is unsure by beside its likelihood: metres, and a share of how far the stand's heights lie off its
@@ -53,21 +55,22 @@ class Heights:
     why: np.ndarray
 
 
-def profiles(volume: CanopyVolume, places: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+def profiles(volume: CanopyVolume, places: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is seen alike in the core of each crown.
 
     Args:
         places: (S, 2) local metres, the axes at the ground. slopes: (S, 2) metres sideways for one metre up.
 
     Returns:
-        (S, O, L) correlation at O places beside the axis, by level.
+        (S, O, L) correlation at O places beside the axis, by level; (S, L) pairs of photos that show the axis.
     """
     levels = volume.levels_m
     moved = np.minimum(levels / _ASIDE_HEIGHT_M, 1.2)[:, None] * _aside()[:, None]
     at = places[:, None, None] + slopes[:, None, None] * levels[:, None] + moved[None]
     rows, columns = (at[..., 1] - volume.y[0]) / CELL_M, (at[..., 0] - volume.x[0]) / CELL_M
     where = np.stack([np.broadcast_to(np.arange(len(levels)), rows.shape), rows, columns])
-    return map_coordinates(volume.smoothed(_CORE_M), where, order=1, mode="constant")
+    alike = map_coordinates(volume.smoothed(_CORE_M), where, order=1, mode="constant")
+    return alike, map_coordinates(volume.pairs, where[:, :, 0], order=0, mode="constant")
 
 
 def _aside() -> np.ndarray:
@@ -76,11 +79,14 @@ def _aside() -> np.ndarray:
     return np.vstack([np.zeros(2), _ASIDE_M * np.column_stack([np.cos(angle), np.sin(angle)])])
 
 
-def heights_of(alike: np.ndarray, levels_m: np.ndarray, air: np.ndarray, dbh_cm: np.ndarray) -> Heights:
+def heights_of(
+    alike: np.ndarray, pairs: np.ndarray, levels_m: np.ndarray, air: np.ndarray, dbh_cm: np.ndarray
+) -> Heights:
     """The heights of a stand's trees.
 
     Args:
-        alike: (S, O, L), :func:`profiles`. air: (A,) values where nothing stands. dbh_cm: (S,) NaN where unknown.
+        alike: (S, O, L), pairs: (S, L), :func:`profiles`. air: (A,) values where nothing stands. dbh_cm: (S,) NaN where
+            unknown.
     """
     contrast, edges, log_d = Contrast.of_air(air), edges_of(levels_m), np.log(np.asarray(dbh_cm, float))
     prior_of_place = -0.5 * (np.linalg.norm(_aside(), axis=1) / _ASIDE_SD_M) ** 2
@@ -106,6 +112,8 @@ def heights_of(alike: np.ndarray, levels_m: np.ndarray, air: np.ndarray, dbh_cm:
     se = np.sqrt(sd**2 + _SE_M**2 + (_SE_SCATTER * scatter * height) ** 2)
     why = np.full(len(alike), "", object)
     why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _MAX_SE_SHARE * height)] = "unclear"
+    above = np.minimum(np.searchsorted(levels_m, height + _ABOVE_M), len(levels_m) - 1)
+    why[pairs[np.arange(len(alike)), above] < MIN_PAIRS] = "unclear"
     why[np.abs(off) > _OTHER_TREE] = "other_tree"
     why[~seen] = "no_top"
     known = why == ""
