@@ -57,11 +57,11 @@ def install() -> None:
     core = sys.modules["qgis.core"]
     core.QgsProviderRegistry = mock.MagicMock()
     for dotted in newest_names():
-        holder = core
-        for part in dotted.split("."):
-            if part not in vars(holder):
-                setattr(holder, part, type(part, (), {}))
-            holder = getattr(holder, part)
+        for holder in (core, sys.modules["qgis.gui"]):
+            for part in dotted.split("."):
+                if part not in vars(holder):
+                    setattr(holder, part, type(part, (), {}))
+                holder = getattr(holder, part)
 
 
 def wrong_names(path: Path) -> list[str]:

@@ -116,7 +116,7 @@ def test_the_zip_is_what_the_plugin_repository_takes(installed):
     suffixes = {path.suffix for path in names}
     assert (folder / "LICENSE").exists() and (folder / "metadata.txt").exists() and (folder / "__init__.py").exists()
     assert not suffixes & {".sh", ".bat", ".exe", ".dll", ".so", ".pyc", ".whl", ".ipynb"}
-    left_out = {"tests", "__pycache__", ".git", "benchmarks", "training"}
+    left_out = {"tests", "__pycache__", ".git", "training"}
     assert not any(left_out & set(path.parts) for path in names)
     assert sum(path.stat().st_size for path in names) < 25e6
     assert not (folder / "processing" / "__init__.py").exists()
