@@ -64,10 +64,10 @@ def test_a_sapling_does_not_get_the_height_of_the_crown_above_it():
     assert found.height_m[5] == pytest.approx(height[5], abs=1.0)
 
 
-def test_without_a_diameter_a_crown_that_is_seen_well_still_has_a_height():
+def test_without_a_diameter_there_is_no_height():
     slopes, dbh, height, volume = stand(3, alike=0.3)
     found = measured(volume, PLACES, slopes, np.where(np.arange(16) < 3, np.nan, dbh))
-    assert found.height_m[:3] == pytest.approx(height[:3], abs=1.0)
+    assert np.isnan(found.height_m[:3]).all() and np.isfinite(found.height_m[3:]).sum() > 10
     assert len(measured(volume, PLACES[:0], slopes[:0], dbh[:0]).height_m) == 0
 
 

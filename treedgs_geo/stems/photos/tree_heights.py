@@ -37,7 +37,7 @@ _MAX_SE_SHARE = 0.12
 #: curve.
 _SE_M, _SE_SCATTER = 0.4, 0.7
 #: A height that is off the stand's curve by more (logarithm) is another tree's.
-_OTHER_TREE = 0.3
+_OTHER_TREE = 0.15
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,8 @@ def heights_of(
     why = np.full(len(alike), "", object)
     why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _MAX_SE_SHARE * height)] = "unclear"
     above = np.minimum(np.searchsorted(levels_m, height + _ABOVE_M), len(levels_m) - 1)
-    why[pairs[np.arange(len(alike)), above] < MIN_PAIRS] = "unclear"
+    # Without a diameter nothing tells a crown from the one above it.
+    why[(pairs[np.arange(len(alike)), above] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
     why[np.abs(off) > _OTHER_TREE] = "other_tree"
     why[~seen] = "no_top"
     known = why == ""
