@@ -16,7 +16,8 @@ from .resource_errors import reporting_full_disk
 def add_layer(
     path: Path, layer: str, table: Any, geometry: str | None = None, texts: Mapping[str, str] | None = None
 ) -> None:
-    """A table as a layer of a GeoPackage, with our style (texts: :func:`save_style`); rows go to a layer that is there.
+    """A table as a layer of a GeoPackage, with our style (texts: :func:`.geopackage.save_style`); rows go to a layer
+    that is there.
 
     geometry: type of the geometries; ``None``: as they are.
     """
@@ -27,7 +28,7 @@ def add_layer(
 
 
 def write_layer(path: Path, own: OwnLayers, layer: str, table: Any, geometry: str | None = None) -> Path:
-    """A GeoPackage of one layer; layers of others (:func:`atomic_geopackage`) in an existing one stay."""
+    """A GeoPackage of one layer; layers of others (:func:`.geopackage.atomic_geopackage`) in an existing one stay."""
     with atomic_geopackage(path, own) as temporary:
         add_layer(temporary, layer, table, geometry)
     return Path(path)

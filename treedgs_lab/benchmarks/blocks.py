@@ -36,11 +36,10 @@ _BAR_M = 0.3
 class ChainResult:
     """What the whole chain gave.
 
-    refused: why it refused, empty where it ended.
-    trees: placed where they are in truth (:func:`on_true_ground`): a block that lies metres off has measured the same
-        trees.
-    block: what the block states of itself and how true it is: ``photos, registered, scale_sd`` (stated), ``warnings``,
-        ``scale_error`` (share) and :func:`camera_errors`; empty where nothing was reconstructed.
+    refused: why it refused, empty where it ended. trees: placed where they are in truth (:func:`on_true_ground`): a
+    block that lies metres off has measured the same trees. block: what the block states of itself and how true it is:
+    ``photos, registered, scale_sd`` (stated), ``warnings``, ``scale_error`` (share) and :func:`camera_errors`; empty
+    where nothing was reconstructed.
     """
 
     refused: str = ""

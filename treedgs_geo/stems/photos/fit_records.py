@@ -56,7 +56,8 @@ def look_of_record(record: dict[str, Any]) -> Look:
         KeyError, TypeError, ValueError: another record.
     """
     sun, places = np.array(record["sun"], float), np.array(record["places"], float).reshape(-1, 2)
-    return Look(**_numbers(record) | {"sun": sun, "places": places})
+    numbers = {name: value for name, value in _numbers(record).items() if name in Look.__dataclass_fields__}
+    return Look(**numbers | {"sun": sun, "places": places})  # earlier versions kept more
 
 
 def _plain(value: Any) -> Any:
