@@ -28,7 +28,8 @@ version = release = treedgs_geo.__version__
 
 extensions = ["sphinx.ext.autodoc", "myst_parser"]
 exclude_patterns = ["results"]
-suppress_warnings = ["config.cache"]
+# Short names of types that stand in two rooms (Area, Stem.x) are links to one of them.
+suppress_warnings = ["config.cache", "ref.python"]
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 3
@@ -37,7 +38,7 @@ nitpicky = True
 # Types of other libraries in signatures (np.ndarray, Path); functions, data, modules and our own types must resolve.
 nitpick_ignore_regex = [
     (r"py:(class|obj|exc)", r"(?!treedgs_geo|\.).*"),
-    (r"py:.*", r"(numpy|multiprocessing)\b.*|.*\._\w+"),
+    (r"py:.*", r"(numpy|multiprocessing)\b.*|.*\._\w+|.*\.stage\.J"),
 ]
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"

@@ -45,13 +45,10 @@ MIN_PAIRS = 6
 class CanopyVolume:
     """Mean correlation between neighbouring photos over the ground.
 
-    Attributes:
-        x: (C,) local metres of the cell centres.
-        y: (R,) the same, from south to north.
-        levels_m: (L,) heights above the ground, evenly spaced by ``CELL_M``.
-        ground_z: (R, C) local height of the ground, NaN where unknown.
-        alike: (L, R, C) float32, -1 to 1; 0 where no photos show the place or the ground is unknown.
-        pairs: (L, R, C) uint8, pairs of photos that show it.
+    x: (C,) local metres of the cell centres. y: (R,) the same, from south to north. levels_m: (L,) heights above the
+    ground, evenly spaced by ``CELL_M``. ground_z: (R, C) local height of the ground, NaN where unknown. alike:
+    (L, R, C) float32, -1 to 1; 0 where no photos show the place or the ground is unknown. pairs: (L, R, C) uint8,
+    pairs of photos that show it.
     """
 
     x: np.ndarray
@@ -68,13 +65,8 @@ class CanopyVolume:
 
 @dataclass(frozen=True)
 class Contrast:
-    """Correlation of a crown and of empty air.
-
-    Attributes:
-        air_sd: s.d. in the air, where the mean is 0.
-        crown: mean in crowns.
-        crown_sd: s.d. in crowns.
-    """
+    """Correlation of a crown and of empty air. air_sd: s.d. in the air, where the mean is 0. crown, crown_sd: mean and
+    s.d. in crowns."""
 
     air_sd: float
     crown: float

@@ -53,7 +53,7 @@ TASKS = {"map_global": _map_global, "map_incremental": _map_incremental}
 
 
 def run_task(task: str, job: dict[str, Any], cache: Path) -> None:
-    """Run one of :data:`TASKS` in a child to its end; cancelling this process ends it at once.
+    """Run one of ``TASKS`` in a child to its end; cancelling this process ends it at once.
 
     Raises:
         MemoryError: the child was killed by the system. ReconstructionError: it crashed (the log file is named).

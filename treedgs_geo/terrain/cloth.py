@@ -2,9 +2,10 @@
 
 Zhang, W. et al. (2016): An easy-to-use airborne LiDAR data filtering method based on cloth simulation. Remote Sensing
 8(6), 501. The constants that the paper does not name (damping, gravity's step, when the cloth rests) are those of the
-authors' program, so that settings mean the same; what their program lets down over slopes in the end, :mod:`.ground`
-follows up from the ground beside it. Compiled here because their package has no wheels for newer Pythons;
-it runs in one fixed order, so that the same points give the same ground on any number of cores.
+authors' program, so that settings mean the same; what their program lets down over slopes in the end,
+:mod:`treedgs_geo.terrain.ground` follows up from the ground beside it. Compiled here because their package has no
+wheels for newer Pythons; it runs in one fixed order, so that the same points give the same ground on any number of
+cores.
 """
 
 from __future__ import annotations

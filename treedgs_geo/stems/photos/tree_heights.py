@@ -42,13 +42,8 @@ _OTHER_TREE = 0.15
 
 @dataclass(frozen=True)
 class Heights:
-    """Heights of S trees above their foot.
-
-    Attributes:
-        height_m: (S,) NaN where none is known.
-        se_m: (S,) standard errors, NaN likewise.
-        why: (S,) str, a key of ``HEIGHT_REASONS`` where there is none, else empty.
-    """
+    """Heights of S trees above their foot. height_m, se_m: (S,) with standard errors, NaN where none is known. why:
+    (S,) str, a key of ``HEIGHT_REASONS`` where there is none, else empty."""
 
     height_m: np.ndarray
     se_m: np.ndarray

@@ -1,10 +1,10 @@
 """What the search of stems in photos was tuned to, step by step: what another value would find differently.
 
 Set until 2026-11-25 on ``plot_a``, ``plot_e`` and, where it says *hard*, on simulated hard stands (seeds 401 to 426),
-with the true cameras (:mod:`treedgs_lab.benchmarks.photos.stems_from_photos`); other data are named beside their value.
+with the true cameras (``treedgs_lab/benchmarks/photos/stems_from_photos.py``); other data are named beside their value.
 None of these plots is scored as held out (``docs/evidence/photos.md``). Limits of quality are in
-:mod:`..quality.limits`, what is known of stems in :mod:`..quality.priors`. Sizes of tables, steps of searches and the
-like, which change the time and hardly the result, stand where they are used.
+:mod:`treedgs_geo.stems.quality.limits`, what is known of stems in :mod:`treedgs_geo.stems.quality.priors`. Sizes of
+tables, steps of searches and the like, which change the time and hardly the result, stand where they are used.
 
 Compiled kernels hold these values, and numba's cache follows no imports: after a change here, remove the
 ``__pycache__`` folders.
