@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import html
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -257,12 +258,21 @@ class EngineAlgorithm(BaseAlgorithm):
             values = engine_values(self, self.declaration, parameters, context, feedback)
             job_dir = engine.new_job_dir(self.COMMAND)
             feedback.pushDebugInfo(f"Engine: {chosen.python} ({chosen.source}); log: {job_dir / 'engine.log'}")
-            listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration["known"]))
+            so_far = self.offer() and self.offer().so_far
+            listener = Listener(
+                feedback,
+                lambda text: in_qgis_words(text, self.declaration["known"]),
+                so_far and partial(so_far.found.emit, str(job_dir)),
+            )
             # QGIS's file dialog asked already; for folders nobody did.
             files = [entry["name"] for entry in self.declaration["parameters"] if entry["kind"] == "output_file"]
-            outcome = engine.run_job(
-                chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback), files
-            )
+            try:
+                outcome = engine.run_job(
+                    chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback), files
+                )
+            finally:
+                if so_far:
+                    so_far.over.emit(str(job_dir))
         except (engine.EngineError, OSError) as problem:
             if isinstance(problem, engine.EngineMissing) and self.offer() is not None:
                 self.offer().missed.emit(problem)

@@ -84,8 +84,13 @@ def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
 class Listener:
     """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``."""
 
-    def __init__(self, feedback: QgsProcessingFeedback, words: Callable[[str], str] = str) -> None:
-        self.feedback, self.words = feedback, words
+    def __init__(
+        self,
+        feedback: QgsProcessingFeedback,
+        words: Callable[[str], str] = str,
+        stem: Callable[[dict[str, Any]], None] | None = None,
+    ) -> None:
+        self.feedback, self.words, self.stem = feedback, words, stem
         self.reported = time.monotonic()
         self.stages: list[str] = []
 
@@ -114,6 +119,8 @@ class Listener:
             self.feedback.pushInfo(f"{'  ' * len(self.stages)}{text}")
         elif kind == "warn":
             self.feedback.pushWarning(text)
+        elif kind == "stem" and self.stem is not None:
+            self.stem(message)
 
 
 def stage_name(message: dict[str, Any]) -> str:

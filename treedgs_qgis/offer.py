@@ -24,6 +24,7 @@ from . import engine, environment, extras
 from .compat import LOG_SUCCESS, LOG_WARNING
 from .i18n import tr
 from .missing import EngineMissing, takes
+from .so_far import StemsSoFar
 
 ALGORITHM = "treedgs:setupengine"
 #: Set once a user has seen the offer on the main window.
@@ -167,6 +168,7 @@ class Offer(QObject):
         super().__init__()
         self.iface = iface
         self.job = Job()
+        self.so_far = StemsSoFar(iface)
         self.missed.connect(self.show)
 
     def sentence(self, problem: EngineMissing) -> str:

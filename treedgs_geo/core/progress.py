@@ -12,7 +12,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from .crs import LocalFrame
 
 #: Version of the JSON-lines protocol; the plugin refuses an engine that speaks another one.
 PROTOCOL = 1
@@ -39,6 +42,7 @@ class Reporter:
         self._started = time.monotonic()
         #: Turns a message into the words of where it is shown.
         self.words: Callable[[str], str] = str
+        self._frame: LocalFrame | None = None
 
     @contextmanager
     def stage(self, name: str, low: float = 0.0, high: float = 1.0) -> Iterator[None]:
@@ -66,6 +70,22 @@ class Reporter:
         worked = self._fraction - self._free
         eta = spent * (1 - self._fraction) / worked if worked > 0.02 and spent > 2 else None
         self._emit("progress", {"fraction": round(self._fraction, 4), "message": message, "eta_s": eta and round(eta)})
+
+    @contextmanager
+    def placed(self, frame: LocalFrame) -> Iterator[None]:
+        """In here, places are local ones of ``frame``."""
+        self._frame = frame
+        try:
+            yield
+        finally:
+            self._frame = None
+
+    def stem(self, x: float, y: float, dbh_cm: float) -> None:
+        """A stem as it is first measured, to be looked at while the rest goes on: what follows may change it, move it
+        or leave it out. x, y: local, m. Nothing is said where no frame is known (:meth:`placed`)."""
+        if self._frame is not None:
+            east, north, _ = self._frame.to_project([x, y, 0.0]).round(3).tolist()
+            self._emit("stem", {"x": east, "y": north, "dbh_cm": round(dbh_cm, 1), "crs": self._frame.crs.to_wkt()})
 
     def info(self, message: str) -> None:
         """A line a technician understands."""
@@ -131,7 +151,7 @@ class PlainReporter(Reporter):
             line = f"[{body['name']}]"
         elif kind == "stage_done":
             line = f"  {body['name']}: {body['seconds']:.1f} s"
-        elif kind == "result":
+        elif kind in ("result", "stem"):
             return
         else:
             mark = {"warn": "warning: ", "error": "error: "}.get(kind, "")

@@ -74,7 +74,8 @@ def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, giv
 
 def _searched(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None) -> Searched:
     options = replace(preset.stems, bh_m=bh_m)
-    return search_photos(site.views, site.ground, site.area, options, reporter, given)
+    with reporter.placed(site.frame):
+        return search_photos(site.views, site.ground, site.area, options, reporter, given)
 
 
 def auto_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None = None) -> Found:
