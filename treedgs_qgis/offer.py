@@ -16,7 +16,7 @@ from qgis.core import (
     QgsProcessingFeedback,
     QgsSettings,
 )
-from qgis.PyQt.QtCore import QObject, QUrl, pyqtSignal
+from qgis.PyQt.QtCore import QObject, QTimer, QUrl, pyqtSignal
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.PyQt.QtWidgets import QApplication, QHBoxLayout, QProgressBar, QPushButton, QWidget
 
@@ -31,6 +31,8 @@ ALGORITHM = "treedgs:setupengine"
 SEEN = "treedgs/setup_offered"
 #: Steps of the progress bar.
 STEPS = 1000
+#: By then QGIS has said that a task is complete.
+TASK_SAID_MS = 1500
 
 
 class TaskFeedback(QgsProcessingFeedback):
@@ -209,7 +211,12 @@ class Offer(QObject):
         bar.pushWidget(item, LOG_WARNING)
 
     def page(self, path: str, title: str) -> None:
-        """On the main window's message bar: the page that a run wrote, with a button that opens it."""
+        """On the main window's message bar: the page that a run wrote, with a button that opens it; once QGIS has said
+        that its task is complete, which would cover it."""
+        QTimer.singleShot(TASK_SAID_MS, functools.partial(self.show_page, path, title))
+
+    def show_page(self, path: str, title: str) -> None:
+        """The message of :meth:`page`, now."""
         bar = self.iface.messageBar()
         item = bar.createMessage("TreeDGS", title)
         button = QPushButton(tr("Open the report"), item)

@@ -74,7 +74,7 @@ def _new_layer(crs: str) -> str:
     layer.setCustomProperty("skipMemoryLayersCheck", 1)
     layer.setRenderer(QgsSingleSymbolRenderer(QgsMarkerSymbol.createSimple({"color": "#1b7837", "size": "3"})))
     label = QgsPalLayerSettings()
-    label.fieldName = "dbh_cm"
+    label.fieldName, label.isExpression = "format_number(dbh_cm, 1)", True
     layer.setLabeling(QgsVectorLayerSimpleLabeling(label))
     layer.setLabelsEnabled(True)
     QgsProject.instance().addMapLayer(layer)

@@ -11,7 +11,7 @@ import traceback
 from qgis.core import QgsProject
 from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication, QDialogButtonBox
+from qgis.PyQt.QtWidgets import QApplication, QDialogButtonBox, QPushButton
 from qgis.utils import iface
 
 from processing.tools.general import createAlgorithmDialog
@@ -53,8 +53,10 @@ def main():
     wait(lambda: False, 1.0)
     iface.mainWindow().grab().save(f"{folder}/meanwhile.png")
     seen["ended"] = wait(lambda: "Trees" in names())
-    wait(lambda: False, 1.0)
+    wait(lambda: False, 3.0)
     seen["after"] = names()
+    item = iface.messageBar().currentItem()
+    seen["on_top"] = [button.text() for button in item.findChildren(QPushButton)] if item else []
     iface.mainWindow().grab().save(f"{folder}/after.png")
 
 

@@ -37,6 +37,7 @@ def test_first_stems_are_drawn_while_the_rest_is_measured(qgis, simulated_plot, 
     assert seen["began"] and seen["ended"] and seen["crs"] == "EPSG:6344"
     assert "Trees" not in seen["meanwhile"]
     assert "Trees" in seen["after"] and "Stems so far" not in seen["after"]
+    assert seen["on_top"] == ["Open the report"]
     trees = read_trees(tmp_path / "trees.gpkg").dropna(subset="dbh_cm")
     for x, y, dbh_cm in seen["stems"]:
         away = np.hypot(trees.x - x, trees.y - y)

@@ -1432,6 +1432,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{folder}: Der Beispielflug kann nicht geschrieben werden ({problem}); geben Sie einen anderen FOLDER an.</translation>
     </message>
     <message>
+      <source>Stems so far</source>
+      <translation>Bisherige Stämme</translation>
+    </message>
+    <message>
       <source>Plan the flight</source>
       <translation>Flug planen</translation>
     </message>

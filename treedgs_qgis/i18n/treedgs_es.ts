@@ -1430,6 +1430,10 @@ cero.&lt;/p&gt;
       <translation>{folder}: el vuelo de ejemplo no se puede escribir ({problem}); dé otro FOLDER.</translation>
     </message>
     <message>
+      <source>Stems so far</source>
+      <translation>Troncos hasta ahora</translation>
+    </message>
+    <message>
       <source>Plan the flight</source>
       <translation>Planificar el vuelo</translation>
     </message>
