@@ -8,13 +8,12 @@ import os
 import time
 import traceback
 
+from processing.tools.general import createAlgorithmDialog
 from qgis.core import QgsProject
 from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtTest import QTest
 from qgis.PyQt.QtWidgets import QApplication, QDialogButtonBox, QPushButton
 from qgis.utils import iface
-
-from processing.tools.general import createAlgorithmDialog
 
 seen = {}
 folder = os.environ["TREEDGS_MAP"]
