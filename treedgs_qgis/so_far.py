@@ -36,7 +36,8 @@ class StemsSoFar(QObject):
 
     def __init__(self, iface: Any) -> None:
         super().__init__()
-        self.iface, self.layers = iface, {}
+        self.iface = iface
+        self.layers: dict[str, str] = {}
         self.found.connect(self.add)
         self.over.connect(self.remove)
 

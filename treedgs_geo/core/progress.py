@@ -84,7 +84,9 @@ class Reporter:
         """A stem as it is first measured, to be looked at while the rest goes on: what follows may change it, move it
         or leave it out. x, y: local, m. Nothing is said where no frame is known (:meth:`placed`)."""
         if self._frame is not None:
-            east, north, _ = self._frame.to_project([x, y, 0.0]).round(3).tolist()
+            import numpy as np
+
+            east, north, _ = self._frame.to_project(np.array([x, y, 0.0])).round(3).tolist()
             self._emit("stem", {"x": east, "y": north, "dbh_cm": round(dbh_cm, 1), "crs": self._frame.crs.to_wkt()})
 
     def info(self, message: str) -> None:

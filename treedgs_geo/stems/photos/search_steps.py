@@ -197,7 +197,7 @@ def fits_of_seeds(
         fits.append(fit)
         if fit.measured:
             known = np.vstack([known, fit.row])
-            reporter.stem(*fit.axis.p, fit.dbh_cm)
+            reporter.stem(fit.axis.p[0], fit.axis.p[1], fit.dbh_cm)
     return fits
 
 
