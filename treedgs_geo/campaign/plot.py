@@ -10,16 +10,19 @@ import os
 import signal
 import sys
 import threading
+from collections import Counter
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..core.command import Command
+import pandas as pd
+
 from ..core.errors import TreeDGSError
-from ..core.files import atomic_path, read_json
+from ..core.files import read_json
 from ..core.progress import Reporter, make_reporter
 from ..core.settings import build
-from ..core.tables import SafeWriter
+from ..core.tables import write_csv
 from .manifest import ROUTES, own_field, own_plots
 from .places import TREES
 
@@ -53,10 +56,8 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
     with reporter.stage("measure", 0.0, 0.95 if row["field"] else 1.0):
         found = command.run(build(command.settings, values), reporter)
     trees = read_trees(folder / TREES)
-    reasons: dict[str, int] = {}
-    for flag, text in zip(trees["qc_flag"], trees["qc_reason"].fillna(""), strict=True):
-        for reason in split_reasons(text) if flag == "reject" else ():
-            reasons[reason] = reasons.get(reason, 0) + 1
+    refused = trees.loc[trees["qc_flag"] == "reject", "qc_reason"].fillna("")
+    reasons = dict(Counter(reason for text in refused for reason in split_reasons(text)))
     has = trees["dbh_cm"].notna()
     result = {
         "n_trees": len(trees),
@@ -76,12 +77,7 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
 
 
 def _write_rows(target: Path, rows: list[dict[str, str]]) -> Path:
-    names = list(dict.fromkeys(name for found in rows for name in found))
-    with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = SafeWriter(stream, names)
-        writer.header()
-        for found in rows:
-            writer.record(found)
+    write_csv(target, pd.DataFrame(rows))
     return target
 
 
@@ -96,19 +92,8 @@ def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, repor
         tally = _write_rows(folder / "field_trees.csv", own_field(row))
         command = get_command("match-plots")
         pairs = folder / "pairs.gpkg"
-        command.run(
-            build(
-                command.settings,
-                {
-                    **row["pairing"],
-                    "trees": str(folder / TREES),
-                    "field": str(tally),
-                    "plots": plots,
-                    "output": str(pairs),
-                },
-            ),
-            reporter,
-        )
+        given = {"trees": str(folder / TREES), "field": str(tally), "plots": plots, "output": str(pairs)}
+        command.run(build(command.settings, {**row["pairing"], **given}), reporter)
         pooled = metrics_of(evidence_from_pairs(pairs), repeats=100)["pooled"]
     except TreeDGSError as problem:
         reporter.warn(f"No accuracy: {problem}")
@@ -147,6 +132,7 @@ def end_with_campaign() -> None:
 def main() -> int:
     """Run the job file's plot."""
     from ..cli import run_command
+    from ..verbs import get_command
 
     end_with_campaign()
     reporter = make_reporter("json")
@@ -158,20 +144,8 @@ def main() -> int:
     except TreeDGSError as problem:
         reporter.error(str(problem))
         return problem.exit_code
-    from ..verbs.doctor import DoctorSettings
-
-    verb = Command(
-        name="plot",
-        qgis_id="",
-        title="",
-        group="",
-        summary="",
-        help="",
-        example="",
-        outputs={},
-        settings=DoctorSettings,
-        run=lambda _, r: run_plot(job, r),
-    )
+    # A verb that needs no settings, for what surrounds every run.
+    verb = replace(get_command("doctor"), name="plot", run=lambda _, r: run_plot(job, r))
     return run_command(verb, {}, reporter)
 
 

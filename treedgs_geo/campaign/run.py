@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,17 +123,8 @@ def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Re
         tally = Coordinator(plan, campaign, capacity, reporter, lease.renew).run()
     lease.check()
     with reporter.stage("write", 0.96, 1.0):
-        result = _write(
-            campaign,
-            plan,
-            layer_crs(plan, settings.crs),
-            model,
-            tally,
-            output,
-            forecast,
-            time.monotonic() - began,
-            reporter,
-        )
+        crs, seconds = layer_crs(plan, settings.crs), time.monotonic() - began
+        result = _write(campaign, plan, crs, model, tally, output, forecast, seconds, reporter)
     campaign.end()
     if tally.failed == len(plan):
         raise InputError(f"{settings.manifest}: no plot could be measured, see {workspace / REPORT} for the reasons.")
@@ -211,13 +201,13 @@ def _write(
     reporter: Reporter,
 ) -> dict[str, Any]:
     """Layer, report, costs."""
-    workspace = campaign.workspace
-    n_trees = write_layer(output, _finished(plan, campaign), crs, reporter)
+    workspace, rows = campaign.workspace, list(rows_of(plan, campaign))
+    n_trees = write_layer(output, (row for row in rows if row["state"] == "done"), crs, reporter)
     warnings: list[str] = []
     boxes: list[tuple[str, Path, Any]] = []
     runs: list[dict[str, Any]] = []
     counts = {"done": 0, "failed": 0}
-    for row in rows_of(plan, campaign):
+    for row in rows:
         if row["state"] != "done":
             counts["failed"] += 1
             if len(warnings) < 200:
@@ -226,14 +216,9 @@ def _write(
         counts["done"] += 1
         if row["bounds"] and row["crs"] == crs:
             boxes.append((row["plot_id"], Path(row["folder"]), tuple(row["bounds"])))
-        if row["runs"] == 1 and len(runs) < 5000:
+        if row["attempts"] == 1 and len(runs) < 5000:
             # A plot that resumed an earlier attempt was cheaper than it is.
-            runs.append(
-                {
-                    name: row[name]
-                    for name in ("route", "photos", "megapixels", "points_m", "seconds", "memory_gb", "disk_gb")
-                }
-            )
+            runs.append(row)
     for one, other, both in twins(boxes):
         warnings.append(
             f"{one} and {other} overlap: {both} trees stand in both and are in the layer twice, "
@@ -260,7 +245,7 @@ def _write(
         "plots' folders": str(workspace / PLOTS),
         "table": str(workspace / TABLE),
     }
-    write_report(campaign, rows_of(plan, campaign), facts, warnings)
+    write_report(campaign, rows, facts, warnings)
     write_text(workspace / STATUS, status + ".\n")
     reporter.info(status + ".")
     return {
@@ -281,10 +266,3 @@ def _write(
         "predicted_s": round(forecast.seconds, 1),
         "status": status,
     }
-
-
-def _finished(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
-    """The plots whose trees belong into the layer, in the manifest's order."""
-    for row in rows_of(plan, campaign):
-        if row["state"] == "done":
-            yield {name: row[name] for name in ("plot_id", "number", "folder", "crs", "table")}
