@@ -1,8 +1,10 @@
-"""Numbers in words: one rounding, so that page, sheet, map and table read the same, and one plural."""
+"""Numbers in words: one rounding, so that page, sheet, map and table read the same, one plural, one list."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from decimal import ROUND_HALF_UP, Decimal
+from typing import Any
 
 #: Decimals of diameters and their errors in a tree layer.
 LAYER_DECIMALS = 2
@@ -26,6 +28,17 @@ def shown_cm(value: float) -> str:
         ('0.4', '0.3')
     """
     return f"{half_up(round(float(value), LAYER_DECIMALS), 1):.1f}"
+
+
+def some(names: Iterable[Any], limit: int, joint: str = ", ") -> str:
+    """The first few names in a row, with an ellipsis where there are more.
+
+    Examples:
+        >>> some([3, 5, 8], 2), some("ab", 2, "; ")
+        ('3, 5, …', 'a; b')
+    """
+    texts = [str(name) for name in names]
+    return joint.join(texts[:limit] + ["…"] * (len(texts) > limit))
 
 
 def count_of(n: int, what: str) -> str:

@@ -333,7 +333,8 @@ def safe_frame(table: Any) -> Any:
     made = table.copy()
     for name in made:
         if made[name].dtype.kind == "O" or str(made[name].dtype).startswith("str"):
-            made[name] = made[name].map(safe_cell)
+            # Whole numbers beside empty cells would become fractions.
+            made[name] = type(made[name])([safe_cell(cell) for cell in made[name]], made.index, dtype=object)
     return made.rename(columns=safe_cell)
 
 

@@ -95,8 +95,8 @@ class Table:
         name: of the file, the sheet and the HTML element.
         title: above it.
         columns: in order.
-        rows: dicts by column key; ``None`` or NaN: not known; texts are shown as they are. ``mark``: the row's CSS
-            class on a page.
+        rows: dicts by column key; ``None``, NaN, infinite: not known; texts are shown as they are. ``mark``: the row's
+            CSS class on a page.
         note: below it.
         n_totals: rows of sums at the end.
         classes: labels of all DBH classes from the thinnest to the thickest, empty ones too.
@@ -119,7 +119,7 @@ class Table:
     def text(self, row: Mapping[str, Any], column: Column, empty: str = NOTHING) -> str:
         """A cell as it is shown."""
         value = row.get(column.key)
-        if value is None or (isinstance(value, float) and not np.isfinite(value)):
+        if not _holds(value):
             return empty
         if column.decimals is None or isinstance(value, str):
             return str(value)
@@ -189,4 +189,4 @@ def known(value: Any, factor: float = 1.0) -> float | None:
 
 
 def _holds(value: Any) -> bool:
-    return value is not None and not (isinstance(value, float) and not np.isfinite(value))
+    return not pd.isna(value) and (not isinstance(value, float) or bool(np.isfinite(value)))

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ...core.files import atomic_path, write_json
 from ...core.tables import write_csv
-from ...report.blocks import Block, Column, Document, Heading, Paragraph, Sentences, Table, facts_table, known
+from ...report.blocks import Block, Column, Document, Heading, Paragraph, Sentences, Table, facts_table
 from ...report.charts import write_chart
 from ...report.html import write_html
 from ...report.latex import booktabs
@@ -156,26 +156,19 @@ def _intervals(pooled: dict, spread: dict) -> Table:
 
 
 def _trees(evidence: PairsEvidence) -> Table:
-    rows = [
-        {
-            "plot": str(tree["plot_id"]),
-            "tree": str(tree["tree_id"]),
-            "reference": known(tree["reference_cm"]),
-            "measured": known(tree["dbh_cm"] if pd.notna(tree["error_cm"]) else None),
-            "error": known(tree["error_cm"]),
-            "flag": "" if pd.isna(tree["qc_flag"]) else str(tree["qc_flag"]),
-        }
-        for _, tree in evidence.trees.iterrows()
-    ]
+    trees = evidence.trees
+    shown = trees.astype({"plot_id": str, "tree_id": str}).assign(
+        dbh_cm=trees["dbh_cm"].where(trees["error_cm"].notna()), qc_flag=trees["qc_flag"].fillna("")
+    )
     columns = [
-        Column("plot", "Plot"),
-        Column("tree", "Tree"),
-        Column("reference", "Reference cm", 1),
-        Column("measured", "Measured cm", 1),
-        Column("error", "Error cm", 2, signed=True),
-        Column("flag", "Flag"),
+        Column("plot_id", "Plot"),
+        Column("tree_id", "Tree"),
+        Column("reference_cm", "Reference cm", 1),
+        Column("dbh_cm", "Measured cm", 1),
+        Column("error_cm", "Error cm", 2, signed=True),
+        Column("qc_flag", "Flag"),
     ]
-    return Table("trees", "", columns, rows)
+    return Table("trees", "", columns, shown.to_dict("records"))
 
 
 def _against(found: dict) -> list[Block]:

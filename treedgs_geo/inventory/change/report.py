@@ -10,7 +10,7 @@ import pandas as pd
 import pyproj
 
 from ... import __version__
-from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
+from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table
 from ...report.charts import BLUE, GREEN, LIGHT_GREY, PURPLE, SKY, VERMILION, chart_png, new_chart
 from .growth import Change
 from .joining import FATES
@@ -19,14 +19,14 @@ LAYER = "change"
 OWN_LAYERS = {LAYER: frozenset({"before_id", "after_id", "fate", "growth_cm"})}
 _DECIMALS = {"dbh1_cm": 2, "dbh2_cm": 2, "ba_growth": 5, "x": 3, "y": 3, "dist_m": 3}
 _LABELS = {
-    "growth_cm_a": ("Growth of DBH, survivors", "cm a year", 3),
-    "ba_growth": ("Basal area: growth of survivors", "m²/ha", 3),
-    "ba_ingrowth": ("Basal area: ingrowth", "m²/ha", 3),
-    "ba_mortality": ("Basal area: mortality", "m²/ha", 3),
-    "ba_change": ("Basal area: net change", "m²/ha", 3),
-    "trees_ingrowth": ("Trees: ingrowth", "per ha", 1),
-    "trees_mortality": ("Trees: mortality", "per ha", 1),
-    "trees_change": ("Trees: net change", "per ha", 1),
+    "growth_cm_a": ("Growth of DBH, survivors", "cm a year"),
+    "ba_growth": ("Basal area: growth of survivors", "m²/ha"),
+    "ba_ingrowth": ("Basal area: ingrowth", "m²/ha"),
+    "ba_mortality": ("Basal area: mortality", "m²/ha"),
+    "ba_change": ("Basal area: net change", "m²/ha"),
+    "trees_ingrowth": ("Trees: ingrowth", "per ha"),
+    "trees_mortality": ("Trees: mortality", "per ha"),
+    "trees_change": ("Trees: net change", "per ha"),
 }
 _COLOURS = {
     "survivor": BLUE,
@@ -76,8 +76,7 @@ def make_change_document(
     cards = []
     for name in ("growth_cm_a", "ba_growth", "ba_mortality", "ba_change"):
         if name in changes and np.isfinite(changes[name].mean):
-            label, unit, _ = _LABELS[name]
-            c = changes[name]
+            c, (label, unit) = changes[name], _LABELS[name]
             spread = f"{c.low:+.2f} to {c.high:+.2f}" if np.isfinite(c.low) else ""
             cards.append((label, f"{c.mean:+.2f} {unit}", spread))
     grown = table[table["fate"] == "survivor"]
@@ -121,19 +120,14 @@ def _facts(settings: Any) -> list[str]:
 
 def _changes_table(changes: dict[str, Change], settings: Any) -> Table:
     level = f"{settings.confidence_pct:g} %"
-    rows = []
-    for name, found in changes.items():
-        label, unit, _ = _LABELS[name]
-        rows.append(
-            {
-                "what": f"{label}, {unit}",
-                **{
-                    key: known(getattr(found, key))
-                    for key in ("mean", "se_plots", "se_trees", "se_shared", "se", "low", "high")
-                },
-                "year": None if name == "growth_cm_a" else known(found.mean / settings.years),
-            }
-        )
+    rows = [
+        {
+            **vars(found),
+            "what": f"{_LABELS[name][0]}, {_LABELS[name][1]}",
+            "year": None if name == "growth_cm_a" else found.mean / settings.years,
+        }
+        for name, found in changes.items()
+    ]
     return Table(
         "changes",
         f"Change over {settings.years:g} years",
@@ -166,41 +160,22 @@ def _fates_table(counts: dict[str, int]) -> Table:
 
 
 def _trees_table(table: gpd.GeoDataFrame) -> Table:
-    rows = [
-        {
-            "plot": row.plot_id,
-            "before": "" if pd.isna(row.before_id) else str(row.before_id),
-            "after": "" if pd.isna(row.after_id) else str(row.after_id),
-            "fate": row.fate,
-            **{
-                key: known(getattr(row, source))
-                for key, source in (
-                    ("d1", "dbh1_cm"),
-                    ("d2", "dbh2_cm"),
-                    ("g", "growth_cm"),
-                    ("low", "grow_lo"),
-                    ("high", "grow_hi"),
-                )
-            },
-        }
-        for row in table.itertuples()
-        if row.fate != "small"
-    ]
+    ids = {name: table[name].astype("string").fillna("") for name in ("before_id", "after_id")}
     return Table(
         "change_trees",
         "",
         [
-            Column("plot", "Plot"),
-            Column("before", "Number, first"),
-            Column("after", "second"),
+            Column("plot_id", "Plot"),
+            Column("before_id", "Number, first"),
+            Column("after_id", "second"),
             Column("fate", "Fate"),
-            Column("d1", "DBH first, cm", 1),
-            Column("d2", "second", 1),
-            Column("g", "Growth, cm", 1),
-            Column("low", "from", 1),
-            Column("high", "to", 1),
+            Column("dbh1_cm", "DBH first, cm", 1),
+            Column("dbh2_cm", "second", 1),
+            Column("growth_cm", "Growth, cm", 1),
+            Column("grow_lo", "from", 1),
+            Column("grow_hi", "to", 1),
         ],
-        rows,
+        table.assign(**ids)[table["fate"] != "small"].to_dict("records"),
     )
 
 

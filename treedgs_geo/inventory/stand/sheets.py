@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from ...core import tables
 from ...core.files import atomic_path
-from ...core.tables import SafeWriter
 from ...report.blocks import Document, Table
 
 #: Tables that get a file of their own.
@@ -66,14 +67,10 @@ def write_workbook(path: Path, document: Document) -> Path:
 
 def write_csv(path: Path, table: Table) -> Path:
     """One table; column names are keys with units, missing is empty."""
-    with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        keys = [column.key for column in table.columns]
-        if any("key" in row for row in table.rows):
-            keys.insert(1, "key")
-        writer = SafeWriter(stream, keys)
-        writer.header()
-        for row in table.rows:
-            writer.record({key: _plain(row.get(key)) for key in keys})
+    keys = [column.key for column in table.columns]
+    if any("key" in row for row in table.rows):
+        keys.insert(1, "key")
+    tables.write_csv(path, pd.DataFrame(table.rows, columns=keys, dtype=object), lineterminator="\n")
     return Path(path)
 
 

@@ -85,24 +85,23 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
             "biomass": rows["per_ha"].to_numpy() * stand.values.value["biomass"][per_tree] / 1000,
         }
     )
-    made = []
-
-    def add(part: pd.DataFrame, species: str, label: str, k: int | None) -> None:
-        row: dict[str, Any] = {"species": species, "class": label, "n": int(part["n"].sum())}
-        row["lower"] = None if k is None else classes.lower(k)
-        row["upper"] = None if k is None else classes.upper(k)
-        for name in ("trees", "ba", "volume", "biomass"):
-            row[quantities[name].key] = known(part[name].sum(skipna=False), quantities[name].factor)
-        made.append(row)
-
-    for name in sorted(set(names)):
-        mine = frame[frame["species"] == name]
-        for k in sorted(set(mine["class"])):
-            add(mine[mine["class"] == k], name, classes.label(int(k)), int(k))
-    totals = sorted(set(names)) if len(set(names)) > 1 else []
-    for name in totals:
-        add(frame[frame["species"] == name], name, "all", None)
-    add(frame, "all", "all", None)
+    several = frame["species"].nunique() > 1
+    groups = [
+        *((name, int(k), part) for (name, k), part in frame.groupby(["species", "class"])),
+        *((name, None, part) for name, part in frame.groupby("species") if several),
+        ("all", None, frame),
+    ]
+    made = [
+        {
+            "species": name,
+            "class": "all" if k is None else classes.label(k),
+            "n": int(part["n"].sum()),
+            "lower": None if k is None else classes.lower(k),
+            "upper": None if k is None else classes.upper(k),
+            **{quantities[q].key: known(part[q].sum(skipna=False), quantities[q].factor) for q in _STOCK},
+        }
+        for name, k, part in groups
+    ]
     return Table(
         "stand_table",
         "Stand and stock table by species and DBH class",
@@ -117,7 +116,7 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
         made,
         "Classes by the DBH as measured (its error moves some trees to a neighbouring class). Basal area, volume and "
         "biomass are corrected for the DBHs' errors.",
-        len(totals) + 1,
+        sum(row["lower"] is None for row in made),
         tuple(classes.label(k) for k in range(int(number.min()), int(number.max()) + 1)),
     )
 
@@ -173,16 +172,13 @@ def plots_table(stand: Stand, units: str) -> Table:
     """One row a plot."""
     quantities = UNITS[units]
     names = ("trees", "ba", "qmd", "lorey", "dominant", "volume", "biomass")
-    rows = []
-    for _, plot in stand.plot_rows.iterrows():
-        row = {name: plot[name] for name in ("plot_id", "shape", "edge")}
-        row["searched_pct"] = known(plot["searched_pct"])
-        row.update({name: int(plot[name]) for name in ("n_trees", "n_missing", "n_dead")})
-        row[quantities["area"].key] = known(plot["area_ha"], quantities["area"].factor)
-        row["expansion"] = known(plot["expansion"], quantities["trees"].factor)
-        for name in names:
-            row[quantities[name].key] = known(plot[METRIC[name].key], quantities[name].factor)
-        rows.append(row)
+    rows = stand.plot_rows.assign(
+        expansion=stand.plot_rows["expansion"] * quantities["trees"].factor,
+        **{
+            quantities[name].key: stand.plot_rows[METRIC[name].key] * quantities[name].factor
+            for name in ("area", *names)
+        },
+    )
     area = quantities["area"]
     return Table(
         "plots",
@@ -199,7 +195,7 @@ def plots_table(stand: Stand, units: str) -> Table:
             Column("n_dead", "Dead", 0),
             *(Column(quantities[n].key, quantities[n].heading, quantities[n].decimals) for n in names),
         ],
-        rows,
+        rows.to_dict("records"),
         "Expansion: what one tree of the plot stands for. Area is horizontal.",
     )
 
@@ -271,13 +267,6 @@ def trees_table(stand: Stand, units: str) -> Table:
         "qc_reason": stand.trees["qc_reason"].fillna("").to_numpy(object)[tree],
         "note": stand.trees["note"].fillna("").to_numpy(object)[tree],
     }
-    rows = [
-        {
-            key: (value if value != "" else None) if isinstance(value, str) else known(value)
-            for key, value in zip(column, values, strict=True)
-        }
-        for values in zip(*column.values(), strict=True)
-    ]
     area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
     return Table(
         "trees",
@@ -301,7 +290,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("qc_reason", "Reason"),
             Column("note", "Note"),
         ],
-        rows,
+        pd.DataFrame(column).replace("", None).to_dict("records"),
         "Basal area, volume and biomass of each tree are corrected for its DBH error.",
     )
 

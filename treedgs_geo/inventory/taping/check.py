@@ -9,7 +9,6 @@ from typing import Any
 
 import geopandas as gpd
 import numpy as np
-import pandas as pd
 
 from ... import __version__
 from ...core.crs import project_crs
@@ -19,7 +18,7 @@ from ...core.geopackage import ensure_unlocked
 from ...core.layer_files import write_layer
 from ...core.progress import Reporter
 from ...core.tables import write_csv
-from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
+from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table
 from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
@@ -157,18 +156,15 @@ def _document(checked: Checked, settings: Any) -> Document:
 
 def _totals_table(checked: Checked, level: str) -> Table:
     words = {"trees": "Trees", "ba_m2": "Basal area, m²"}
-    rows = []
-    for (name, estimator), found in checked.totals.items():
-        entry = checked.figures[f"{name}_{estimator}"]
-        rows.append(
-            {
-                "quantity": words[name],
-                "estimator": estimator,
-                **{key: entry[key] for key in ("measured", "corrected", "se", "low", "high")},
-                "change": 100 * (found.total / found.measured - 1) if found.measured else None,
-                "more": entry["more_tapes_to_halve_se"],
-            }
-        )
+    rows = [
+        {
+            **checked.figures[f"{name}_{estimator}"],
+            "quantity": words[name],
+            "estimator": estimator,
+            "change": 100 * (found.total / found.measured - 1) if found.measured else None,
+        }
+        for (name, estimator), found in checked.totals.items()
+    ]
     return Table(
         "totals",
         "Measured and corrected",
@@ -181,7 +177,7 @@ def _totals_table(checked: Checked, level: str) -> Table:
             Column("se", "s.e.", 3),
             Column("low", f"{level} from", 2),
             Column("high", f"{level} to", 2),
-            Column("more", "Tapes more that halve the s.e.", 0),
+            Column("more_tapes_to_halve_se", "Tapes more that halve the s.e.", 0),
         ],
         rows,
         "Design-based: the chances of the draw alone make the standard errors, nothing is assumed of the errors of the "
@@ -192,44 +188,31 @@ def _totals_table(checked: Checked, level: str) -> Table:
 
 
 def _trees_table(checked: Checked) -> Table:
-    rows: list[dict[str, Any]] = []
-    for tree in checked.trees.itertuples():
-        rows.append(
-            {
-                "tree": str(tree.tree_id),
-                "plot": tree.plot_id if pd.notna(tree.plot_id) else "",
-                "flag": tree.qc_flag,
-                "dbh": known(tree.dbh_cm),
-                "low": known(tree.dbh_lo_cm),
-                "high": known(tree.dbh_hi_cm),
-                "taped": known(tree.taped_cm),
-                "error": known(tree.error_cm),
-                "inside": {True: "yes", False: "no"}.get(tree.inside, ""),
-                "state": tree.state,
-                "note": "; ".join(
-                    str(text)
-                    for text in ("look again" if pd.notna(tree.outlier) else None, tree.note)
-                    if pd.notna(text)
-                ),
-            }
-        )
+    trees = checked.trees
+    said = trees["note"].fillna("")
+    shown = trees.assign(
+        tree_id=trees["tree_id"].astype(str),
+        plot_id=trees["plot_id"].fillna(""),
+        inside=trees["inside"].map({True: "yes", False: "no"}).fillna(""),
+        note=said.where(trees["outlier"].isna(), "look again" + said.where(said == "", "; " + said)),
+    )
     return Table(
         "tapes",
         "Taped trees",
         [
-            Column("tree", "Tree"),
-            Column("plot", "Plot"),
-            Column("flag", "Flag"),
-            Column("dbh", "Measured, cm", 1),
-            Column("low", "90 % from", 1),
-            Column("high", "to", 1),
-            Column("taped", "Taped, cm", 1),
-            Column("error", "Error, cm", 1),
+            Column("tree_id", "Tree"),
+            Column("plot_id", "Plot"),
+            Column("qc_flag", "Flag"),
+            Column("dbh_cm", "Measured, cm", 1),
+            Column("dbh_lo_cm", "90 % from", 1),
+            Column("dbh_hi_cm", "to", 1),
+            Column("taped_cm", "Taped, cm", 1),
+            Column("error_cm", "Error, cm", 1),
             Column("inside", "Inside"),
             Column("state", "State"),
             Column("note", "Note"),
         ],
-        rows,
+        shown.to_dict("records"),
         "Error: measured minus taped.",
     )
 
