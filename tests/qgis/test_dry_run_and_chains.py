@@ -335,7 +335,7 @@ def pairs_file(tmp_path):
     import pyproj
     from shapely.geometry import Point
 
-    from treedgs_geo.inventory.pairs_layer import PAIR_COLUMNS, PLOT_COLUMNS, write_pairs
+    from treedgs_geo.inventory.pairs_layer import PAIR_COLUMNS, PLOT_COLUMNS, Matched, write_pairs
 
     crs = pyproj.CRS("EPSG:32617")
     row = dict.fromkeys(PAIR_COLUMNS) | {
@@ -349,7 +349,8 @@ def pairs_file(tmp_path):
         {"tree_id": [1], "dbh_cm": [31.0], "paired": ["yes"], "in_plot": ["yes"]}, geometry=[Point(0.5, 0)], crs=crs
     )
     plot = dict.fromkeys(PLOT_COLUMNS) | {"plot_id": "A", "status": "auto", "radius_m": 5.0, "x": 0.0, "y": 0.0}
-    write_pairs(tmp_path / "pairs.gpkg", [row, dict(row, field_id="2")], [], trees, measured, [plot], crs)
+    both = [row, dict(row, field_id="2")]
+    write_pairs(tmp_path / "pairs.gpkg", Matched(both, [], trees, measured, [plot], []), crs)
     return tmp_path / "pairs.gpkg"
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -96,6 +96,13 @@ class Reporter:
     def warn(self, message: str) -> None:
         """Something recoverable that may have cost accuracy or trees."""
         self._emit("warn", {"message": message})
+
+    def tell(self, warnings: Iterable[str] = (), notes: Iterable[str] = ()) -> None:
+        """Several sentences."""
+        for sentence in warnings:
+            self.warn(sentence)
+        for sentence in notes:
+            self.info(sentence)
 
     def error(self, message: str) -> None:
         """The sentence that ends the run."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import geopandas as gpd
@@ -16,24 +16,12 @@ from ..core.errors import InputError
 from ..core.plots import Plot
 from .double_sampling.other_trees import of_other_trees
 from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
-from .pairs_layer import SNAP_M, Locked
+from .pairs_layer import SNAP_M, Locked, Matched
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.
 _AROUND_M = 3.0
 #: A field tree this near to searched ground stands on it: two maps do not agree to the decimetre, m.
 _RIM_M = 0.5
-
-
-@dataclass
-class Matched:
-    """Everything that goes into ``pairs.gpkg``; ``warnings`` are sentences for the user."""
-
-    pairs: list[dict]
-    suggested: list[dict]
-    field_trees: pd.DataFrame
-    measured: gpd.GeoDataFrame
-    plots: list[dict]
-    warnings: list[str]
 
 
 def match_plots(

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pyogrio
 import pyproj
-from shapely.geometry import LineString, Point
+from shapely.geometry import LineString
 
 from ..core.errors import InputError
 from ..core.geopackage import atomic_geopackage
@@ -58,20 +58,25 @@ class Locked:
     field_xy: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
 
 
-def write_pairs(
-    path: Path,
-    pairs: list[dict],
-    suggested: list[dict],
-    field_trees: pd.DataFrame,
-    measured: gpd.GeoDataFrame,
-    plots: list[dict],
-    crs: pyproj.CRS,
-) -> Path:
-    """Write the GeoPackage whole or not at all, styled; an existing one keeps its place, even while QGIS shows it.
+@dataclass
+class Matched:
+    """Everything that goes into ``pairs.gpkg``, and sentences for the user.
 
     pairs, suggested: dicts of :data:`PAIR_COLUMNS` with ``line`` ((fx, fy), (mx, my)). field_trees: with ``x, y`` where
     the tree is drawn (co-registered), ``x_field, y_field`` as surveyed, ``paired``. measured: points with ``paired``.
     plots: dicts of :data:`PLOT_COLUMNS`, ``x, y`` the co-registered centre.
+    """
+
+    pairs: list[dict]
+    suggested: list[dict]
+    field_trees: pd.DataFrame
+    measured: gpd.GeoDataFrame
+    plots: list[dict]
+    warnings: list[str]
+
+
+def write_pairs(path: Path, found: Matched, crs: pyproj.CRS) -> Path:
+    """Write the GeoPackage whole or not at all, styled; an existing one keeps its place, even while QGIS shows it.
 
     Raises:
         InputError: not a .gpkg name. OutputError: the file is locked by an edit session, or cannot be written.
@@ -81,19 +86,17 @@ def write_pairs(
         raise InputError(
             f"{path}: ends in {path.suffix!r}, expected .gpkg (the pairs are several layers); rename the output."
         )
-    lines = {PAIRS: pairs, SUGGESTED: suggested}
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
-        for name, rows in lines.items():
-            table = _typed(
-                pd.DataFrame([{k: row.get(k) for k in PAIR_COLUMNS} for row in rows], columns=list(PAIR_COLUMNS))
-            )
+        for name, rows in ((PAIRS, found.pairs), (SUGGESTED, found.suggested)):
+            table = _typed(pd.DataFrame(rows, columns=list(PAIR_COLUMNS)))
             shapes = gpd.GeoSeries([LineString(row["line"]) for row in rows], crs=crs)
             add_layer(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
-        points = gpd.GeoDataFrame(field_trees, geometry=gpd.points_from_xy(field_trees["x"], field_trees["y"]), crs=crs)
+        field = found.field_trees
+        points = gpd.GeoDataFrame(field, geometry=gpd.points_from_xy(field["x"], field["y"]), crs=crs)
         add_layer(temporary, FIELD, points, "Point")
-        add_layer(temporary, MEASURED, measured)
-        table = pd.DataFrame([{k: row.get(k) for k in PLOT_COLUMNS} for row in plots], columns=list(PLOT_COLUMNS))
-        circles = [Point(row["x"], row["y"]).buffer(row["radius_m"], 32) for row in plots]
+        add_layer(temporary, MEASURED, found.measured)
+        table = pd.DataFrame(found.plots, columns=list(PLOT_COLUMNS))
+        circles = gpd.GeoSeries.from_xy(table["x"], table["y"]).buffer(table["radius_m"], 32)
         add_layer(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
     return path
 

@@ -55,8 +55,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     day = parse_date(settings.flight_date, "--flight-date") if settings.flight_date else dt.date.today()
     with reporter.stage("read", 0.0, 0.1):
         site = read_site(settings, reporter)
-        for note in site.notes:
-            reporter.warn(note)
+        reporter.tell(site.notes)
         take_off = take_off_of(site, settings.take_off)
         stems = stems_of(site, settings.seed)
     lon, lat = site.lonlat(np.zeros(2))[0]
@@ -67,9 +66,8 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
             site, stems, camera, limits, take_off, heading[0], settings.target_error_cm,
             settings.target_share_pct / 100, settings.batteries, settings.pattern, reporter,
         )  # fmt: skip
-    for note in [*choice.not_flown(), *_beyond(site, choice, settings)]:
-        site.notes.append(note)
-        reporter.warn(note)
+    site.notes += (more := [*choice.not_flown(), *_beyond(site, choice, settings)])
+    reporter.tell(more)
     with reporter.stage("write", 0.85, 1.0):
         files = _write(settings, Chosen(site, stems, camera, limits, take_off, heading, sun, choice))
     reporter.info(_sentence(choice))

@@ -103,18 +103,14 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         if settings.pairs is None:
             raise InputError("--against: compares pairs layers, so it needs --pairs.")
         other = evidence_from_pairs(settings.against, settings.min_dbh_cm)
-        metrics["against"] = {
-            "file": settings.against.name,
-            **compare(evidence, other),
-        }
+        metrics["against"] = {"file": settings.against.name, **compare(evidence, other)}
     more, paper = (), None
     if settings.paper or any(plot.has_experiments for plot in plots):
         from ..core.extras import lab
 
         published = lab("published.experiments", "evaluate with clouds, a workspace or --paper")
         more, paper = published.add_experiments(settings, plots, evidence, metrics, reporter)
-    for note in metrics["notes"]:
-        reporter.warn(note)
+    reporter.tell(metrics["notes"])
     if metrics["bootstrap"]["note"]:
         reporter.info(f"Intervals: {metrics['bootstrap']['note']}.")
     with reporter.stage("write", 0.9, 1.0):

@@ -66,8 +66,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     ensure_unlocked(settings.output, OWN_LAYERS)
     crs = project_crs(settings.crs) if settings.crs else None
     measured, review = reviewed(read_measured(settings.trees, crs, settings.trees_dbh_unit), settings.trees)
-    for sentence in review.sentences(settings.trees.name):
-        reporter.info(sentence)
+    reporter.tell(notes=review.sentences(settings.trees.name))
     if measured.crs is None:
         if crs is None:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
@@ -91,28 +90,11 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
         if settings.dbh_unit == "auto":
             raise InputError(text)
         reporter.warn(text)
-    for sentence in tally_of_other_trees(matched.pairs, tally, settings.field):
-        reporter.warn(sentence)
-    advice = turn_advice(
-        matched.plots,
-        plots,
-        matched.field_trees,
-        measured[["x", "y"]].to_numpy(float),
-        settings,
-        settings,
-        measured.crs,
-    )
-    for sentence in [*left_out, *matched.warnings, *advice]:
-        reporter.warn(sentence)
-    write_pairs(
-        settings.output,
-        matched.pairs,
-        matched.suggested,
-        matched.field_trees,
-        matched.measured,
-        matched.plots,
-        measured.crs,
-    )
+    reporter.tell(tally_of_other_trees(matched.pairs, tally, settings.field))
+    xy = measured[["x", "y"]].to_numpy(float)
+    advice = turn_advice(matched.plots, plots, matched.field_trees, xy, settings, settings, measured.crs)
+    reporter.tell([*left_out, *matched.warnings, *advice])
+    write_pairs(settings.output, matched, measured.crs)
     good = [pair for pair in matched.pairs if pair["pair_status"] != "rejected"]
     for plot in matched.plots:
         residual = plot["residual_m"]

@@ -42,8 +42,7 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.tree_reading import read_trees
 
     outcome = review_trees(settings.trees, settings.decisions, settings.by, settings.dbh_unit)
-    for sentence in outcome.sentences:
-        reporter.warn(sentence)
+    reporter.tell(outcome.sentences)
     made = ", ".join(f"{n} {word}" for word, n in outcome.counts.items())
     more = f"; trees {', '.join(map(str, outcome.added))} are new" if outcome.added else ""
     reporter.info(f"{settings.trees.name}: {made or 'no decision'}{more}.")
@@ -54,8 +53,7 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
     }
     if settings.trees.suffix.lower() != ".csv":
         counted, review = reviewed(read_trees(settings.trees), settings.trees)
-        for sentence in review.sentences(settings.trees.name):
-            reporter.info(sentence)
+        reporter.tell(notes=review.sentences(settings.trees.name))
         open_ = counted["qc_flag"].isin(["check", "reject"]) & ~counted["sure"]
         result |= {"n_reviewed": review.total, "n_open": int(open_.sum())}
     return result

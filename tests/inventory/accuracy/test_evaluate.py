@@ -16,7 +16,7 @@ from shared_data import needs_shared
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.tables import accuracy_of, bootstrap, evidence_from_pairs, metrics_of
-from treedgs_geo.inventory.pairs_layer import PAIRS, write_pairs
+from treedgs_geo.inventory.pairs_layer import PAIRS, Matched, write_pairs
 from treedgs_geo.verbs.evaluate import EvaluateSettings, run
 
 CRS = pyproj.CRS.from_epsg(32615)
@@ -77,7 +77,7 @@ def layer(tmp_path):
         {"plot_id": name, "status": status, "radius_m": 9.0, "x": 0.0, "y": 0.0}
         for name, status in (("a", "auto"), ("b", "ok"), ("c", "check"))
     ]
-    return write_pairs(tmp_path / "pairs.gpkg", pairs, [], field, measured, plots, CRS)
+    return write_pairs(tmp_path / "pairs.gpkg", Matched(pairs, [], field, measured, plots, []), CRS)
 
 
 def test_figures_by_hand(layer):

@@ -13,7 +13,7 @@ from ...core.intervals import HALF_WIDTH_SE
 from ...core.plots import Plot
 from ..match import match_plots
 from ..pairing import PairingOptions, move
-from ..stand.sample import SamplePlot
+from ..stand.sample import SamplePlot, first_plot
 from ..stand.treelist import TreeList
 
 #: Trees this far outside a plot's circle are paired too, so that one that seems to have moved over the line is found.
@@ -74,7 +74,7 @@ def join_dates(
     first, second = before.trees, after.trees
     circles = _circles(first, second, plots)
     place = first[["x", "y"]].to_numpy(float)
-    home = _home(place, plots)
+    home = first_plot(plots, place) if plots else np.zeros(len(place), int)
     near = np.full(len(first), None, dtype=object)
     for circle in reversed(circles):
         inside = np.hypot(*(place - [circle.x, circle.y]).T) <= circle.radius_m + AROUND_M
@@ -171,14 +171,6 @@ def _circles(first: pd.DataFrame, second: pd.DataFrame, plots: list[SamplePlot])
         raise InputError("Both tree layers are empty: there is nothing to compare.")
     x, y = (float((both[axis].min() + both[axis].max()) / 2) for axis in "xy")
     return [Plot("all", x, y, float(np.hypot(both["x"] - x, both["y"] - y).max()) + 1.0)]
-
-
-def _home(place: np.ndarray, plots: list[SamplePlot]) -> np.ndarray:
-    """(N,) number of the first plot that each place is in, -1: none; 0 for all where there are no plots."""
-    home = np.full(len(place), -1 if plots else 0)
-    for k in reversed(range(len(plots))):
-        home[plots[k].contains(place[:, 0], place[:, 1])] = k
-    return home
 
 
 def _table(first, second, found, plots, home, circles, offsets) -> pd.DataFrame:

@@ -81,10 +81,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
             paired = trees.assign(plot=number)[number.notna()].reset_index(drop=True)
             changes = stand_change(paired.astype({"plot": int}), design, shared, settings.years)
     warnings, notes = _remarks(before, after, joined, trees, plots, settings)
-    for sentence in warnings:
-        reporter.warn(sentence)
-    for sentence in notes:
-        reporter.info(sentence)
+    reporter.tell(warnings, notes)
     counts = {str(fate): int(n) for fate, n in trees["fate"].value_counts().items()}
     with reporter.stage("write", 0.7, 1.0):
         (folder / "change.json").unlink(missing_ok=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +18,14 @@ QUANTITIES = ("volume", "biomass", "height")
 ORIGINS = ("natural", "planted")
 _DBH_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
 _HEIGHT_M = {"m": 1.0, "ft": 0.3048}
+#: Where a row says nothing.
+_USUAL = {"origin": "any", "dbh_unit": "cm", "height_unit": "m"}
 #: Result unit -> factor to m3, kg or m.
 _RESULT = {
     "volume": {"m3": 1.0, "dm3": 1e-3, "l": 1e-3, "ft3": 0.3048**3},
     "biomass": {"kg": 1.0, "t": 1000.0, "lb": 0.45359237},
     "height": _HEIGHT_M,
 }
-COLUMNS = (
-    "id", "quantity", "species", "origin", "formula", "dbh_unit", "height_unit", "result_unit", "dbh_min", "dbh_max",
-    "height_min", "height_max", "limits", "source",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Equation:
 
     def fits(self, species: Species, origin: str) -> bool:
         """Whether the row is for this species and stand origin."""
-        if self.origin not in ("any", "", origin):
+        if self.origin not in ("any", origin):
             return False
         tokens = [token.replace("_", " ") for token in self.species.split()]
         for token in tokens:
@@ -111,6 +110,9 @@ class Equation:
         return ", ".join(parts) or "no limits stated"
 
 
+COLUMNS = tuple(Equation.__dataclass_fields__)
+
+
 def read_equations(own: Path | None = None) -> list[Equation]:
     """The built-in table, behind the user's ``own`` rows, which are tried first.
 
@@ -157,47 +159,30 @@ def _read(path: Path, where: str) -> list[Equation]:
         raise InputError(f"{where}: lacks the columns {', '.join(lost)}; expected {', '.join(COLUMNS)}.")
     found: list[Equation] = []
     for number, row in table.iterrows():
-        cell = {name: row.get(name, "") for name in COLUMNS}
+        cell: dict[str, Any] = {name: row.get(name, "") for name in COLUMNS}
         line = f"{where}, line {number}"
         if cell["id"] in {equation.id for equation in found} or not cell["id"]:
             raise InputError(f"{line}: id {cell['id']!r} is empty or appears twice; give every equation its own id.")
         if cell["quantity"] not in QUANTITIES:
             raise InputError(f"{line}: quantity {cell['quantity']!r}, expected one of {', '.join(QUANTITIES)}.")
-        units = {
-            "dbh_unit": (cell["dbh_unit"] or "cm", _DBH_CM),
-            "height_unit": (cell["height_unit"] or "m", _HEIGHT_M),
-            "result_unit": (cell["result_unit"], _RESULT[cell["quantity"]]),
-        }
-        for name, (unit, known) in units.items():
-            if unit not in known:
-                raise InputError(f"{line}: {name} {unit!r}, expected one of {', '.join(known)}.")
-        if cell["origin"] not in ("", "any", *ORIGINS):
+        cell |= {name: cell[name] or usual for name, usual in _USUAL.items()}
+        units = {"dbh_unit": _DBH_CM, "height_unit": _HEIGHT_M, "result_unit": _RESULT[cell["quantity"]]}
+        for name, known in units.items():
+            if cell[name] not in known:
+                raise InputError(f"{line}: {name} {cell[name]!r}, expected one of {', '.join(known)}.")
+        if cell["origin"] not in ("any", *ORIGINS):
             raise InputError(f"{line}: origin {cell['origin']!r}, expected any, {' or '.join(ORIGINS)}.")
         if not cell["source"] or not cell["species"]:
             raise InputError(
                 f"{line}: has no {'species' if cell['source'] else 'source'}; say it, or * for any species."
             )
-        limits = {}
-        for name, empty in (("dbh_min", -1), ("dbh_max", 1), ("height_min", -1), ("height_max", 1)):
+        for name, empty in (("dbh_min", -np.inf), ("dbh_max", np.inf), ("height_min", -np.inf), ("height_max", np.inf)):
             try:
-                limits[name] = float(cell[name]) if cell[name] else empty * np.inf
+                cell[name] = float(cell[name] or empty)
             except ValueError:
                 raise InputError(f"{line}: {name} is {cell[name]!r}, expected a number or nothing.") from None
-        if cell["quantity"] == "height" and "H" in (formula := Formula(cell["formula"], where=line)).uses:
+        cell["formula"] = formula = Formula(cell["formula"], where=line)
+        if cell["quantity"] == "height" and "H" in formula.uses:
             raise InputError(f"{line}: the height formula {formula.text!r} needs H itself; use D alone.")
-        found.append(
-            Equation(
-                id=cell["id"],
-                quantity=cell["quantity"],
-                species=cell["species"],
-                origin=cell["origin"] or "any",
-                formula=Formula(cell["formula"], where=line),
-                dbh_unit=units["dbh_unit"][0],
-                height_unit=units["height_unit"][0],
-                result_unit=cell["result_unit"],
-                **limits,
-                limits=cell["limits"],
-                source=cell["source"],
-            )
-        )
+        found.append(Equation(**cell))
     return found

@@ -9,6 +9,7 @@ report's trees an acre. Diameters are as measured, so that basal area in FVS is 
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ import pandas as pd
 import pyproj
 
 from ...core.files import atomic_path
-from .species import species_of
+from .species import UNKNOWN, species_of
 from .survey import Stand
 from .units import ACRE_HA, FOOT
 
@@ -47,15 +48,11 @@ _LONGEST_ID = 26
 
 def write_fvs(path: Path, stand: Stand, variant: str | None = None, year: int | None = None) -> Path:
     """Write the database atomically. variant: two letters (``SN``); year: of the inventory; NULL where not given."""
-    with atomic_path(path) as temporary:
-        connection = sqlite3.connect(temporary)
-        try:
-            with connection:
-                for statement in _SCHEMA:
-                    connection.execute(statement)
-                _fill(connection, stand, variant, year)
-        finally:
-            connection.close()
+    with atomic_path(path) as temporary, closing(sqlite3.connect(temporary)) as connection, connection:
+        for statement in _SCHEMA:
+            connection.execute(statement)
+        for name, table in _tables(stand, variant, year).items():
+            table.to_sql(name, connection, if_exists="append", index=False)
     return Path(path)
 
 
@@ -78,100 +75,77 @@ def tree_counts(stand: Stand) -> np.ndarray:
     return stand.rows["per_ha"].to_numpy() * stand.design.n * ACRE_HA
 
 
-def _fill(connection: sqlite3.Connection, stand: Stand, variant: str | None, year: int | None) -> None:
+def _tables(stand: Stand, variant: str | None, year: int | None) -> dict[str, pd.DataFrame]:
+    """Rows of each table by its name."""
+    name, plot_names = stand.stand_id, [f"{stand.stand_id}_{plot.plot_id}" for plot in stand.plots]
     common = {"Variant": variant, "Inv_Year": year, "Basal_Area_Factor": -1.0, "Inv_Plot_Size": 1.0, "Brk_DBH": 999.0}
-    name = stand.stand_id
-    places = [_lonlat(stand, plot.x, plot.y) for plot in stand.plots]
-    known = [place for place in places if place is not None]
-    middle = tuple(np.mean(known, axis=0)) if known else (None, None)
-    _insert(
-        connection,
-        "FVS_StandInit",
-        {
-            "Stand_CN": name,
-            "Stand_ID": name,
-            "Groups": "All_Stands",
-            "Num_Plots": stand.design.n,
-            "Longitude": middle[0],
-            "Latitude": middle[1],
-            "Slope": _slope(stand),
-            **common,
-        },
+    stands = {"Stand_CN": name, "Stand_ID": name}
+    places = pd.DataFrame(
+        [_lonlat(stand, plot.x, plot.y) for plot in stand.plots], columns=["Longitude", "Latitude"], dtype=float
     )
-    for plot, place in zip(stand.plots, places, strict=True):
-        _insert(
-            connection,
-            "FVS_PlotInit",
-            {
-                "Stand_CN": name,
-                "Stand_ID": name,
-                "StandPlot_CN": f"{name}_{plot.plot_id}",
-                "StandPlot_ID": f"{name}_{plot.plot_id}",
-                "Groups": "All_Plots",
-                "Num_Plots": 1,
-                "Longitude": place[0] if place else None,
-                "Latitude": place[1] if place else None,
-                "Slope": round(float(100 * np.tan(np.radians(plot.slope_deg))), 1) if plot.slope_deg else None,
-                **common,
-            },
-        )
-    # A row of stand-ins is more of the same tree: one record a tree and plot.
-    counted = stand.rows.assign(count=tree_counts(stand)).groupby(["plot", "tree"], sort=True)["count"].sum()
-    dead = stand.dead.assign(count=stand.dead["weight"] / stand.design.areas.sum() * stand.design.n * ACRE_HA)
-    records = [(plot, tree, count, _LIVE) for (plot, tree), count in counted.items()]
-    records += [
-        (row.plot, row.tree, row.count_, _DEAD) for row in dead.rename(columns={"count": "count_"}).itertuples()
-    ]
-    ids = pd.to_numeric(stand.trees["tree_id"], errors="coerce")
-    own = not ids.isna().any() and ids.is_unique and len({tree for _, tree, *_ in records}) == len(records)
-    for number, (position, tree, count, history) in enumerate(records, start=1):
-        k, j = int(tree), int(position)
-        if not np.isfinite(stand.values.dbh[k]):
-            continue
-        height = stand.values.height[k]
-        found = species_of(stand.trees["species"].iloc[k])
-        _insert(
-            connection,
-            "FVS_TreeInit",
-            {
-                "Stand_CN": name,
-                "Stand_ID": name,
-                "StandPlot_CN": f"{name}_{stand.plots[j].plot_id}",
-                "StandPlot_ID": f"{name}_{stand.plots[j].plot_id}",
-                "Plot_ID": j + 1,
-                # The layer's own, unless several trees would have the same.
-                "Tree_ID": int(ids.iloc[k]) if own else number,
-                "Tree_Count": float(count),
-                "History": history,
-                # FVS reads its own codes, FIA numbers and PLANTS symbols; three digits are FIA's.
-                "Species": found.fia.zfill(3) if found.fia else (found.symbol if found.symbol != "unknown" else None),
-                "DBH": float(stand.values.dbh[k] / 2.54),
-                "Ht": float(height / FOOT) if np.isfinite(height) else None,
-            },
-        )
-    for group, table, key in (
-        ("All_Stands", "FVS_StandInit", "Stand_ID"),
-        ("All_Plots", "FVS_PlotInit", "StandPlot_ID"),
-    ):
-        keywords = (
+    slopes = [100 * np.tan(np.radians(plot.slope_deg)) if plot.slope_deg else np.nan for plot in stand.plots]
+    init = {**stands, "Groups": "All_Stands", "Num_Plots": stand.design.n, **places.mean()}
+    plots = places.assign(
+        **stands,
+        StandPlot_CN=plot_names,
+        StandPlot_ID=plot_names,
+        Groups="All_Plots",
+        Num_Plots=1,
+        Slope=np.round(slopes, 1),
+        **common,
+    )
+    groups = [
+        (
+            group,
             f"Database\nDSNIn\nFVS_Data.db\nStandSQL\nSELECT * FROM {table} WHERE {key} = '%StandID%'\nEndSQL\n"
-            f"TreeSQL\nSELECT * FROM FVS_TreeInit WHERE {key} = '%StandID%'\nEndSQL\nEND"
+            f"TreeSQL\nSELECT * FROM FVS_TreeInit WHERE {key} = '%StandID%'\nEndSQL\nEND",
         )
-        _insert(connection, "FVS_GroupAddFilesAndKeywords", {"Groups": group, "FVSKeywords": keywords})
+        for group, table, key in (
+            ("All_Stands", "FVS_StandInit", "Stand_ID"),
+            ("All_Plots", "FVS_PlotInit", "StandPlot_ID"),
+        )
+    ]
+    return {
+        "FVS_StandInit": pd.DataFrame([{**init, "Slope": round(float(np.mean(slopes)), 1), **common}]),
+        "FVS_PlotInit": plots,
+        "FVS_TreeInit": _trees(stand, np.array(plot_names, object)).assign(**stands),
+        "FVS_GroupAddFilesAndKeywords": pd.DataFrame(groups, columns=["Groups", "FVSKeywords"]),
+    }
 
 
-def _insert(connection: sqlite3.Connection, table: str, row: dict) -> None:
-    marks = ", ".join("?" * len(row))
-    connection.execute(f"INSERT INTO {table} ({', '.join(row)}) VALUES ({marks})", list(row.values()))
+def _trees(stand: Stand, plot_names: np.ndarray) -> pd.DataFrame:
+    # A row of stand-ins is more of the same tree: one record a tree and plot.
+    rows = stand.rows.assign(count=tree_counts(stand), History=_LIVE)
+    counted = rows.groupby(["plot", "tree", "History"], as_index=False)["count"].sum()
+    per_acre = stand.dead["weight"] / stand.design.areas.sum() * stand.design.n * ACRE_HA
+    dead = stand.dead[["plot", "tree"]].assign(count=per_acre, History=_DEAD)
+    found = pd.concat([counted, dead], ignore_index=True)
+    ids = pd.to_numeric(stand.trees["tree_id"], errors="coerce")
+    # The layer's own, unless several trees would have the same.
+    own = not ids.isna().any() and ids.is_unique and found["tree"].is_unique
+    found["Tree_ID"] = ids.to_numpy()[found["tree"]].astype(int) if own else found.index + 1
+    found = found[np.isfinite(stand.values.dbh[found["tree"]])]
+    tree, plot = found["tree"].to_numpy(int), found["plot"].to_numpy(int)
+    species = [species_of(entry) for entry in stand.trees["species"].iloc[tree]]
+    return pd.DataFrame(
+        {
+            "StandPlot_CN": plot_names[plot],
+            "StandPlot_ID": plot_names[plot],
+            "Plot_ID": plot + 1,
+            "Tree_ID": found["Tree_ID"].to_numpy(),
+            "Tree_Count": found["count"].to_numpy(float),
+            "History": found["History"].to_numpy(),
+            # FVS reads its own codes, FIA numbers and PLANTS symbols; three digits are FIA's.
+            "Species": [s.fia.zfill(3) if s.fia else (s.symbol if s.symbol != UNKNOWN else None) for s in species],
+            "DBH": stand.values.dbh[tree] / 2.54,
+            "Ht": stand.values.height[tree] / FOOT,
+        }
+    )
 
 
-def _slope(stand: Stand) -> float | None:
-    slopes = [np.tan(np.radians(plot.slope_deg)) for plot in stand.plots if plot.slope_deg]
-    return round(100 * float(np.mean(slopes)), 1) if len(slopes) == len(stand.plots) else None
-
-
-def _lonlat(stand: Stand, x: float, y: float) -> tuple[float, float] | None:
+def _lonlat(stand: Stand, x: float, y: float) -> tuple[float, float]:
+    """Degrees; NaN without a place on the earth."""
     if stand.crs is None or stand.crs.geodetic_crs is None or not np.isfinite(x):
-        return None
+        return np.nan, np.nan
     made = pyproj.Transformer.from_crs(stand.crs, stand.crs.geodetic_crs.to_2d(), always_xy=True).transform(x, y)
     return round(float(made[0]), 6), round(float(made[1]), 6)

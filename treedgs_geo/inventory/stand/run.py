@@ -113,10 +113,7 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
     listed = stand.listed()["tree"].unique()
     stand.warnings += unknown_sentences(stand.trees["species"].to_numpy(object)[listed], own)
     stand.warnings += long_names(stand)
-    for sentence in stand.warnings:
-        reporter.warn(sentence)
-    for sentence in (*stand.notes, *stand.values.curves):
-        reporter.info(sentence)
+    reporter.tell(stand.warnings, (*stand.notes, *stand.values.curves))
     return stand
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -125,6 +126,14 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
                 "leave one of them."
             )
     return plots
+
+
+def first_plot(plots: Sequence[SamplePlot], xy: np.ndarray) -> np.ndarray:
+    """(N,) number of the first plot that each place (N, 2) is in, -1: none."""
+    found = np.full(len(xy), -1)
+    for k in reversed(range(len(plots))):
+        found[plots[k].contains(*xy.T)] = k
+    return found
 
 
 def overlaps(plots: list[SamplePlot]) -> list[tuple[SamplePlot, SamplePlot, float]]:

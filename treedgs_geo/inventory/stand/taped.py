@@ -20,6 +20,7 @@ from ..double_sampling.estimators import Corrected, Tapes, correct_total, more_t
 from ..double_sampling.tapes import Taped
 from .estimate import Design, Estimate
 from .expansion import Expanded
+from .sample import first_plot
 from .units import UNITS
 from .values import BA, TreeValues
 
@@ -89,10 +90,7 @@ def find_homes(expanded: Expanded, table: pd.DataFrame, given: TapeInput) -> Hom
     Raises:
         InputError: more trees than the tapes were drawn from.
     """
-    x, y = table["x"].to_numpy(float), table["y"].to_numpy(float)
-    home = np.full(len(table), -1)
-    for k in reversed(range(len(expanded.plots))):
-        home[expanded.plots[k].contains(x, y)] = k
+    home = first_plot(expanded.plots, table[["x", "y"]].to_numpy(float))
     home[table["dead"].to_numpy(bool)] = -1
     n = int((home >= 0).sum())
     if n > given.taped.n_frame:

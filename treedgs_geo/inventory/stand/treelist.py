@@ -46,15 +46,17 @@ _GONE = {
 #: Columns of a tree list.
 COLUMNS = (
     "tree_id", "plot_id", "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "species", "dead", "qc_flag",
-    "qc_reason", "bh_m", "n_pts", "paired", "note",
+    "qc_reason", "bh_m", "n_pts", "paired", "note", "meas_lo_cm", "meas_hi_cm",
 )  # fmt: skip
-_NUMBERS = ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m", "n_pts")
+_NUMBERS = (
+    "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m", "n_pts", "meas_lo_cm", "meas_hi_cm",
+)  # fmt: skip
 
 
 @dataclass
 class TreeList:
-    """trees: :data:`COLUMNS` (plot_id from the tally only; x, y may be NaN there; ``paired``: a tally tree is this
-    stem). from_field: DBHs are the crew's.
+    """trees: :data:`COLUMNS` (plot_id as written; x, y may be NaN in a tally; ``paired``: a tally tree is this stem;
+    ``meas_lo_cm, meas_hi_cm``: interval as measured). from_field: DBHs are the crew's.
 
     centres: plot_id -> co-registered centre, from a pairs layer. tallied: plot_id -> chance that a tree of the plot
     would be found among the pairs. review: what a person decided. searched: where stems were searched for, in
@@ -84,6 +86,8 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     if "rev_flag" in measured:
         typed &= measured["rev_flag"].isna().to_numpy()
     named = ", ".join(map(str, measured["tree_id"][typed].head(8)))
+    # A tape's interval is that of the tape.
+    measured = measured.assign(**{f"meas_{end}_cm": measured[f"dbh_{end}_cm"] for end in ("lo", "hi")})
     measured, review = reviewed(measured, path)
     trees = pd.DataFrame({name: measured.get(name) for name in COLUMNS})
     for name in _NUMBERS:
@@ -98,8 +102,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     # A negative standard error is a mark for "not known" somewhere, never an error.
     trees["dbh_se_cm"] = trees["dbh_se_cm"].where(trees["dbh_se_cm"] >= 0)
     trees["height_m"] = trees["height_m"].where(trees["height_m"] > 0)
-    trees["plot_id"] = None
-    for name in ("species", "status", "note"):
+    for name in ("plot_id", "species", "status", "note"):
         # An empty cell and a cleared one say the same.
         trees[name] = texts_of(trees[name])
     trees["dead"] = False
@@ -203,7 +206,7 @@ def _more_columns(path: Path, trees: pd.DataFrame) -> None:
         return
     table = read_table(path)
     found = columns(table, "species", "status", "height")
-    for name in ("species", "status", "note", "qc_reason"):
+    for name in ("plot_id", "species", "status", "note", "qc_reason"):
         written = found[name].name if name in found else name
         if written in table:
             trees[name] = table[written].to_numpy(object)

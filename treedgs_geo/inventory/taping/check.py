@@ -66,10 +66,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
             f"{settings.trees.name} is not quite the layer that the trees were drawn from ({taped.n_frame} trees then, "
             f"{len(frame.trees)} now; plots left out here count too): the totals hold for that layer only."
         )
-    for sentence in checked.warnings:
-        reporter.warn(sentence)
-    for sentence in checked.notes:
-        reporter.info(sentence)
+    reporter.tell(checked.warnings, checked.notes)
     with reporter.stage("write", 0.5, 1.0):
         _write(folder, frame, checked, settings)
     f = checked.figures

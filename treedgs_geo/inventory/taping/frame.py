@@ -10,21 +10,19 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ...core.columns import columns
 from ...core.errors import InputError
 from ...core.shown import count_of
-from ...core.tables import is_table, read_table
-from ..stand.sample import SamplePlot, read_sample
+from ..stand.sample import SamplePlot, first_plot, read_sample
 from ..stand.searched_part import as_searched
 from ..stand.treelist import from_layer, on_the_map, settle_status
 from ..stand.values import BA
-from ..tree_reading import read_trees, texts_of
 
 
 @dataclass
 class Frame:
-    """trees: ``tree_id, plot_id`` (None: in no plot), ``x, y, dbh_cm, dbh_se_cm, dbh_lo_cm, dbh_hi_cm, qc_flag, bh_m``
-    and ``size`` (basal area, m2; of a stem without a DBH the median). plots: where trees are drawn (empty: everywhere).
+    """trees: ``tree_id, plot_id`` (None: in no plot), ``x, y, dbh_cm, dbh_se_cm, meas_lo_cm, meas_hi_cm, qc_flag,
+    bh_m`` and ``size`` (basal area, m2; of a stem without a DBH the median). plots: where trees are drawn (empty:
+    everywhere).
     """
 
     trees: pd.DataFrame
@@ -57,22 +55,15 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
     settle_status(found)
     used = on_the_map(found, path, crs).crs
     assert used is not None
-    # Read once more for what a tree list does not keep: the plot and the interval.
-    more = _more(path).reindex(found.trees["tree_id"].to_numpy())
-    trees = found.trees.assign(
-        plot_id=more["plot_id"].to_numpy(object),
-        dbh_lo_cm=more["dbh_lo_cm"].to_numpy(float),
-        dbh_hi_cm=more["dbh_hi_cm"].to_numpy(float),
-    )
+    trees = found.trees
     frame = Frame(trees, used, [], found.notes, found.warnings)
     if plots is not None:
         place = trees[["x", "y"]].to_numpy(float)
         frame.plots, warnings, notes = as_searched(read_sample(plots, used), found.searched, place, path.name)
         frame.warnings += warnings
         frame.notes += notes
-        trees["plot_id"] = None
-        for plot in reversed(frame.plots):
-            trees.loc[plot.contains(place[:, 0], place[:, 1]), "plot_id"] = plot.plot_id
+        names = np.array([*(plot.plot_id for plot in frame.plots), None], object)
+        trees["plot_id"] = names[first_plot(frame.plots, place)]
     inside = trees["plot_id"].notna()
     keep = ~trees["dead"].to_numpy(bool) & (inside | (not inside.any() and plots is None)).to_numpy(bool)
     if not keep.any():
@@ -90,16 +81,3 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
     middle = float(np.nanmedian(area)) if np.isfinite(area).any() else 1.0
     frame.trees = trees.assign(size=np.where(np.isfinite(area), area, middle))
     return frame
-
-
-def _more(path: Path) -> pd.DataFrame:
-    """``plot_id, dbh_lo_cm, dbh_hi_cm`` by tree_id."""
-    table = read_table(path) if is_table(path) else pd.DataFrame(read_trees(path))
-    key = columns(table, "field_id")["field_id"].name
-    found = pd.DataFrame(index=pd.to_numeric(table[key]).astype(int))
-    plot = table["plot_id"] if "plot_id" in table else pd.Series(None, table.index, dtype=object)
-    found["plot_id"] = texts_of(plot).to_numpy(object)
-    for name in ("dbh_lo_cm", "dbh_hi_cm"):
-        values = pd.to_numeric(table[name], errors="coerce") if name in table else np.nan
-        found[name] = np.asarray(values, float) if name in table else np.nan
-    return found

@@ -40,10 +40,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     _keep_tapes(folder)
     with reporter.stage("read", 0.0, 0.3):
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
-    for sentence in frame.warnings:
-        reporter.warn(sentence)
-    for note in frame.notes:
-        reporter.info(note)
+    reporter.tell(frame.warnings, frame.notes)
     with reporter.stage("draw", 0.3, 0.4):
         draw = draw_trees(
             settings.design,

@@ -51,7 +51,8 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
     """
     table = taped.trees.assign(
         dbh_cm=dbh_cm[rows],
-        **{name: frame.trees[name].to_numpy()[rows] for name in ("qc_flag", "dbh_lo_cm", "dbh_hi_cm", "plot_id")},
+        **{name: frame.trees[name].to_numpy()[rows] for name in ("qc_flag", "plot_id")},
+        **{f"dbh_{end}_cm": frame.trees[f"meas_{end}_cm"].to_numpy()[rows] for end in ("lo", "hi")},
     )
     table["error_cm"] = table["dbh_cm"] - table["taped_cm"]
     both = table["error_cm"].notna().to_numpy()
