@@ -95,9 +95,9 @@ class Coordinator:
         self.tally = Tally()
         self._stop = threading.Event()
         # The longest first: the last plots to end are short ones. Index -> when it may be handed out.
-        self._waiting = dict.fromkeys(np.argsort(-plan.seconds, kind="stable").tolist(), 0.0)
+        self._waiting = dict.fromkeys(np.argsort(-plan.column("seconds"), kind="stable").tolist(), 0.0)
         self._running: dict[Future, Running] = {}
-        self._need_gb = plan.memory_gb.copy()
+        self._need_gb = plan.column("memory_gb").copy()
         self._tries: Counter[int] = Counter()
         self._stuck, self._began = 0, time.time()
         self._board = Board(plan, campaign, capacity.plots, reporter, shown=not joined)

@@ -27,16 +27,16 @@ class Board:
 
     def __init__(self, plan: Plan, campaign: Campaign, at_once: int, reporter: Reporter, shown: bool = True) -> None:
         self.plan, self.campaign, self.at_once, self.reporter, self.shown = plan, campaign, at_once, reporter, shown
-        self._total = float(plan.seconds.sum()) or 1.0
+        self._total = float(plan.column("seconds").sum()) or 1.0
         self._settled = self._spent = self._foreseen = 0.0
         self._showed = 0.0
 
     def settled(self, index: int, seconds: float | None = None) -> None:
         """A plot needs nothing more. seconds: what it took, if it was run now."""
-        self._settled += float(self.plan.seconds[index])
+        self._settled += self.plan.entries[index]["seconds"]
         if seconds is not None:
             self._spent += seconds
-            self._foreseen += float(self.plan.seconds[index])
+            self._foreseen += self.plan.entries[index]["seconds"]
 
     def line(self, tally: Tally, plot_id: str, result: dict[str, Any]) -> None:
         """One finished plot, for the log."""
@@ -61,7 +61,7 @@ class Board:
         for plot in running:
             engine, name = plot.engine, plot.job["plot_id"]
             if engine is not None:
-                partly += min(engine.fraction, 1.0) * float(self.plan.seconds[plot.index])
+                partly += min(engine.fraction, 1.0) * self.plan.entries[plot.index]["seconds"]
             stage = "starting" if engine is None else f"{engine.stage or 'starting'} {100 * engine.fraction:.0f} %"
             memory = f"{engine.peak_gb if engine else 0:.2f} GB"
             rows.append(f"{name:<24.24} {stage:<28.28} {time_text(now - plot.since):>8} {memory:>9}")

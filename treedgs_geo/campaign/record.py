@@ -40,29 +40,15 @@ class Record:
         """The plot's record; a new one where there is none, or none that can be read."""
         try:
             found = json.loads((Path(folder) / RECORD).read_text(encoding="utf-8"))
-            return cls(
-                Path(folder),
-                found["key"],
-                found["stamp"],
-                found["status"],
-                list(found["attempts"]),
-                dict(found["result"]),
-            )
+            attempts, result = list(found["attempts"]), dict(found["result"])
+            return cls(Path(folder), found["key"], found["stamp"], found["status"], attempts, result)
         except (OSError, ValueError, KeyError, TypeError):
             return cls(Path(folder))
 
     def save(self) -> None:
         """Write atomically."""
-        write_json(
-            self.folder / RECORD,
-            {
-                "key": self.key,
-                "stamp": self.stamp,
-                "status": self.status,
-                "attempts": self.attempts[-_KEPT_ATTEMPTS:],
-                "result": self.result,
-            },
-        )
+        kept = {name: value for name, value in vars(self).items() if name != "folder"}
+        write_json(self.folder / RECORD, {**kept, "attempts": self.attempts[-_KEPT_ATTEMPTS:]})
 
     def is_done(self, key: str) -> bool:
         """Finished with the same inputs and settings, and the trees are still there."""

@@ -116,7 +116,7 @@ def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Re
             "predicted_s": round(forecast.seconds),
             "predicted_cpu_s": round(forecast.cpu_s),
             "needed_disk_gb": round(forecast.disk_gb, 2),
-            "largest_memory_gb": round(float(plan.memory_gb.max()), 2),
+            "largest_memory_gb": round(float(plan.column("memory_gb").max()), 2),
         }
     campaign.begin((entry["row"]["plot_id"] for entry in plan.entries), lease.key)
     with reporter.stage("plots", 0.03, 0.96):
@@ -150,14 +150,15 @@ class Forecast:
 def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, reporter: Reporter) -> Forecast:
     """Time, memory and disk of the whole manifest, in a few lines."""
     slots = min(capacity.plots, len(plan))
-    cpu = float(plan.seconds.sum())
-    seconds = makespan(plan.seconds, slots)
+    each, memory_gb, disk_gb = (plan.column(name) for name in ("seconds", "memory_gb", "disk_gb"))
+    cpu, disk = float(each.sum()), float(disk_gb.sum())
+    seconds = makespan(each, slots)
     spread = max(model.routes[route]["spread"]["seconds"] for route in plan.routes)
     rested = ", ".join(f"{model.routes[route]['n']} {route} plots" for route in plan.routes)
     parts = ", ".join(f"{n} from {'photos' if route == 'photos' else 'clouds'}" for route, n in plan.routes.items())
     sentence = (
         f"{len(plan)} plots ({parts}): about {time_text(seconds)} with {slots} at once ({time_text(cpu)} on one core), "
-        f"up to {plan.memory_gb.max():.1f} GB a plot, {plan.disk_gb.sum():.2f} GB of disk"
+        f"up to {memory_gb.max():.1f} GB a plot, {disk:.2f} GB of disk"
     )
     reporter.info(sentence + f" (from {rested}; single plots within a factor of {spread:g}).")
     other = {
@@ -173,7 +174,7 @@ def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, r
         )
     if n_outside := sum(entry["outside"] for entry in plan.entries):
         reporter.warn(f"{n_outside} plots are larger than any the forecast rests on: their time is a guess.")
-    if count := int((plan.memory_gb > capacity.memory_gb).sum()):
+    if count := int((memory_gb > capacity.memory_gb).sum()):
         reporter.warn(
             f"{count} plots need more memory than this machine has for plots ({capacity.memory_gb:.1f} GB); "
             "they will not be tried."
@@ -181,12 +182,12 @@ def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, r
     import psutil
 
     free = psutil.disk_usage(str(workspace)).free / 1e9
-    if plan.disk_gb.sum() > free:
+    if disk > free:
         reporter.warn(
-            f"{workspace}: {free:.1f} GB of disk are free, about {plan.disk_gb.sum():.1f} GB are "
+            f"{workspace}: {free:.1f} GB of disk are free, about {disk:.1f} GB are "
             "needed; plots that find no room will fail and can be run again."
         )
-    return Forecast(seconds, cpu, float(plan.disk_gb.sum()), sentence)
+    return Forecast(seconds, cpu, disk, sentence)
 
 
 def _write(

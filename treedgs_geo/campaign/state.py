@@ -74,23 +74,9 @@ class Plan:
     def __len__(self) -> int:
         return len(self.entries)
 
-    def _column(self, name: str) -> np.ndarray:
+    def column(self, name: str) -> np.ndarray:
+        """(N,) a number of every entry."""
         return np.array([entry[name] for entry in self.entries], float)
-
-    @property
-    def seconds(self) -> np.ndarray:
-        """(N,) predicted, s."""
-        return self._column("seconds")
-
-    @property
-    def memory_gb(self) -> np.ndarray:
-        """(N,) predicted, with headroom."""
-        return self._column("memory_gb")
-
-    @property
-    def disk_gb(self) -> np.ndarray:
-        """(N,) predicted."""
-        return self._column("disk_gb")
 
     @property
     def routes(self) -> Counter[str]:

@@ -342,14 +342,10 @@ def place(
         return placed
     if protocol.distance_unit == "auto":
         _refuse_far(path, placed, known)
-    turn = {
-        key: bearing_to_grid_deg(known[key[0]], crs, protocol, key[1], path)
-        for key in {(p, _day(row, protocol, path)) for p, row in zip(placed["plot_id"], _dates(placed), strict=True)}
-    }
-    bearing = np.radians(
-        placed["azimuth_deg"].to_numpy(float)
-        - [turn[(p, _day(row, protocol, path))] for p, row in zip(placed["plot_id"], _dates(placed), strict=True)]
-    )
+    days = [_day(cell, protocol, path) for cell in placed.get("date", [None] * len(placed))]
+    keys = list(zip(placed["plot_id"], days, strict=True))
+    turn = {key: bearing_to_grid_deg(known[key[0]], crs, protocol, key[1], path) for key in set(keys)}
+    bearing = np.radians(placed["azimuth_deg"].to_numpy(float) - [turn[key] for key in keys])
     distance = placed["distance_m"].to_numpy(float)
     placed["x"] = [known[p].x for p in placed["plot_id"]] + distance * np.sin(bearing)
     placed["y"] = [known[p].y for p in placed["plot_id"]] + distance * np.cos(bearing)
@@ -401,10 +397,6 @@ def bearing_to_grid_deg(
                 "date column), or --declination-deg: degrees, east positive."
             )
     return grid_convergence_deg(crs, lon, lat) - declination
-
-
-def _dates(trees: pd.DataFrame) -> list:
-    return trees["date"].tolist() if "date" in trees else [None] * len(trees)
 
 
 def _day(cell, protocol: FieldProtocol, path: Path) -> str:

@@ -66,7 +66,8 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
             site, stems, camera, limits, take_off, heading[0], settings.target_error_cm,
             settings.target_share_pct / 100, settings.batteries, settings.pattern, reporter,
         )  # fmt: skip
-    site.notes += (more := [*choice.not_flown(), *_beyond(site, choice, settings)])
+    more = [*choice.not_flown(), *_beyond(site, choice, settings)]
+    site.notes.extend(more)
     reporter.tell(more)
     with reporter.stage("write", 0.85, 1.0):
         files = _write(settings, Chosen(site, stems, camera, limits, take_off, heading, sun, choice))

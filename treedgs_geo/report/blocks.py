@@ -119,7 +119,7 @@ class Table:
     def text(self, row: Mapping[str, Any], column: Column, empty: str = NOTHING) -> str:
         """A cell as it is shown."""
         value = row.get(column.key)
-        if not _holds(value):
+        if value is None or not _holds(value):
             return empty
         if column.decimals is None or isinstance(value, str):
             return str(value)

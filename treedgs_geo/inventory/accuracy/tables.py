@@ -19,6 +19,8 @@ from .scores import Accuracy, score, score_against_truth
 COUNTED = ("auto", "ok", "moved")
 #: Figures that get an interval.
 INTERVALS = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "success_rate")
+#: What a pair says of its measured tree.
+_OF_PAIR = ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "meas_cm", "rev_flag")
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
     Raises:
         InputError: no pairs file, unknown statuses, or nothing to evaluate.
     """
-    pairs, field = read_layer(path, PAIRS), read_layer(path, FIELD)
+    key = ["plot_id", "field_id"]
+    pairs, field = (read_layer(path, name).astype(dict.fromkeys(key, str)) for name in (PAIRS, FIELD))
     measured, plots = read_layer(path, MEASURED), read_layer(path, PLOTS)
     unknown = sorted(set(pairs["pair_status"].dropna()) - set(STATUSES))
     if unknown or pairs["pair_status"].isna().any():
@@ -62,52 +65,34 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
         notes.append(
             f"{len(unplaced)} of {len(plots)} plots are left to a hand check and do not count: {', '.join(unplaced)}."
         )
-    rejected = set(
-        zip(
-            *[pairs.loc[pairs["pair_status"] == "rejected", n].astype(str) for n in ("plot_id", "field_id")],
-            strict=True,
-        )
-    )
-    partner = {(str(r["plot_id"]), str(r["field_id"])): r for _, r in used.iterrows()}
-    if len(partner) < len(used):
+    if used.duplicated(key).any():
         raise InputError(f"{path}: a field tree is in two pairs; reject one of them or run match-plots again.")
-    rows, n_blank, n_rejected, n_beyond = [], 0, 0, 0
-    for _, tree in field.iterrows():
-        key = str(tree["plot_id"]), str(tree["field_id"])
-        if key[0] in unplaced:
-            continue
-        if key in rejected and key not in partner:
-            n_rejected += 1
-        elif key not in partner and tree.get("paired") == "unsearched":
-            n_beyond += 1
-        elif pd.isna(tree["dbh_cm"]):
-            n_blank += 1
-        else:
-            pair = partner.get(key)
-            rows.append(
-                {
-                    "plot_id": key[0],
-                    "tree_id": key[1],
-                    "reference_cm": tree["dbh_cm"],
-                    **{n: None if pair is None else pair.get(n) for n in ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm")},
-                    "qc_flag": "not found" if pair is None else pair.get("qc_flag"),
-                    "meas_cm": None if pair is None else pair.get("meas_cm", pair["dbh_cm"]),
-                    "rev_flag": None if pair is None else pair.get("rev_flag"),
-                }
-            )
-    if n_rejected:
-        notes.append(f"{n_rejected} field trees whose pair was rejected by a person do not count.")
-    if n_beyond:
-        notes.append(f"{n_beyond} field trees on ground that was not searched for stems do not count.")
-    if n_blank:
-        notes.append(f"{n_blank} field trees without a DBH do not count.")
-    pair_cm = _table(rows)[["reference_cm", "meas_cm"]].astype(float)
-    if (slip := wrong_unit(pair_cm["reference_cm"].to_numpy(), pair_cm["meas_cm"].to_numpy())) is not None:
+    trees = field.reindex(columns=[*key, "dbh_cm", "paired"]).rename(columns={"dbh_cm": "reference_cm"})
+    trees = trees[~trees["plot_id"].isin(unplaced)].merge(
+        used.reindex(columns=[*key, *_OF_PAIR]), how="left", on=key, indicator="found"
+    )
+    if "meas_cm" not in used:
+        trees["meas_cm"] = trees["dbh_cm"]
+    alone = trees["found"] == "left_only"
+    trees["qc_flag"] = trees["qc_flag"].mask(alone, "not found")
+    of_person = pairs.loc[pairs["pair_status"] == "rejected", key]
+    rejected = alone & pd.MultiIndex.from_frame(trees[key]).isin(pd.MultiIndex.from_frame(of_person))
+    beyond = alone & ~rejected & (trees["paired"] == "unsearched")
+    blank = ~rejected & ~beyond & trees["reference_cm"].isna()
+    for out, text in (
+        (rejected, "whose pair was rejected by a person"),
+        (beyond, "on ground that was not searched for stems"),
+        (blank, "without a DBH"),
+    ):
+        if out.any():
+            notes.append(f"{int(out.sum())} field trees {text} do not count.")
+    table = _table(trees[~(rejected | beyond | blank)].rename(columns={"field_id": "tree_id"}))
+    if (slip := wrong_unit(table["reference_cm"].to_numpy(), table["meas_cm"].to_numpy())) is not None:
         notes.append(f"Field DBHs look like another unit than their table says: {slip.text()}; run match-plots again.")
     extra = measured[(measured["paired"] == "no") & measured["dbh_cm"].notna()]
     extra = extra[(extra["in_plot"] == "in") & (extra["dbh_cm"] >= min_dbh_cm) & ~extra["plot_id"].isin(unplaced)]
     counts = extra["plot_id"].astype(str).value_counts().to_dict()
-    return _checked(PairsEvidence(_table(rows), {str(k): int(v) for k, v in counts.items()}, "field DBH", notes), path)
+    return _checked(PairsEvidence(table, {str(k): int(v) for k, v in counts.items()}, "field DBH", notes), path)
 
 
 def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame, plots: gpd.GeoDataFrame) -> None:
@@ -134,9 +119,8 @@ def evidence_from_truth(
     """A tree layer against a simulated or rendered plot's ``truth/trees.csv``
     (:func:`.scores.score_against_truth`)."""
     accuracy, table = score_against_truth(trees, truth_csv, gate_m=gate_m)
-    renamed = table.rename(columns={"dbh_true_cm": "reference_cm"})
-    renamed["plot_id"] = plot_id
-    found = PairsEvidence(_table(renamed.to_dict("records")), {plot_id: accuracy.n_false}, "true DBH", [])
+    renamed = table.rename(columns={"dbh_true_cm": "reference_cm"}).assign(plot_id=plot_id)
+    found = PairsEvidence(_table(renamed), {plot_id: accuracy.n_false}, "true DBH", [])
     return _checked(found, truth_csv)
 
 
@@ -207,7 +191,7 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
         for plot, rows in evidence.trees.groupby("plot_id", sort=True)
     }
     pooled = accuracy_of(evidence.trees, sum(evidence.n_false.values())).figures()
-    means = {name: _mean([plot[name] for plot in per_plot.values()]) for name in INTERVALS}
+    each = pd.DataFrame(per_plot.values(), columns=list(INTERVALS)).astype(float)
     strict = evidence.trees.copy()
     flagged = strict["qc_flag"] != "ok"
     strict.loc[flagged, ["error_cm", "dbh_cm"]] = np.nan
@@ -217,8 +201,8 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
         "n_plots": len(per_plot),
         "pooled": pooled,
         "per_plot": per_plot,
-        "mean_of_plots": means,
-        **_over_plots(per_plot),
+        "mean_of_plots": {name: _rounded(mean) for name, mean in each.mean().items()},
+        **({"over_plots": _over_plots(each)} if len(each) > 1 else {}),
         "ok_only": accuracy_of(strict).figures(),
         **_as_measured(evidence),
         "bootstrap": bootstrap(evidence.trees, seed, repeats),
@@ -226,19 +210,20 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
     }
 
 
-def _over_plots(per_plot: dict[str, dict]) -> dict:
-    """``over_plots``: mean, standard deviation and range of each figure over the plots that have it."""
-    if len(per_plot) < 2:
-        return {}
-    spread = {}
-    for name in INTERVALS:
-        known = np.array([plot[name] for plot in per_plot.values() if plot[name] is not None], float)
-        if len(known):
-            sd = float(known.std(ddof=1)) if len(known) > 1 else None
-            values = {"mean": float(known.mean()), "sd": sd, "low": float(known.min()), "high": float(known.max())}
-            spread[name] = {key: None if v is None else round(v, 4) for key, v in values.items()}
-            spread[name]["plots"] = len(known)
-    return {"over_plots": spread}
+def _over_plots(each: pd.DataFrame) -> dict:
+    """Mean, standard deviation and range of each figure over the plots that have it."""
+    return {
+        name: {
+            **{key: _rounded(v) for key, v in zip(("mean", "sd", "low", "high"), found, strict=True)},
+            "plots": int(each[name].count()),
+        }
+        for name, *found in each.agg(["mean", "std", "min", "max"]).T.itertuples()
+        if each[name].count()
+    }
+
+
+def _rounded(value: float) -> float | None:
+    return None if pd.isna(value) else round(float(value), 4)
 
 
 def _as_measured(evidence: PairsEvidence) -> dict:
@@ -271,11 +256,9 @@ def _decided(evidence: PairsEvidence) -> pd.Series:
     return evidence.trees["rev_flag"].map(lambda word: not pd.isna(word) and str(word).strip() != "").astype(bool)
 
 
-def _table(rows: list[dict]) -> pd.DataFrame:
+def _table(trees: pd.DataFrame) -> pd.DataFrame:
     """Typed, with ``error_cm`` (measured - reference) and ``inside_90``."""
-    columns = ["plot_id", "tree_id", "reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag"]
-    columns += ["meas_cm", "rev_flag"]
-    table = pd.DataFrame([{name: row.get(name) for name in columns} for row in rows], columns=columns)
+    table = trees.reindex(columns=["plot_id", "tree_id", "reference_cm", *_OF_PAIR]).reset_index(drop=True)
     for name in ("reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "meas_cm"):
         table[name] = pd.to_numeric(table[name]).astype(float)
     table["error_cm"] = table["dbh_cm"] - table["reference_cm"]
@@ -290,8 +273,3 @@ def _checked(evidence: PairsEvidence, path: Path) -> PairsEvidence:
         why = f" ({' '.join(evidence.notes)})" if evidence.notes else ""
         raise InputError(f"{path}: holds no reference tree to evaluate{why}; check the pairs first.")
     return evidence
-
-
-def _mean(values: list) -> float | None:
-    known = [v for v in values if v is not None]
-    return round(float(np.mean(known)), 4) if known else None

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ...core.errors import InputError
+from ...core.shown import some
 from .tapes import SAME_M, Taped
 
 #: Diameters that differ by no more are the same number, written with fewer digits, cm.
@@ -25,38 +26,37 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
     Raises:
         InputError: a drawn tree is not in the layer, stands elsewhere, or was measured anew.
     """
-    rows = {int(tree): k for k, tree in enumerate(trees["tree_id"])}
+    drawn = taped.trees
+    rows = pd.Index(trees["tree_id"].astype(int)).get_indexer(drawn["tree_id"])
+    if (rows < 0).any():
+        raise InputError(
+            f"{taped.path}: tree {drawn['tree_id'][rows < 0].iloc[0]}, which was drawn, is not among the living trees "
+            f"of {path}; give the layer that was drawn from, and say what was found there in the tape table (state "
+            "none or dead), not in the layer."
+        )
+    away = np.hypot(*(drawn[["x", "y"]].to_numpy(float) - trees[["x", "y"]].to_numpy(float)[rows]).T)
+    if (away > SAME_M).any():
+        tree = drawn["tree_id"][away > SAME_M].iloc[0]
+        raise InputError(
+            f"{taped.path}: tree {tree} stands {away[away > SAME_M][0]:,.1f} m from tree {tree} of {path}; give the "
+            "layer that the trees were drawn from."
+        )
     dbh = trees["dbh_cm"].to_numpy(float).copy()
-    found, written, changed = [], 0, []
-    for tree in taped.trees.itertuples():
-        row = rows.get(int(tree.tree_id))
-        if row is None:
-            raise InputError(
-                f"{taped.path}: tree {tree.tree_id}, which was drawn, is not among the living trees of {path}; give "
-                "the layer that was drawn from, and say what was found there in the tape table (state none or dead), "
-                "not in the layer."
-            )
-        away = np.hypot(tree.x - trees["x"].iloc[row], tree.y - trees["y"].iloc[row])
-        if away > SAME_M:
-            raise InputError(
-                f"{taped.path}: tree {tree.tree_id} stands {away:,.1f} m from tree {tree.tree_id} of {path}; give the "
-                "layer that the trees were drawn from."
-            )
-        found.append(row)
-        if not np.isfinite(tree.x):
-            continue
-        same = np.isclose(tree.dbh_cm, dbh[row], rtol=0, atol=_SAME_CM, equal_nan=True)
-        if same:
-            dbh[row] = tree.dbh_cm
-            continue
-        if np.isclose(tree.taped_cm, dbh[row], rtol=0, atol=_SAME_CM):
-            dbh[row], written = tree.dbh_cm, written + 1
-        else:
-            changed.append(f"tree {tree.tree_id}: {_cm(tree.dbh_cm)} when drawn, {_cm(dbh[row])} now")
+    now, then = dbh[rows], drawn["dbh_cm"].to_numpy(float)
+    # A table without places does not say what was measured either.
+    placed = np.isfinite(drawn["x"].to_numpy(float))
+    same = np.isclose(then, now, rtol=0, atol=_SAME_CM, equal_nan=True)
+    by_tape = placed & ~same & np.isclose(drawn["taped_cm"], now, rtol=0, atol=_SAME_CM)
+    dbh[rows] = np.where(placed & same | by_tape, then, now)
+    written = int(by_tape.sum())
+    changed = [
+        f"tree {drawn['tree_id'].iloc[k]}: {_cm(then[k])} when drawn, {_cm(now[k])} now"
+        for k in np.flatnonzero(placed & ~same & ~by_tape)
+    ]
     if changed:
         raise InputError(
-            f"{path}: {len(changed)} drawn trees have another DBH than when they were drawn ({'; '.join(changed[:3])}"
-            f"{'; …' if len(changed) > 3 else ''}); give the layer that was drawn from, or draw and tape anew."
+            f"{path}: {len(changed)} drawn trees have another DBH than when they were drawn "
+            f"({some(changed, 3, '; ')}); give the layer that was drawn from, or draw and tape anew."
         )
     notes = []
     if written:
@@ -64,7 +64,7 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
             f"{written} of the taped DBHs stand in the tree layer too: there the measured ones count, so that the "
             "tapes speak for the trees that were not taped as well."
         )
-    return np.array(found, int), dbh, notes
+    return rows, dbh, notes
 
 
 def _cm(value: float) -> str:

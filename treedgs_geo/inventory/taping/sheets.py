@@ -91,16 +91,8 @@ def _order(trees: pd.DataFrame, frame: Frame) -> np.ndarray:
     if trees["plot_id"].notna().all():
         names = [plot.plot_id for plot in frame.plots] or sorted(trees["plot_id"].unique())
         rank = trees["plot_id"].map({name: k for k, name in enumerate(names)}).to_numpy(float)
-        turn = np.degrees(np.arctan2(trees["x"], trees["y"]))
-        for name in trees["plot_id"].unique():
-            mine = (trees["plot_id"] == name).to_numpy()
-            around = frame.trees[frame.trees["plot_id"] == name]
-            turn[mine] = (
-                np.degrees(
-                    np.arctan2(trees.loc[mine, "x"] - around["x"].mean(), trees.loc[mine, "y"] - around["y"].mean())
-                )
-                % 360
-            )
+        middle = frame.trees.groupby("plot_id")[["x", "y"]].mean().reindex(trees["plot_id"]).to_numpy()
+        turn = np.degrees(np.arctan2(*(trees[["x", "y"]].to_numpy(float) - middle).T)) % 360
         bearing = np.where(trees["azim_deg"].notna(), trees["azim_deg"], turn)
         return np.lexsort([bearing, rank])
     place = trees[["x", "y"]].to_numpy(float)
