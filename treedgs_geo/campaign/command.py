@@ -25,36 +25,27 @@ class CampaignSettings:
     crs: str | None = param(
         None, kind="crs", help="CRS of rows that give none, and of the layer when rows have different ones"
     )
-    workers: int = param(
-        0, kind="integer", minimum=0, maximum=100000, help="plots at once; 0 = as many as cores and memory carry"
-    )
-    predict: bool = param(
-        False, kind="flag", help="only check the table and say how long it will take and what it needs"
-    )
+    workers: int = param(0, minimum=0, maximum=100000, help="plots at once; 0 = as many as cores and memory carry")
+    predict: bool = param(False, help="only check the table and say how long it will take and what it needs")
     join: bool = param(
         False,
-        kind="flag",
         help="take plots of this campaign too if another process leads it already: for further computers that share "
         "the folder, and for the jobs of a cluster's queue",
         dialog=False,
     )
     run_programs: bool = param(
         False,
-        kind="flag",
         help="run the programs that the table names (segmenter_command, segmenter_model)",
     )
-    threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot")
+    threads: int = param(1, minimum=1, maximum=256, help="processor threads a plot")
     memory_gb: float = param(
         0.0,
-        kind="number",
         unit="GB",
         minimum=0,
         maximum=100000,
         help="memory for all plots together; 0 = what is free, less a reserve",
     )
-    time_limit_min: float = param(
-        0.0, kind="number", unit="min", minimum=0, help="end a plot that takes longer; 0 = never"
-    )
+    time_limit_min: float = param(0.0, unit="min", minimum=0, help="end a plot that takes longer; 0 = never")
     workspace: Path = param(
         kind="output_folder",
         help="folder for the campaign; a second start does what is missing",

@@ -19,6 +19,8 @@ from .errors import InputError
 KINDS = (
     "file", "folder", "files", "output_file", "output_folder", "crs", "choice", "integer", "number", "flag", "text",
 )  # fmt: skip
+#: Type of a field -> kind.
+_KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text"}
 
 
 #: Endings of tables that :func:`.tables.read_table` reads.
@@ -29,12 +31,12 @@ TABLES = ("csv", "xlsx", "ods", "txt", "tsv")
 class Param:
     """Everything that one parameter needs besides name and default.
 
-    kind: one of :data:`KINDS` (``files`` = a folder or a file). unit: shown in help, part of the name where one exists.
-    suffixes: expected file endings, for file dialogs; outputs have to have one. minimum/maximum: inclusive limits,
-    checked in every face. dialog: shown in QGIS at all; else of the command line, job files and the library only.
-    holds: of an output folder, the files that may be written into it; with none the whole folder is made anew.
-    known_by: the file by which such a folder is known as ours. code: what the value names is run, so that no table may
-    give it.
+    kind: one of :data:`KINDS` (``files`` = a folder or a file); of numbers, flags, choices and texts the field's type
+    says it. unit: shown in help, part of the name where one exists. suffixes: expected file endings, for file dialogs;
+    outputs have to have one. minimum/maximum: inclusive limits, checked in every face. dialog: shown in QGIS at all;
+    else of the command line, job files and the library only. holds: of an output folder, the files that may be written
+    into it; with none the whole folder is made anew. known_by: the file by which such a folder is known as ours. code:
+    what the value names is run, so that no table may give it.
     """
 
     kind: str
@@ -50,9 +52,9 @@ class Param:
     code: bool = False
 
 
-def param(default: Any = MISSING, *, kind: str, help: str, **more: Any) -> Any:
+def param(default: Any = MISSING, *, help: str, kind: str = "", **more: Any) -> Any:
     """A dataclass field with a :class:`Param`. No default = required; ``None`` = optional."""
-    if kind not in KINDS:
+    if kind and kind not in KINDS:
         raise ValueError(f"unknown parameter kind {kind!r}")
     metadata = {"param": Param(kind=kind, help=help, **more)}
     if default is MISSING:
@@ -65,7 +67,9 @@ def params_of(settings_class: type) -> list[tuple[str, Param, Any]]:
     found = []
     for item in dataclasses.fields(settings_class):
         if "param" in item.metadata:
-            found.append((item.name, item.metadata["param"], item.default))
+            spec = item.metadata["param"]
+            kind = spec.kind or ("choice" if spec.choices else _KIND_OF[str(item.type).removesuffix(" | None")])
+            found.append((item.name, dataclasses.replace(spec, kind=kind), item.default))
     return found
 
 

@@ -48,48 +48,41 @@ class FieldProtocol:
 
     north: str = param(
         "true",
-        kind="choice",
         choices=("true", "grid", "magnetic"),
         help="north that the bearings refer to (magnetic needs the date of the field work, or the declination)",
     )
     declination_deg: float | None = param(
         None,
-        kind="number",
         unit="degrees, east positive",
         minimum=-180,
         maximum=180,
         help="magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by "
         "--field-date or the table's date column",
     )
-    field_date: str | None = param(None, kind="text", help="day of the field work, year-month-day, for the declination")
+    field_date: str | None = param(None, help="day of the field work, year-month-day, for the declination")
     distance: str = param(
         "horizontal",
-        kind="choice",
         choices=("horizontal", "slope"),
         help="distance along the level or along the ground (then the table needs slope_deg or slope_pct)",
     )
     to: str = param(
         "pith",
-        kind="choice",
         choices=("pith", "face"),
         help="distance to the middle of the stem, or to its near face (half the DBH is added)",
     )
     azimuth_unit: str = param(
         "auto",
-        kind="choice",
         choices=("auto", "deg", "gon", "mil"),
         help="unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, "
         "else degrees",
     )
     dbh_unit: str = param(
         "auto",
-        kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
         help="unit of the DBH column (auto: from a name like dbh_cm)",
     )
     distance_unit: str = param(
         "auto",
-        kind="choice",
         choices=("auto", "m", "ft"),
         help="unit of a distance column that does not say it (auto: from a name like distance_m)",
     )

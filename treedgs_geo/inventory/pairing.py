@@ -35,7 +35,6 @@ class PairingOptions:
 
     centre_error_m: float = param(
         4.0,
-        kind="number",
         unit="m",
         minimum=0.05,
         maximum=20,
@@ -44,7 +43,6 @@ class PairingOptions:
     )
     rotation_deg: float = param(
         8.0,
-        kind="number",
         unit="degrees",
         minimum=0,
         maximum=45,
@@ -52,7 +50,6 @@ class PairingOptions:
     )
     gate_m: float = param(
         1.5,
-        kind="number",
         unit="m",
         minimum=0.1,
         maximum=10,

@@ -16,28 +16,22 @@ class StandNumberSettings:
     """The stand in numbers (part of the settings of ``plan-flight``)."""
 
     stems_per_ha: float | None = param(
-        None, kind="number", unit="1/ha", minimum=20, maximum=10000, help="stems a hectare, where nothing maps them"
+        None, unit="1/ha", minimum=20, maximum=10000, help="stems a hectare, where nothing maps them"
     )
-    dbh_mean_cm: float | None = param(None, kind="number", unit="cm", minimum=4, maximum=150, help="mean DBH")
-    dbh_sd_cm: float | None = param(
-        None, kind="number", unit="cm", minimum=0, maximum=60, help="standard deviation of the DBHs"
-    )
-    tree_height_m: float | None = param(
-        None, kind="number", unit="m", minimum=3, maximum=90, help="mean height of the trees"
-    )
+    dbh_mean_cm: float | None = param(None, unit="cm", minimum=4, maximum=150, help="mean DBH")
+    dbh_sd_cm: float | None = param(None, unit="cm", minimum=0, maximum=60, help="standard deviation of the DBHs")
+    tree_height_m: float | None = param(None, unit="m", minimum=3, maximum=90, help="mean height of the trees")
     crown_base_m: float | None = param(
-        None, kind="number", unit="m", minimum=0, maximum=70, help="mean height of the lowest living branches"
+        None, unit="m", minimum=0, maximum=70, help="mean height of the lowest living branches"
     )
     leaf_area_index: float | None = param(
         None,
-        kind="number",
         minimum=0,
         maximum=12,
         help="one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5",
     )
     crown_radius_m: float | None = param(
         None,
-        kind="number",
         unit="m",
         minimum=0.3,
         maximum=15,
@@ -51,15 +45,11 @@ class FlyingSettings:
 
     camera: str = param(
         "m3e",
-        kind="text",
         help="camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels",
     )
-    exposure_ms: float = param(
-        1.0, kind="number", unit="ms", minimum=0.05, maximum=20, help="shutter: 1 ms is 1/1000 s"
-    )
+    exposure_ms: float = param(1.0, unit="ms", minimum=0.05, maximum=20, help="shutter: 1 ms is 1/1000 s")
     trigger_s: float | None = param(
         None,
-        kind="number",
         unit="s",
         minimum=0.2,
         maximum=30,
@@ -67,28 +57,24 @@ class FlyingSettings:
     )
     readout_ms: float | None = param(
         None,
-        kind="number",
         unit="ms",
         minimum=0,
         maximum=200,
         help="rolling shutter: first row to last; default: the camera's",
     )
-    speed_m_s: float = param(8.0, kind="number", unit="m/s", minimum=0.5, maximum=20, help="most speed to fly at")
+    speed_m_s: float = param(8.0, unit="m/s", minimum=0.5, maximum=20, help="most speed to fly at")
     clearance_m: float = param(
-        15.0, kind="number", unit="m", minimum=3, maximum=100, help="least height over the canopy, anywhere on the way"
+        15.0, unit="m", minimum=3, maximum=100, help="least height over the canopy, anywhere on the way"
     )
     highest_m: float = param(
-        110.0, kind="number", unit="m", minimum=20, maximum=500, help="most height over the ground, by law or permit"
+        110.0, unit="m", minimum=20, maximum=500, help="most height over the ground, by law or permit"
     )
     take_off: str | None = param(
         None,
-        kind="text",
         help="place of the take-off, easting,northing in the CRS of the plan; all heights in the mission files are "
         "over it; default: the most open place near the plots",
     )
-    flight_date: str | None = param(
-        None, kind="text", help="day of the flight, year-month-day, for the sun; default: today"
-    )
+    flight_date: str | None = param(None, help="day of the flight, year-month-day, for the sun; default: today")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,25 +101,22 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
     )
     target_error_cm: float = param(
         0.7,
-        kind="number",
         unit="cm",
         minimum=0.1,
         maximum=10,
         help="wanted standard error of a DBH, median of the stems",
     )
     target_share_pct: float = param(
-        90.0, kind="number", unit="%", minimum=10, maximum=99.5, help="wanted share of the stems that get a DBH"
+        90.0, unit="%", minimum=10, maximum=99.5, help="wanted share of the stems that get a DBH"
     )
     batteries: int | None = param(
         None,
-        kind="integer",
         minimum=1,
         maximum=50,
         help="instead of the targets: the best flight with so many batteries",
     )
     pattern: str = param(
         "auto",
-        kind="choice",
         choices=("auto", *PATTERNS),
         help="pattern of the flight; auto: whichever needs the fewest photos",
     )

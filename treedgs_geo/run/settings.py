@@ -18,7 +18,6 @@ def sheets_option(auto: str) -> Any:
     """The switch of the evidence sheets. auto: what the default writes."""
     return param(
         "auto",
-        kind="choice",
         help="Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; "
         f"auto = {auto}.",
         choices=("auto", "all", "check", "none"),
@@ -66,7 +65,6 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     field_error_m: float = param(
         0.5,
-        kind="number",
         help="How far a place of --field-stems or --at may be from its stem.",
         unit="m",
         minimum=0.1,
@@ -87,21 +85,18 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     preset: str = param(
         "balanced",
-        kind="choice",
         help="How much is modelled: fast and best differ in photos and features used; paper = the published method on "
         "the whole plot (hours).",
         choices=("fast", "balanced", "best", "paper"),
     )
     fit: str = param(
         "auto",
-        kind="choice",
         help="photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; "
         "auto = photos, then stems of low confidence measured a second time by their bark.",
         choices=("auto", "photos", "gaussians"),
     )
     time_limit: float = param(
         60.0,
-        kind="number",
         unit="min",
         help="Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means "
         "fewer steps and smaller photos, and the report says how far it came.",
@@ -110,7 +105,6 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     device: str = param(
         "cpu",
-        kind="choice",
         choices=("cpu", "cuda"),
         help="Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
         "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
@@ -127,7 +121,6 @@ class PhotosToDbhSettings(PhotoInputs):
     segmenter_model: Path | None = segmenter_model_option()
     bh_m: float = param(
         BREAST_HEIGHT_M,
-        kind="number",
         help="Breast height above ground.",
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
@@ -136,13 +129,11 @@ class PhotosToDbhSettings(PhotoInputs):
     sheets: str = sheets_option("as the preset: those to check with fast, all otherwise")
     heights: str = param(
         "auto",
-        kind="choice",
         help="Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.",
         choices=("auto", "photos", "none"),
     )
     stem_network: str = param(
         "auto",
-        kind="choice",
         help="A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how "
         "wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, "
         "which pixels show stems; off = nothing.",
@@ -152,7 +143,6 @@ class PhotosToDbhSettings(PhotoInputs):
     seed: int = 0
     dry_run: bool = param(
         False,
-        kind="flag",
         help="Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.",
     )
     workspace: Path = workspace_option()
@@ -182,7 +172,6 @@ class CloudSettings:
     )
     z_is: str = param(
         "auto",
-        kind="choice",
         help="what z is: elevation, or height above ground (a normalised cloud); auto = read from the points",
         choices=("auto", "elevation", "height"),
     )
@@ -195,7 +184,6 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
     dry_run: bool = param(
         False,
-        kind="flag",
         help="Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing",
     )
     plots: Path | None = param(

@@ -15,10 +15,10 @@ class ClothSimulation:
     cloth. thin_m: one lowest point a cell of this size, metres, hangs the cloth.
     """
 
-    cloth_m: float = param(0.5, kind="number", help="cell size of the cloth", unit="m", minimum=0.1, maximum=10)
-    rigidness: int = param(2, kind="integer", help="1 steep, 2 hilly, 3 flat terrain", minimum=1, maximum=3)
+    cloth_m: float = param(0.5, help="cell size of the cloth", unit="m", minimum=0.1, maximum=10)
+    rigidness: int = param(2, help="1 steep, 2 hilly, 3 flat terrain", minimum=1, maximum=3)
     threshold_m: float = param(
-        0.5, kind="number", help="largest distance of ground points from the cloth", unit="m", minimum=0.02, maximum=5
+        0.5, help="largest distance of ground points from the cloth", unit="m", minimum=0.02, maximum=5
     )
     ground_m: float = 0.15
     rounds: int = 500

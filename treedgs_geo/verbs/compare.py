@@ -19,7 +19,6 @@ class CompareSettings:
     after: Path = param(kind="file", help="tree layer of the second date", suffixes=("gpkg", "shp", "geojson", "csv"))
     years: float | None = param(
         None,
-        kind="number",
         minimum=0.1,
         maximum=100,
         help="years (seasons of growth) between the dates; needed where the layers do not say when they were flown",
@@ -30,10 +29,9 @@ class CompareSettings:
         help="plots, as for stand-table; without: all trees together, and nothing per hectare",
         suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
-    min_dbh_cm: float = param(0.0, kind="number", unit="cm", minimum=0, maximum=100, help="smallest DBH that counts")
+    min_dbh_cm: float = param(0.0, unit="cm", minimum=0, maximum=100, help="smallest DBH that counts")
     max_yearly_growth_cm: float = param(
         3.0,
-        kind="number",
         unit="cm",
         minimum=0.1,
         maximum=20,
@@ -42,7 +40,6 @@ class CompareSettings:
     )
     common_se_cm: float = param(
         0.2,
-        kind="number",
         unit="cm",
         minimum=0,
         maximum=20,
@@ -50,7 +47,6 @@ class CompareSettings:
     )
     cancels_pct: float = param(
         0.0,
-        kind="number",
         unit="%",
         minimum=0,
         maximum=100,
@@ -59,7 +55,6 @@ class CompareSettings:
     )
     block_before_pct: float = param(
         0.0,
-        kind="number",
         unit="%",
         minimum=0,
         maximum=10,
@@ -68,7 +63,6 @@ class CompareSettings:
     )
     block_after_pct: float = param(
         0.0,
-        kind="number",
         unit="%",
         minimum=0,
         maximum=10,
@@ -76,7 +70,6 @@ class CompareSettings:
     )
     centre_error_m: float = param(
         1.0,
-        kind="number",
         unit="m",
         minimum=0.05,
         maximum=20,
@@ -84,7 +77,6 @@ class CompareSettings:
     )
     rotation_deg: float = param(
         2.0,
-        kind="number",
         unit="degrees",
         minimum=0,
         maximum=45,
@@ -92,7 +84,6 @@ class CompareSettings:
     )
     gate_m: float = param(
         1.0,
-        kind="number",
         unit="m",
         minimum=0.1,
         maximum=10,

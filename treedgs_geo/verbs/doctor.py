@@ -105,7 +105,6 @@ class DoctorSettings:
 
     compile: bool = param(
         False,
-        kind="flag",
         help="Compile now what jobs otherwise compile when they first need it, for this processor; what is compiled "
         "already is kept. Setting up the engine does it.",
     )

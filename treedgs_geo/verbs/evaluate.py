@@ -41,7 +41,6 @@ class EvaluateSettings:
     )
     min_dbh_cm: float = param(
         0.0,
-        kind="number",
         unit="cm",
         minimum=0,
         help="smallest DBH that the field crew tallied; thinner measured trees are not counted as false",
@@ -66,7 +65,6 @@ class EvaluateSettings:
     )
     paper: bool = param(
         False,
-        kind="flag",
         help="also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, "
         "with these data, or why not",
         dialog=False,

@@ -32,7 +32,6 @@ class GeotagSettings:
     )
     base_position: str | None = param(
         None,
-        kind="text",
         help="Base station 'latitude, longitude, height' (degrees, ellipsoidal m), for RINEX; default: its header's.",
     )
     tagged_photos: Path | None = param(
@@ -42,7 +41,6 @@ class GeotagSettings:
     )
     camera_delay_ms: float = param(
         0.0,
-        kind="number",
         help="Exposure minus mark time, for cameras triggered by cable.",
         unit="ms",
         minimum=-1000,

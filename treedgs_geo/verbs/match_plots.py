@@ -32,7 +32,6 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
     )
     trees_dbh_unit: str = param(
         "auto",
-        kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
         help="unit of a DBH column in a CSV of measured trees that does not say it (auto: from a name like dbh_cm)",
     )

@@ -19,7 +19,7 @@ class MeasureDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``measure-dbh``."""
 
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
-    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids")
+    id_field: str = param("tree_id", help="dimension of the cloud that holds the tree ids")
 
 
 def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:

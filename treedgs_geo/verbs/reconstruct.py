@@ -17,7 +17,7 @@ from ..run.settings import PhotoInputs, PhotosToDbhSettings
 class ReconstructSettings(PhotoInputs):
     """Parameters of ``reconstruct``."""
 
-    dense: bool = param(True, kind="flag", help="Make dense points of the stem band where plots are given.")
+    dense: bool = param(True, help="Make dense points of the stem band where plots are given.")
     workspace: Path = workspace_option()
 
 

@@ -26,10 +26,9 @@ class ReviewSettings:
         "same_as, x, y, note, by, at",
         suffixes=TABLES,
     )
-    by: str | None = param(None, kind="text", help="who decided, where the table does not say (the user's name)")
+    by: str | None = param(None, help="who decided, where the table does not say (the user's name)")
     dbh_unit: str = param(
         "auto",
-        kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
         help="unit of the DBH column (auto: from a name like dbh_cm)",
     )

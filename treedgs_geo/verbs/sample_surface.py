@@ -25,7 +25,6 @@ class SampleSurfaceSettings(SampleOptions):
     )
     preset: str = param(
         "balanced",
-        kind="choice",
         choices=("balanced", "paper"),
         help="paper = every point of the published method, those that no view sees included.",
     )

@@ -29,7 +29,7 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     """Options of ``segment-stems``."""
 
     output: Path = param(kind="output_file", help="stem points with tree_id", suffixes=("laz", "las"))
-    keep_all: bool = param(False, kind="flag", help="write every point (tree_id 0 = no stem), not only stem points")
+    keep_all: bool = param(False, help="write every point (tree_id 0 = no stem), not only stem points")
     field_stems: Path | None = param(
         None,
         kind="file",

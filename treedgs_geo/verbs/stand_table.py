@@ -65,43 +65,37 @@ class StandTableSettings(FieldProtocol):
     )
     taped_estimator: str = param(
         "difference",
-        kind="choice",
         choices=("difference", "ratio"),
         help="how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio",
     )
-    units: str = param("metric", kind="choice", choices=("metric", "us"), help="units of the report")
+    units: str = param("metric", choices=("metric", "us"), help="units of the report")
     class_width: float | None = param(
         None,
-        kind="number",
         unit="cm, or inches in US units",
         minimum=0.1,
         maximum=100,
         help="width of a DBH class (5 cm or 2 inches where not given)",
     )
-    min_dbh_cm: float = param(0.0, kind="number", unit="cm", minimum=0, help="smallest DBH that counts")
+    min_dbh_cm: float = param(0.0, unit="cm", minimum=0, help="smallest DBH that counts")
     species: str | None = param(
         None,
-        kind="text",
         help="species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)",
     )
-    origin: str = param("natural", kind="choice", choices=("natural", "planted"), help="how the stand came about")
+    origin: str = param("natural", choices=("natural", "planted"), help="how the stand came about")
     missing: str = param(
         "impute",
-        kind="choice",
         choices=("impute", "exclude"),
         help="stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's "
         "measured trees, or leave them out (both results are reported)",
     )
     heights: str = param(
         "fitted",
-        kind="choice",
         choices=("fitted", "measured", "published"),
         help="heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a "
         "published regional curve",
     )
     height_unit: str = param(
         "auto",
-        kind="choice",
         choices=("auto", "m", "ft"),
         help="unit of a height column that does not say it (auto: from a name like height_m)",
     )
@@ -110,13 +104,11 @@ class StandTableSettings(FieldProtocol):
     )
     volume_equation: str | None = param(
         None,
-        kind="text",
         help="id of the volume equation for all trees (docs/technician/stand-table.md)",
     )
-    biomass_equation: str | None = param(None, kind="text", help="id of the biomass equation for all trees")
+    biomass_equation: str | None = param(None, help="id of the biomass equation for all trees")
     top_cm: float = param(
         7.0,
-        kind="number",
         unit="cm",
         minimum=0,
         maximum=50,
@@ -124,13 +116,11 @@ class StandTableSettings(FieldProtocol):
     )
     outside: str = param(
         "flag",
-        kind="choice",
         choices=("flag", "refuse"),
         help="trees outside an equation's range: use it and say so, or give no volume",
     )
     edge: str = param(
         "zone",
-        kind="choice",
         choices=("zone", "walkthrough", "area", "none"),
         help="trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it "
         "that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only "
@@ -138,13 +128,11 @@ class StandTableSettings(FieldProtocol):
     )
     plot_size: str = param(
         "horizontal",
-        kind="choice",
         choices=("horizontal", "slope"),
         help="plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)",
     )
     dbh_se_cm: float | None = param(
         None,
-        kind="number",
         unit="cm",
         minimum=0,
         maximum=50,
@@ -152,28 +140,23 @@ class StandTableSettings(FieldProtocol):
     )
     common_se_cm: float | None = param(
         None,
-        kind="number",
         unit="cm",
         minimum=0,
         maximum=20,
         help="standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)",
     )
-    confidence_pct: float = param(
-        95.0, kind="number", unit="%", minimum=50, maximum=99.9, help="confidence of the intervals"
-    )
+    confidence_pct: float = param(95.0, unit="%", minimum=50, maximum=99.9, help="confidence of the intervals")
     breast_height_m: float = param(
         BREAST_HEIGHT_M,
-        kind="number",
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
         help="breast height of the height curve, for a field tally (a tree layer says its own)",
     )
-    stand_id: str = param("stand", kind="text", help="name of the stand, in every file")
-    fvs_variant: str | None = param(None, kind="text", help="FVS variant, two letters (SN)")
+    stand_id: str = param("stand", help="name of the stand, in every file")
+    fvs_variant: str | None = param(None, help="FVS variant, two letters (SN)")
     year: int | None = param(
         None,
-        kind="integer",
         minimum=1800,
         maximum=2200,
         help="year of the inventory, for FVS; empty: the flight's",

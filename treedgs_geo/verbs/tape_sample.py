@@ -23,34 +23,27 @@ class TapeSampleSettings:
         "the plot's centre; without: the trees that have a plot_id, or all",
         suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
-    n: int = param(20, kind="integer", minimum=2, maximum=2000, help="trees to tape")
+    n: int = param(20, minimum=2, maximum=2000, help="trees to tape")
     design: str = param(
         "stratified",
-        kind="choice",
         choices=("stratified", "pps"),
         help="how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area "
         "(within flags)",
     )
-    seed: int = param(
-        0, kind="integer", minimum=0, help="another number draws other trees; the same draws the same again"
-    )
+    seed: int = param(0, minimum=0, help="another number draws other trees; the same draws the same again")
     north: str = param(
         "true",
-        kind="choice",
         choices=("true", "grid", "magnetic"),
         help="north that the form's bearings refer to (magnetic needs --field-date, or the declination)",
     )
     declination_deg: float | None = param(
         None,
-        kind="number",
         unit="degrees, east positive",
         minimum=-180,
         maximum=180,
         help="magnetic declination at the plots; default: from the World Magnetic Model by --field-date",
     )
-    field_date: str | None = param(
-        None, kind="text", help="day of the field work, year-month-day, for magnetic bearings"
-    )
+    field_date: str | None = param(None, help="day of the field work, year-month-day, for magnetic bearings")
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",

@@ -29,14 +29,14 @@ class TerrainSettings(ClothSimulation):
     )
     output: Path = param(kind="output_file", help="terrain raster to write", suffixes=("tif", "tiff"))
     crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local'")
-    resolution_m: float = param(0.25, kind="number", help="cell size", unit="m", minimum=0.05, maximum=50)
+    resolution_m: float = param(0.25, help="cell size", unit="m", minimum=0.05, maximum=50)
     ground_points: Path | None = param(
         None,
         kind="output_file",
         suffixes=("laz", "las"),
         help="also write the cloud, ground points as class 2 and heights above ground",
     )
-    use_classes: bool = param(False, kind="flag", help="trust the file's class 2 instead of finding the ground")
+    use_classes: bool = param(False, help="trust the file's class 2 instead of finding the ground")
 
 
 def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:

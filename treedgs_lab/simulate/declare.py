@@ -10,16 +10,14 @@ from treedgs_geo.core.settings import param
 def number(default: float | None, minimum: float, maximum: float, unit: str, help: str, **more: Any) -> Any:
     """A number with its limits and unit; ``None``: as the preset says."""
     limits = {"minimum": minimum, "maximum": maximum, "unit": unit}
-    return param(default, kind="number", help=help, **{"dialog": False, **limits, **more})
+    return param(default, help=help, **{"dialog": False, **limits, **more})
 
 
 def count(default: int | None, minimum: int, maximum: int, help: str, **more: Any) -> Any:
     """A whole number with its limits; ``None``: as the preset says."""
-    return param(
-        default, kind="integer", help=help, **{"dialog": False, "minimum": minimum, "maximum": maximum, **more}
-    )
+    return param(default, help=help, **{"dialog": False, "minimum": minimum, "maximum": maximum, **more})
 
 
 def flag(help: str, **more: Any) -> Any:
     """Something that is off unless asked for."""
-    return param(False, kind="flag", help=help, **{"dialog": False, **more})
+    return param(False, help=help, **{"dialog": False, **more})

@@ -40,7 +40,6 @@ class SensorSettings:
 
     sensor: str = param(
         "clean",
-        kind="choice",
         choices=("clean", "drone"),
         dialog=False,
         help="clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, "
@@ -60,7 +59,6 @@ class FlightSettings:
 
     flight: str = param(
         "rings",
-        kind="text",
         dialog=False,
         help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
         "ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and "
@@ -82,7 +80,6 @@ class WeatherSettings:
 
     sky: str = param(
         "clear",
-        kind="choice",
         choices=("clear", "overcast"),
         dialog=False,
         help="clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows",
@@ -110,7 +107,6 @@ class ControlSettings:
 
     gnss: str = param(
         "ppk",
-        kind="choice",
         choices=("ppk", "consumer"),
         dialog=False,
         help="ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off",

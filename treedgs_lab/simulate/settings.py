@@ -30,13 +30,12 @@ class SimulateSettings(
     )
     preset: str = param(
         "demo",
-        kind="choice",
         choices=PLOT_PRESETS,
         help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
         "demo (6-9 stems), plot (0.03 ha, 62 photos)",
     )
     seed: int = count(1, 0, 2**31, "random seed; the same seed gives the same plot", dialog=True)
-    name: str | None = param(None, kind="text", help="plot name, used in file names; default: the folder's name")
+    name: str | None = param(None, help="plot name, used in file names; default: the folder's name")
     radius_m: float | None = number(None, 2, 15, "m", "radius of the plot", dialog=True)
     stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density", dialog=True)
     dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height", dialog=True)

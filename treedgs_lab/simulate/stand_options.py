@@ -46,14 +46,12 @@ class StandSettings(StemLookSettings):
     leaf_off: bool = flag("hardwoods are bare, and so is a third of the shrubs of several kinds")
     spacing: str = param(
         "rows",
-        kind="choice",
         choices=("rows", "natural"),
         dialog=False,
         help="rows: planted, jittered; natural: at random with a least distance, denser here and thinner there",
     )
     dbh_distribution: str = param(
         "normal",
-        kind="choice",
         choices=("normal", "lognormal"),
         dialog=False,
         help="of the diameters, with the stated mean and standard deviation",

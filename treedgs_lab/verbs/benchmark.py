@@ -27,35 +27,28 @@ class BenchmarkSettings:
         holds=("trees.csv",),
         known_by="benchmark.json",
     )
-    quick: bool = param(
-        False, kind="flag", help="one small plot and a dozen configurations: about 10 minutes on two idle cores"
-    )
+    quick: bool = param(False, help="one small plot and a dozen configurations: about 10 minutes on two idle cores")
     stability: bool = param(
         False,
-        kind="flag",
         help="instead of the chart: the stability suite, one factor at a time from harmless to hopeless",
     )
     cost: bool = param(
         False,
-        kind="flag",
         help="instead of the chart: seconds and memory of each stage against "
         "photos, megapixels, stems and points, fitted",
     )
-    repeats: int = param(1, kind="integer", minimum=1, maximum=20, help="runs of each configuration")
-    seeds: str = param("1,2,3", kind="text", help="seeds of the stability suite", dialog=False)
-    factors: str = param("", kind="text", help="only these factors of the stability suite, by commas", dialog=False)
-    methods: str = param("", kind="text", help="only these methods of the stability suite, by commas", dialog=False)
-    only: str = param("", kind="text", help="only these configurations of the chart, by commas", dialog=False)
+    repeats: int = param(1, minimum=1, maximum=20, help="runs of each configuration")
+    seeds: str = param("1,2,3", help="seeds of the stability suite", dialog=False)
+    factors: str = param("", help="only these factors of the stability suite, by commas", dialog=False)
+    methods: str = param("", help="only these methods of the stability suite, by commas", dialog=False)
+    only: str = param("", help="only these configurations of the chart, by commas", dialog=False)
     budget_min: float = param(
         0.0,
-        kind="number",
         unit="min",
         minimum=0,
         help="begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes",
     )
-    fresh: bool = param(
-        False, kind="flag", help="stability: measure again what other measuring code had measured", dialog=False
-    )
+    fresh: bool = param(False, help="stability: measure again what other measuring code had measured", dialog=False)
 
 
 def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:

@@ -19,7 +19,6 @@ class GaussianOptions:
 
     bh_m: float = param(
         BREAST_HEIGHT_M,
-        kind="number",
         help="breast height above the ground",
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
@@ -41,7 +40,7 @@ class SampleOptions:
     (0 keeps all).
     """
 
-    samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
+    samples: int = param(100, help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
     threads: int = 2
     seed: int = 0
     seen_transmittance: float = 0.02

@@ -17,32 +17,25 @@ class MeasureOptions:
 
     weights: str = param(
         "none",
-        kind="choice",
         help="reliability of the points: none, LiDAR intensity (as it is, or "
         "brought to one range), or opacity of surface points",
         choices=("none", "intensity", "range_intensity", "opacity"),
     )
-    fit: str = param("circle", kind="choice", help="cross-section model", choices=("circle", "cylinder"))
+    fit: str = param("circle", help="cross-section model", choices=("circle", "cylinder"))
     method: str = param(
         "default",
-        kind="choice",
         help="default = our estimator; paper = the published constants",
         choices=("default", "paper"),
     )
     bh_m: float = param(
         BREAST_HEIGHT_M,
-        kind="number",
         help="breast height",
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
     )
-    min_dbh_cm: float = param(
-        5.0, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=1, maximum=100
-    )
-    max_dbh_cm: float = param(
-        100.0, kind="number", help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=500
-    )
+    min_dbh_cm: float = param(5.0, help="thinner stems are refused as too small", unit="cm", minimum=1, maximum=100)
+    max_dbh_cm: float = param(100.0, help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=500)
     max_lean_deg: float = 25.0
-    source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
+    source: str = param("auto", help="what made the points", choices=("auto", "uls", "tls", "splat"))
     seed: int = 0

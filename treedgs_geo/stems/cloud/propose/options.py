@@ -12,7 +12,6 @@ def segmenter_option() -> Any:
     """Who tells stems from the rest of a cloud."""
     return param(
         "own",
-        kind="choice",
         help="who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you "
         "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
         choices=("own", "forestformer3d", "segmentanytree", "treex", "model"),
@@ -22,7 +21,7 @@ def segmenter_option() -> Any:
 def segmenter_command_option() -> Any:
     """How a program that is not ours is started."""
     text = "command line of that program, with {input} and {output} for its folders"
-    return param(None, kind="text", help=text, code=True)
+    return param(None, help=text, code=True)
 
 
 def segmenter_model_option() -> Any:
@@ -45,8 +44,8 @@ class SegmentOptions:
     that must show bark. grow_m: height up to which stem points are followed, metres.
     """
 
-    source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
-    max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=500)
+    source: str = param("auto", help="what made the points", choices=("auto", "uls", "tls", "splat"))
+    max_dbh_cm: float = param(100.0, help="thickest stem", unit="cm", minimum=5, maximum=500)
     max_lean_deg: float = 25.0
     low_m: float = 0.5
     high_m: float = 5.0
