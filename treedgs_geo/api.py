@@ -118,7 +118,7 @@ def measure_cloud(
     from .core.steps import Steps
     from .inventory.tree_layer import tree_table
     from .pointcloud.cloud import PointCloud
-    from .run.cloud import GROUND, STEMS, CloudJob, take
+    from .run.cloud import STAGES, CloudJob, take
     from .run.cloud_input import checked, read_checked
     from .run.stage import check, run_stages
 
@@ -132,11 +132,12 @@ def measure_cloud(
     path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)
     given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
     if isinstance(cloud, PointCloud):
-        points = checked(cloud, path, reporter, dtm=given.dtm, crs=crs)
+        points, extent = checked(cloud, path, reporter, dtm=given.dtm, crs=crs)
     else:
-        points = read_checked(path, crs, reporter, dtm=given.dtm)
+        points, extent = read_checked(path, crs, reporter, dtm=given.dtm)
     job = CloudJob(given, reporter)
-    take(job, points)
-    check(GROUND, job)
-    run_stages((GROUND, STEMS), job, Steps(None, reporter, {GROUND.name: 0.3, STEMS.name: 0.7}))
+    take(job, points, extent)
+    _, ground, stems, *_ = STAGES
+    check(ground, job)
+    run_stages((ground, stems), job, Steps(None, reporter, {ground.name: 0.3, stems.name: 0.7}))
     return tree_table(job.trees, job.crs)

@@ -14,7 +14,7 @@ from pointcloud.odd_clouds import stand, write_las
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError, MemoryShortage, OutputError
-from treedgs_geo.core.files import atomic_path, reserve
+from treedgs_geo.core.files import atomic_path
 from treedgs_geo.core.machine import free_memory, require_memory
 from treedgs_geo.core.resource_errors import shortage_of
 
@@ -58,32 +58,6 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path, capsys, plot, verb, na
     reported = capsys.readouterr().err
     assert "the disk is full" in reported and str(target) in reported and "Traceback" not in reported
     assert not list(tmp_path.glob("out/*")) and not list(tmp_path.glob("out/.*"))
-
-
-def test_tiles_and_mapped_files_without_room(tmp_path, capsys, plot, monkeypatch):
-    import treedgs_geo.pointcloud.tiles as tiles
-
-    monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", 1000)
-    arguments = [
-        "terrain",
-        "--input",
-        str(plot),
-        "--output",
-        str(tmp_path / "t.tif"),
-        "--crs",
-        "local",
-        "--log-format",
-        "plain",
-    ]
-    assert main(arguments) == 0
-    (tmp_path / "t.tif").unlink()
-    capsys.readouterr()
-    with largest_file(100_000):
-        assert main(arguments) == 2
-    assert "the disk is full" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["t.qml"]
-    with largest_file(1000), pytest.raises(OutputError, match="disk is full"):
-        reserve(tmp_path / "grid.f32", 10_000)
 
 
 def test_other_problems_keep_their_own_sentence(tmp_path):

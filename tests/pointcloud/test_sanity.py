@@ -13,13 +13,13 @@ from pointcloud.odd_clouds import claim, stand, turned, write_las
 from shared_data import needs_shared
 from synthetic_cloud import plot_cloud, stem_points
 
-import treedgs_geo.pointcloud.tiles as tiles
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.pointcloud.files import describe_cloud, read_cloud
 from treedgs_geo.pointcloud.sanity import examine
 from treedgs_geo.pointcloud.survey import SAMPLE_POINTS, Survey
 from treedgs_geo.stems.quality.reasons import REASONS
+from treedgs_geo.terrain import thinned
 
 
 def survey_of(xyz, pieces=1):
@@ -77,9 +77,9 @@ def test_each_fault_ends_run_and_dry_run_with_its_own_sentence(tmp_path, capsys,
 
 @pytest.mark.parametrize("large", [False, True])
 @pytest.mark.parametrize("verb", ["segment-stems", "terrain"])
-def test_the_other_verbs_say_the_same_at_once_and_in_tiles(tmp_path, capsys, monkeypatch, verb, large):
+def test_the_other_verbs_say_the_same_at_once_and_thinned(tmp_path, capsys, monkeypatch, verb, large):
     if large:
-        monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", 1000)
+        monkeypatch.setattr(thinned, "WHOLE_CLOUD_POINTS", 1000)
     write_las(tmp_path / "mm.laz", PLOT * 1000, (1, 1, 1))
     output = tmp_path / "out" / ("s.laz" if verb == "segment-stems" else "d.tif")
     assert "millimetres" in sentence(capsys, verb, "--input", tmp_path / "mm.laz", "--output", output)
@@ -178,7 +178,7 @@ def test_points_far_off_are_counted_and_left_out(tmp_path, capsys, monkeypatch, 
     write_las(tmp_path / "good.laz", PLOT)
     counts = {}
     for name, limit in (("good", 10**7), ("far", 10**7), ("far", 1000)):
-        monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", limit)
+        monkeypatch.setattr(thinned, "WHOLE_CLOUD_POINTS", limit)
         heard = sentence(capsys, "terrain", "--input", tmp_path / f"{name}.laz", "--output", tmp_path / "d.tif", code=0)
         assert ("away from all others" in heard) == (name == "far")
         import rasterio
@@ -197,7 +197,7 @@ def test_strays_are_in_no_output_by_either_road(tmp_path, capsys, monkeypatch, s
     else:
         write_las(path, xyz)
     for limit in (10**7, 1000):
-        monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", limit)
+        monkeypatch.setattr(thinned, "WHOLE_CLOUD_POINTS", limit)
         heard = sentence(capsys, "segment-stems", "--input", path, "--keep-all", "--output", tmp_path / "s.laz", code=0)
         assert heard.count("away from all others") == 1
         sentence(

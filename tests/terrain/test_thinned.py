@@ -8,11 +8,11 @@ import pytest
 from listener import Listener
 from synthetic_cloud import plot_cloud
 
-from treedgs_geo.pointcloud import tiles
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
 from treedgs_geo.run.cloud_input import read_checked
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
+from treedgs_geo.terrain import thinned
 from treedgs_geo.terrain.ground import dtm_from_cloud, height_above_ground
 from treedgs_geo.terrain.thinned import LAYER_M, read_thinned
 
@@ -52,10 +52,10 @@ def test_diameters_are_those_of_all_points(dense):
 
 def test_only_large_clouds_are_thinned(dense, monkeypatch):
     said = Listener()
-    whole = read_checked(dense, None, said, ("intensity",))
-    monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", 100_000)
-    assert len(read_checked(dense, None, said, ("intensity",))) < 0.6 * len(whole)
-    assert len(read_checked(dense, None, said)) == len(whole)
+    whole, _ = read_checked(dense, None, said, ("intensity",))
+    monkeypatch.setattr(thinned, "WHOLE_CLOUD_POINTS", 100_000)
+    assert len(read_checked(dense, None, said, ("intensity",))[0]) < 0.6 * len(whole)
+    assert len(read_checked(dense, None, said)[0]) == len(whole)
 
 
 @pytest.mark.parametrize("coarse", [False, True])

@@ -20,7 +20,7 @@ from typing import Any
 
 from .errors import InputError, OutputError
 from .folder_lock import host, pid_space, started
-from .resource_errors import full_disk, reporting_full_disk
+from .resource_errors import reporting_full_disk
 
 #: Longest file name in bytes: file systems take 255, and SQLite and shapefiles add to it.
 LONGEST_NAME = 240
@@ -307,23 +307,6 @@ def no_empty_folders(targets: Iterable[Path]) -> Iterator[None]:
             with suppress(OSError):  # never made, a file, or not empty
                 folder.rmdir()
         raise
-
-
-def reserve(path: Path, size: int) -> None:
-    """Make a file of ``size`` bytes whose room on the disk is really there: writing into a mapped file that finds none
-    ends the process.
-
-    Raises:
-        OutputError: no room.
-    """
-    try:
-        with open(path, "wb") as stream:
-            if hasattr(os, "posix_fallocate"):
-                os.posix_fallocate(stream.fileno(), 0, max(size, 1))
-            else:
-                stream.truncate(max(size, 1))
-    except OSError as problem:
-        raise full_disk(path.parent, f"{size / 1e9:.1f} GB, {problem.strerror}") from None
 
 
 def write_json(target: Path, value: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,12 +22,13 @@ from ..core.workspace import peak_memory_mb
 from ..inventory.report import write_report
 from ..inventory.searched import not_seen, partly_searched, searched_table
 from ..inventory.tree_layer import check_output, tree_table, write_trees
-from ..pointcloud.cloud import PointCloud, extent, thin, usable
+from ..pointcloud.cloud import PointCloud, thin, usable
+from ..pointcloud.cloud import extent as extent_of
 from ..pointcloud.file_crs import LOCAL_CRS
 from ..pointcloud.file_crs import placed as placed_on_map
 from ..pointcloud.files import describe_cloud, iter_cloud, write_cloud
 from ..pointcloud.sanity import examine
-from ..pointcloud.survey import Survey
+from ..pointcloud.survey import Extent, Survey
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
 from ..stems.cloud.estimate.options import MeasureOptions
@@ -46,6 +48,8 @@ from .stage import Cost, Findings, Stage, check, check_target, dry_run, run_stag
 if TYPE_CHECKING:
     import geopandas as gpd
 
+    from .cloud_steps import SegmentedStems
+
 #: Attributes of a cloud that measuring may ask for.
 MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank", "return_number")
 #: Points this far around a plot stay: the ground, and stems whose points reach over the edge.
@@ -63,14 +67,19 @@ _LARGEST_M2 = 20_000.0
 class CloudJob:
     """A run over a point cloud. What was asked for; then what its stages found, in their order.
 
-    cloud: its usable points, in a dry run the first of them. low, high: (3,) corners, project coordinates. lowest:
-    (N, 3) lowest points, of a dry run. plots: none = the whole cloud. tree_id: (N,) of each point, 0 = none. sheets:
-    ``tree_id`` -> evidence sheet. result: of the verb.
+    settings: of the verb. attributes: of the points, to keep (``None`` = all, and every point of a large cloud).
+    find_stems: stems are to be found. cloud: its usable points, in a dry run the first of them. extent: beyond it are
+    strays. low, high: (3,) corners, project coordinates. lowest: (N, 3) lowest points, of a dry run. plots: none = the
+    whole cloud. tree_id: (N,) of each point, 0 = none. stems: of ``segment-stems``.
+    sheets: ``tree_id`` -> evidence sheet. result: of the verb.
     """
 
-    settings: PointcloudToDbhSettings
+    settings: Any
     reporter: Reporter
+    attributes: tuple[str, ...] | None = MEASURED_BY
+    find_stems: bool = True
     cloud: PointCloud = field(init=False)
+    extent: Extent = field(init=False)
     low: np.ndarray = field(init=False)
     high: np.ndarray = field(init=False)
     lowest: np.ndarray = field(init=False)
@@ -78,6 +87,7 @@ class CloudJob:
     ground: CloudGround = field(init=False)
     trees: list[Tree] = field(default_factory=list)
     tree_id: np.ndarray = field(init=False)
+    stems: SegmentedStems = field(init=False)
     sections: list[dict[str, Any]] = field(default_factory=list)
     sheets: dict[int, Path] = field(default_factory=dict)
     searched: gpd.GeoDataFrame = field(init=False)
@@ -152,18 +162,19 @@ def _low(xyz: np.ndarray) -> np.ndarray:
 
 def _read(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     asked = job.settings
-    kept = None if asked.stems_output else MEASURED_BY
-    take(job, read_checked(asked.input, asked.crs, reporter, kept, dtm=asked.dtm))
+    dtm = getattr(asked, "dtm", None)
+    take(job, *read_checked(asked.input, asked.crs, reporter, job.attributes, job.find_stems, dtm))
     return {}
 
 
-def take(job: CloudJob, cloud: PointCloud) -> None:
-    """``cloud`` is what the job measures: checked points."""
-    job.cloud = cloud
-    job.low, job.high = extent(cloud.xyz)
+def take(job: CloudJob, cloud: PointCloud, extent: Extent) -> None:
+    """``cloud`` is what the job measures: checked points in ``extent``."""
+    job.cloud, job.extent = cloud, extent
+    job.low, job.high = extent_of(cloud.xyz)
 
 
-READ = Stage("read cloud", 0.15, _read, checks=(_check_outputs,), cost=_read_cost)
+#: Of every verb that takes a cloud.
+READ = Stage("read cloud", 0.15, _read)
 
 
 # --- ground -----------------------------------------------------------------------------------------------------------
@@ -256,7 +267,8 @@ def _ground(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     return {}
 
 
-GROUND = Stage("ground", 0.15, _ground, checks=(find_plots, _check_weights), cost=_ground_cost)
+#: Of every verb that takes a cloud and perhaps a terrain model.
+GROUND = Stage("ground", 0.15, _ground)
 
 
 # --- stems ------------------------------------------------------------------------------------------------------------
@@ -339,7 +351,25 @@ def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
 
 WRITE = Stage("write", 0.01, _write)
 
-STAGES = (READ, GROUND, STEMS, SHEETS, WRITE)
+STAGES = (
+    replace(READ, checks=(_check_outputs,), cost=_read_cost),
+    replace(GROUND, checks=(find_plots, _check_weights), cost=_ground_cost),
+    STEMS,
+    SHEETS,
+    WRITE,
+)
+
+
+def run_cloud_stages(stages: Sequence[Stage[CloudJob]], job: CloudJob) -> Steps:
+    """Do the stages; what they took.
+
+    Raises:
+        TreeDGSError: an input that cannot be used, with what to do about it.
+    """
+    steps = Steps(None, job.reporter, {stage.name: stage.share for stage in stages})
+    check(stages[0], job)
+    run_stages(stages, job, steps)
+    return steps
 
 
 def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -349,12 +379,11 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     began, heard = time.monotonic(), Collector(reporter)
-    job, steps = CloudJob(settings, heard), Steps(None, heard, {stage.name: stage.share for stage in STAGES})
+    job = CloudJob(settings, heard, None if settings.stems_output else MEASURED_BY)
     check_output(settings.output)
     for beside in filter(None, (settings.stems_output, settings.report)):
         ensure_writable(beside)
-    check(READ, job)
-    run_stages(STAGES, job, steps)
+    steps = run_cloud_stages(STAGES, job)
     if settings.report is not None:
         whole = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}
         stages = {name: entry for name, entry in steps.done.items() if name != WRITE.name} | {"in all": whole}

@@ -15,6 +15,7 @@ from .settings import CloudSettings
 
 if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
+    from ..pointcloud.survey import Extent
     from ..terrain.cloud_ground import CloudGround
 
 #: Memory of a point while a cloud is read: coordinates twice, a few attributes; and where it is thinned.
@@ -30,8 +31,7 @@ def read_checked(
     attributes: tuple[str, ...] | None = None,
     find_stems: bool = True,
     dtm: Path | None = None,
-    all_points: bool = False,
-) -> PointCloud:
+) -> tuple[PointCloud, Extent]:
     """The cloud in a file as :func:`checked` gives it; a large one of which only some attributes are asked for without
     the points that measuring stems does not need (:mod:`treedgs_geo.terrain.thinned`). Says what it is.
 
@@ -41,8 +41,7 @@ def read_checked(
     """
     from ..pointcloud.cloud import extent
     from ..pointcloud.files import describe_cloud, read_cloud
-    from ..pointcloud.tiles import WHOLE_CLOUD_POINTS
-    from ..terrain.thinned import read_thinned
+    from ..terrain.thinned import WHOLE_CLOUD_POINTS, read_thinned
 
     if attributes is not None:
         attributes = (*attributes, "classification", "withheld")
@@ -60,12 +59,12 @@ def read_checked(
         )
     else:
         cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=False)
-    cloud = checked(cloud, path, reporter, find_stems, about.scale, dtm, all_points, crs, need_crs=True)
+    cloud, held = checked(cloud, path, reporter, find_stems, about.scale, dtm, crs, need_crs=True)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
     low, high = extent(cloud.xyz)
     span = high - low
     reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
-    return cloud
+    return cloud, held
 
 
 def checked(
@@ -75,17 +74,15 @@ def checked(
     find_stems: bool = True,
     scale: np.ndarray | None = None,
     dtm: Path | None = None,
-    all_points: bool = False,
     crs: str | None = None,
     need_crs: bool = False,
-) -> PointCloud:
-    """The cloud's usable points (:func:`treedgs_geo.pointcloud.cloud.usable`) without far strays: what every verb
-    works on. What is odd about the cloud is said.
+) -> tuple[PointCloud, Extent]:
+    """The cloud's usable points (:func:`treedgs_geo.pointcloud.cloud.usable`) without far strays, what every verb
+    works on, and the extent beyond which points are such strays. What is odd about the cloud is said.
 
     path: what messages call it. find_stems: stems are to be found in it, not only measured. scale: (3,) of the
-    coordinates as they were stored, where known. dtm: the user's terrain model. all_points: keep points that are not
-    usable, for verbs that write every point. crs: the user's word for the CRS, if any.
-    need_crs: see :func:`treedgs_geo.pointcloud.file_crs.placed`.
+    coordinates as they were stored, where known. dtm: the user's terrain model. crs: the user's word for the CRS, if
+    any. need_crs: see :func:`treedgs_geo.pointcloud.file_crs.placed`.
 
     Raises:
         InputError, CRSError: as :func:`read_checked`; no usable point.
@@ -110,9 +107,9 @@ def checked(
         survey.add(cloud.xyz[part][good[part]])
     extent, findings = examine(survey, path, find_stems, scale, dtm is not None)
     report(findings, reporter)
-    kept = extent.holds(cloud.xyz) & (good | all_points)
+    kept = extent.holds(cloud.xyz) & good
     cloud = cloud if kept.all() else cloud.select(kept)
-    return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm, need_crs))
+    return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm, need_crs)), extent
 
 
 def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> CloudGround:

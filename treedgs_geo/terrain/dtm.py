@@ -106,14 +106,10 @@ class Dtm:
 
     def moved(self, offset: np.ndarray) -> Dtm:
         """The ground displaced by ``offset`` (3,): made near zero, put where it belongs."""
-        return replace(self.moved_grid(offset), heights=self.heights + float(offset[2]))
-
-    def moved_grid(self, offset: np.ndarray) -> Dtm:
-        """The same heights, the grid displaced by the first two of ``offset``."""
         from affine import Affine
 
-        t = self.transform
-        return replace(self, transform=Affine(t.a, t.b, t.c + float(offset[0]), t.d, t.e, t.f + float(offset[1])))
+        t, (x, y, z) = self.transform, np.asarray(offset, float).tolist()
+        return replace(self, transform=Affine(t.a, t.b, t.c + x, t.d, t.e, t.f + y), heights=self.heights + z)
 
     @property
     def resolution_m(self) -> float:

@@ -19,6 +19,8 @@ from .surface import cell_quantile, grid_ground, local_ground
 
 #: Ground is followed up slopes in steps of so many cells of the cloth, to points so near the plane led there, m.
 GROW_STEP, GROW_M = 1.5, 0.15
+#: Points this near the surface through the lowest ones are ground, m.
+NEAR_M = 0.10
 
 
 def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> np.ndarray:
@@ -49,22 +51,31 @@ def dtm_from_cloud(
     """
     low, high = extent(xyz)
     origin = np.floor(low)
+    bounds = low[:2] - origin[:2], high[:2] - origin[:2]
     if ground is not None and ground.sum() >= 10:
         seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
     else:
         # Part by part: a large cloud is not copied as a whole.
         method = method or ClothSimulation()
-        corner = low[:2] - origin[:2]
-        parts = [lowest(xyz[part] - origin, method, corner) for part in slices(len(xyz))]
-        lows = cloth_ground(lowest(np.concatenate(parts), method, corner), method)
-        surface = _surface(lows, (corner, high[:2] - origin[:2]))
-        is_near = np.concatenate([_is_near(xyz[part] - origin, surface) for part in slices(len(xyz))])
-        near = xyz[is_near]
+        parts = [cell_quantile(xyz[part] - origin, method.thin_m, 0.0, bounds[0]) for part in slices(len(xyz))]
+        lows = cloth_ground(cell_quantile(np.concatenate(parts), method.thin_m, 0.0, bounds[0]), method)
+        # The ground under every point through a fine grid: a plane per point would be N times too much work.
+        surface = grid_ground(lows, 0.25, neighbours=24, bandwidth_m=0.5, bounds=bounds)
+        near = xyz[_is_near(xyz, surface, origin)]
         near -= origin
-        seeds = _middle(near, lows)
-    bounds = low[:2] - origin[:2], high[:2] - origin[:2]
+        # The middle of the ground points: the lowest lie a noise's width under the ground.
+        seeds = cell_quantile(near, 0.25, 0.4) if len(near) >= 10 else lows
     dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds, crs=crs)
     return dtm.moved(origin)
+
+
+def _is_near(xyz: np.ndarray, surface: Dtm, origin: np.ndarray) -> np.ndarray:
+    """(N,) bool: points within :data:`NEAR_M` of a surface that lies at ``origin`` (3,)."""
+    near = np.empty(len(xyz), bool)
+    for part in slices(len(xyz)):
+        x, y, z = (xyz[part] - origin).T
+        near[part] = np.abs(z - surface.height(x, y)) < NEAR_M
+    return near
 
 
 def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None, z: float | None = None) -> Dtm:
@@ -76,40 +87,12 @@ def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None, z: float | None 
     return Dtm(np.full((rows, cols), z), transform, crs)
 
 
-def height_above_ground(xyz: np.ndarray, dtm: Dtm, method: str = "bilinear") -> np.ndarray:
+def height_above_ground(xyz: np.ndarray, dtm: Dtm) -> np.ndarray:
     """(N,) metres above the terrain model; NaN where the ground is unknown."""
     height = np.empty(len(xyz))
     for part in slices(len(xyz)):
-        height[part] = xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1], method)
+        height[part] = xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1])
     return height
-
-
-def recentred(
-    xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: float = 0.25, corner: np.ndarray | None = None
-) -> np.ndarray:
-    """Ground points free of the bias of lowest points, which lie a noise's width under the ground.
-
-    xyz: (N, 3) all points, lows: (M, 3) ground among the lowest points, both near zero. corner: of the cells' lattice.
-    """
-    return _middle(xyz[_is_near(xyz, _surface(lows, extent(xyz[:, :2])), reach_m)], lows, cell_m, corner)
-
-
-def _is_near(xyz: np.ndarray, surface: Dtm, reach_m: float = 0.10) -> np.ndarray:
-    return np.abs(xyz[:, 2] - surface.height(xyz[:, 0], xyz[:, 1])) < reach_m
-
-
-def _middle(near: np.ndarray, lows: np.ndarray, cell_m: float = 0.25, corner: np.ndarray | None = None) -> np.ndarray:
-    return cell_quantile(near, cell_m, 0.4, corner) if len(near) >= 10 else lows
-
-
-def _surface(seeds: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> Dtm:
-    """Ground under every point, through a fine grid (a plane per point would be N times too much work)."""
-    return grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=bounds)
-
-
-def lowest(xyz: np.ndarray, method: ClothSimulation, corner: np.ndarray | None = None) -> np.ndarray:
-    """(M, 3) the lowest point of each cell of ``method.thin_m``."""
-    return cell_quantile(xyz, method.thin_m, 0.0, corner)
 
 
 def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:

@@ -22,6 +22,8 @@ from .ground import cloth_ground
 from .options import ClothSimulation
 from .surface import grid_ground
 
+#: Clouds up to this size are read as a whole.
+WHOLE_CLOUD_POINTS = 4_000_000
 #: Side of the cells in which points are counted, m, and cells at most, which make them larger; that of the rough ground
 #: is this many times as wide.
 CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2

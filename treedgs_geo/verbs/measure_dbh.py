@@ -9,7 +9,6 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..run.cloud_input import load_ground, read_checked, tree_summary
 from ..run.settings import CloudSettings
 from ..stems.cloud.estimate.options import MeasureOptions
 
@@ -24,65 +23,9 @@ class MeasureDbhSettings(MeasureOptions, CloudSettings):
 
 def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, find the ground, measure, write."""
-    import numpy as np
+    from ..run.cloud_steps import run_measure_dbh
 
-    from ..core.errors import InputError
-    from ..inventory.tree_layer import check_output, write_trees
-    from ..pointcloud.file_crs import LOCAL_CRS
-    from ..run.cloud import with_remarks
-    from ..stems.cloud.estimate.cloud import measure_stems
-    from ..stems.cloud.estimate.foot import with_ground
-    from ..stems.cloud.estimate.sections import stem_sections
-    from ..stems.quality.ground import with_ground_error
-
-    check_output(settings.output)
-    with reporter.stage("read cloud", 0.0, 0.15):
-        cloud = read_checked(settings.input, settings.crs, reporter, find_stems=False, dtm=settings.dtm)
-    if settings.id_field not in cloud.attributes:
-        raise InputError(
-            f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
-            "run segment-stems first, or name the dimension with --id-field."
-        )
-    tree_id = np.asarray(cloud.attributes[settings.id_field]).astype(np.int64)
-    kept = settings.dtm is None and "height_m" in cloud.attributes
-    with reporter.stage("ground", 0.15, 0.3):
-        ground = _ground_from_heights(cloud) if kept else load_ground(settings, cloud, reporter)
-    with reporter.stage("measure stems", 0.3, 0.95):
-        trees = measure_stems(cloud, tree_id, ground.dtm, settings, reporter)
-    if kept and "ground_se_m" in cloud.attributes:
-        se_m = np.asarray(cloud.attributes["ground_se_m"], float)
-        trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max()), "points") for tree in trees]
-    else:
-        trees = with_ground(trees, ground, cloud.xyz)
-    trees = with_remarks(trees, cloud, ground, reporter)
-    sections = stem_sections(cloud.xyz, tree_id, trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, sections, reporter)
-    return {"output": str(settings.output), **tree_summary(trees, reporter)}
-
-
-def _ground_from_heights(cloud: Any) -> Any:
-    """The ground that ``segment-stems`` used, rebuilt from the heights it wrote beside each point."""
-    import numpy as np
-
-    from ..terrain.cloud_ground import CloudGround
-    from ..terrain.surface import grid_ground
-
-    height = np.asarray(cloud.attributes["height_m"], float)
-    known = np.isfinite(height)
-    foot = cloud.xyz[known].copy()
-    foot[:, 2] -= height[known]
-    origin = np.floor(foot.min(axis=0))
-    grid = grid_ground(
-        foot[:: max(len(foot) // 200_000, 1)] - origin,
-        0.25,
-        neighbours=12,
-        bandwidth_m=0.3,
-        noise_m=0.02,
-        reach_m=3.0,
-        crs=cloud.horizontal_crs,
-    )
-    dtm = grid.moved(origin)
-    return CloudGround(dtm, dtm)
+    return run_measure_dbh(settings, reporter)
 
 
 COMMAND = Command(

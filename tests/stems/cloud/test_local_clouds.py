@@ -52,7 +52,7 @@ def test_a_header_that_contradicts_local_coordinates_is_named_and_set_aside(head
 @pytest.mark.parametrize("large", [False, True])
 def test_local_wins_over_a_header_for_every_verb(large, xyz, headed, tmp_path, capsys, monkeypatch):
     if large:
-        monkeypatch.setattr("treedgs_geo.pointcloud.tiles.WHOLE_CLOUD_POINTS", 1000)
+        monkeypatch.setattr("treedgs_geo.terrain.thinned.WHOLE_CLOUD_POINTS", 1000)
     stems = tmp_path / "stems.laz"
     for verb, out in (("segment-stems", stems), ("terrain", tmp_path / "dtm.tif")):
         assert (

@@ -66,16 +66,16 @@ def test_a_stretching_map_is_refused_by_every_verb(text, tmp_path, capsys):
         assert run(verb, "--input", cloud, "--output", f"{out}.{ending}", *more) == 2
         reported = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
         assert len(reported) == 1 and "in.laz: " in reported[0] and "EPSG:32615 (WGS 84 / UTM zone 15N)" in reported[0]
-        assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".tiles*"))
+        assert not list(tmp_path.glob("out*"))
 
 
-def test_a_large_cloud_is_refused_before_it_is_sorted(tmp_path, capsys, monkeypatch):
+def test_a_large_cloud_is_refused_too(tmp_path, capsys, monkeypatch):
     cloud = made(tmp_path / "in.laz", "EPSG:3857")
-    monkeypatch.setattr("treedgs_geo.pointcloud.tiles.WHOLE_CLOUD_POINTS", 1000)
+    monkeypatch.setattr("treedgs_geo.terrain.thinned.WHOLE_CLOUD_POINTS", 1000)
     for verb, ending in (("segment-stems", "laz"), ("terrain", "tif")):
         assert run(verb, "--input", cloud, "--output", tmp_path / f"out.{ending}") == 2
         assert "EPSG:32615" in capsys.readouterr().err
-        assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".tiles*"))
+        assert not list(tmp_path.glob("out*"))
 
 
 @pytest.mark.parametrize("dry", [True, False])

@@ -72,7 +72,7 @@ def test_a_single_tree_with_a_flat_terrain_model(tmp_path):
 
 
 def test_large_clouds_are_told_the_same(normalised, tmp_path, monkeypatch):
-    monkeypatch.setattr("treedgs_geo.pointcloud.tiles.WHOLE_CLOUD_POINTS", 1000)
+    monkeypatch.setattr("treedgs_geo.terrain.thinned.WHOLE_CLOUD_POINTS", 1000)
     write_cloud(tmp_path / "cloud.laz", PointCloud(normalised[normalised[:, 2] > 0.5]))
     words = ["segment-stems", "--input", str(tmp_path / "cloud.laz"), "--crs", "local", "--log-format", "quiet"]
     assert main([*words, "--output", str(tmp_path / "stems.laz")]) == 0

@@ -8,7 +8,6 @@ near a stem gets its ``tree_id``. Parameters follow treeX for drone LiDAR where 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -86,46 +85,29 @@ def find_stems(
     span = np.floor((high - origin) / TILE_M).astype(np.int64) + 1
     order, starts = _by_tile(cloud.xyz, height, origin, SLAB_M, float(options.grow_m), span)
 
-    def points_in(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    held = np.flatnonzero(np.diff(starts))
+    tiles = list(np.column_stack([held // span[1], held % span[1]]))
+    sensor = SENSORS[source]
+    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
+    found: list[ConeStem] = []
+    # How far a tile sees into its neighbours: half of the thickest stem, and what is around it.
+    buffer_m = max(1.5, OUTSIDE_M + options.max_dbh_cm / 200 + 0.1)
+
+    def stems_in(tile: np.ndarray) -> list[ConeStem]:
+        low, high = tile * TILE_M - buffer_m, (tile + 1) * TILE_M + buffer_m
         first, last = (np.clip(np.floor(corner / TILE_M).astype(int), 0, span - 1) for corner in (low, high))
         rows = [i * span[1] for i in range(first[0], last[0] + 1)]
         parts = [order[starts[row + first[1]] : starts[row + last[1] + 1]] for row in rows]
         points, index = _columns(cloud.xyz, height, origin, np.sort(np.concatenate(parts)), low, high)
-        return points, None if weights is None else np.clip(np.asarray(weights[index], float), 0.02, 1.0)
-
-    held = np.flatnonzero(np.diff(starts))
-    tiles = list(np.column_stack([held // span[1], held % span[1]]))
-    return search_tiles(points_in, tiles, origin, source, options, reporter, seeds_xy, available_threads())
-
-
-def search_tiles(
-    points_in: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray | None]],
-    tiles: list[np.ndarray],
-    origin: np.ndarray,
-    source: str,
-    options: SegmentOptions,
-    reporter: Reporter,
-    seeds_xy: np.ndarray | None,
-    threads: int,
-) -> StemMap:
-    """Tile by tile with a buffer; what two tiles both find is kept once.
-
-    points_in: (2,) low, (2,) high from ``origin`` -> (N, 3) points of the slab there, x, y and height above ground, in
-    the cloud's order, and (N,) weights, if any. tiles: (2,) corners, in steps of ``TILE_M``. source: a key of
-    ``SENSORS``. seeds_xy: as :func:`find_stems`.
-    """
-    sensor = SENSORS[source]
-    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
-    found: list[ConeStem] = []
-
-    def stems_in(corner: np.ndarray) -> list[ConeStem]:
-        points, weights = points_in(corner * TILE_M - buffer_m(options), (corner + 1) * TILE_M + buffer_m(options))
         kept = settled(points, sensor)
-        points, weights = points[kept], None if weights is None else weights[kept]
-        stems = search_tile(points, weights, sensor, options, seeds=seeds)
-        return [stem for stem in stems if stands_in(stem, corner)]
+        weight = None if weights is None else np.clip(np.asarray(weights[index[kept]], float), 0.02, 1.0)
+        stems = search_tile(points[kept], weight, sensor, options, seeds=seeds)
+        feet = [stem.cone.centre(1.3) for stem in stems]
+        # Farther out a stem may be cut in half.
+        low, high = tile * TILE_M - OUTSIDE_M, (tile + 1) * TILE_M + OUTSIDE_M
+        return [stem for stem, foot in zip(stems, feet, strict=True) if ((foot > low) & (foot < high)).all()]
 
-    with ThreadPoolExecutor(max(min(threads, len(tiles)), 1)) as workers:
+    with ThreadPoolExecutor(max(min(available_threads(), len(tiles)), 1)) as workers:
         for number, stems in enumerate(workers.map(stems_in, tiles)):
             found += stems
             reporter.progress((number + 1) / len(tiles))
@@ -188,17 +170,6 @@ def search_points(
 ) -> list[ConeStem]:
     """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
     return without_doubles(search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
-
-
-def buffer_m(options: SegmentOptions) -> float:
-    """How far a square sees into its neighbours: half of the thickest stem, and what is around it."""
-    return max(1.5, OUTSIDE_M + options.max_dbh_cm / 200 + 0.1)
-
-
-def stands_in(stem: ConeStem, corner: np.ndarray) -> bool:
-    """Whether a stem stands in the square of (2,) ``corner`` or just outside it: farther out it may be cut in half."""
-    foot = stem.cone.centre(1.3)
-    return bool(((foot > corner * TILE_M - OUTSIDE_M) & (foot < (corner + 1) * TILE_M + OUTSIDE_M)).all())
 
 
 def search_tile(
