@@ -28,7 +28,7 @@ HALF_RING, HALF_RING_DEG = 0.75, 200.0
 #: fit at the noise the points have, its clutter, the shape that shows, the slices, a share of the diameter, and a
 #: floor, cm: flight lines are off by a centimetre each, one side of the bark against the other, which the spread of the
 #: points hardly shows.
-ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_SHARE, ULS_FLOOR_CM = 1.0, 0.5, 0.25, 0.004, 0.8
+ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_SHARE, ULS_FLOOR_CM = 1.0, 0.5, 0.25, 0.004, 0.5
 #: A ring thicker than bark usually is in drone LiDAR, m, may be bark under moss or leaves, or of a wide beam: the
 #: excess on the diameter, so often.
 ULS_RING_M, ULS_RING = 0.012, 1.25
