@@ -1,7 +1,7 @@
 """Slow, plain float64 twins of the kernels, straight from the definitions. Tests compare the two; nothing else uses
 them.
 
-Where ``project.py`` uses ray-space algebra, this module inverts 3D covariances, so that the two share no derivation.
+Where ``on_torch/project.py`` uses ray-space algebra, this module inverts 3D covariances: the two share no derivation.
 """
 
 from __future__ import annotations
@@ -10,14 +10,15 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from treedgs_geo.stems.splats.camera import CropCamera
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
 from treedgs_geo.stems.splats.kernels import ALPHA_MAX
-from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import draw
 
 
 def seen(parameters: np.ndarray, camera: CropCamera) -> SimpleNamespace:
     """What the kernels draw: colour (H, W, 3), alpha, depth, median_depth and normals, NaN where nothing is drawn."""
+    from treedgs_geo.stems.splats.on_torch.rasterize import draw
+
     planes = draw(parameters, camera, full=True)
     alpha = 1 - planes[3]
     with np.errstate(divide="ignore", invalid="ignore"):

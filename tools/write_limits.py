@@ -30,8 +30,6 @@ A fit that fails altogether is refused with the reason of the step that failed.
 _TITLES = {
     "photos": "Stems fitted in the photos",
     "points": "Stems measured in a point cloud",
-    "gaussians": "Stem primitives",
-    "second measurement": "Second measurement: photos and Gaussians",
     "survey": "The whole survey",
 }
 

@@ -35,10 +35,7 @@ STAGES = {
     "fit stems": "Fitting each stem",
     "stems of low confidence": "Looking again at stems of low confidence",
     "stems seen farther up": "Measuring hidden stems farther up",
-    "cut crops": "Cutting out the stems in the photos",
     "measure stems": "Measuring each stem",
-    "stems": "Stems, found and fitted",
-    "second measurement": "A second measurement, to compare",
     "heights": "Heights of the trees",
     "canopy": "Looking for treetops",
     "tag photos": "Writing tagged copies of the photos",
@@ -128,7 +125,7 @@ def stage_name(message: dict[str, Any]) -> str:
     name = str(message.get("name", ""))
     if found := re.fullmatch(r"stems in the photos \((\d+) of (\d+)\)", name):
         return tr("Stems in the photos, area {number} of {all}").format(number=found.group(1), all=found.group(2))
-    if found := re.fullmatch(r"dense (.+)", name):
+    if name not in STAGES and (found := re.fullmatch(r"dense (.+)", name)):
         return tr("Dense points of plot {plot}").format(plot=found.group(1))
     return tr(STAGES.get(name, name))
 

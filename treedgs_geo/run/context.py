@@ -16,7 +16,7 @@ from ..core.steps import Steps
 from ..core.workspace import Workspace
 from ..geotags.control import ControlPoints
 from ..geotags.stations import Stations
-from ..reconstruction.area import Area
+from ..reconstruction.area import Area, area_seen
 from ..reconstruction.cameras import View
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm
@@ -51,6 +51,15 @@ class Site:
     def ground(self) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         """Local x, y (N,) -> local height of the ground, NaN where unknown."""
         return self.dtm.local(self.frame).height
+
+
+def area_of(frame: LocalFrame, views: list[View], points: np.ndarray, plots: list[Plot]) -> Area:
+    """Where stems are looked for, local: the plots, or without any what enough oblique photos see (no circle where
+    nothing is). points: (N, 3) sparse points, local."""
+    if plots:
+        centres = frame.to_local(np.array([[p.x, p.y, frame.origin[2]] for p in plots]))[:, :2]
+        return Area.circles(centres, np.array([p.radius_m for p in plots]))
+    return area_seen(views, float(np.percentile(points[:, 2], 20)) if len(points) else 0.0)
 
 
 @dataclass

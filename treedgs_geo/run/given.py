@@ -24,7 +24,7 @@ from ..core.shown import shown_cm
 from ..core.steps import Collector, NotKept
 from ..core.workspace import read_record
 from ..stems.photos.fit.photo_fit import PhotoFit
-from ..stems.photos.fit_records import KeptFits, read_fits
+from ..stems.photos.fit_records import read_fits
 from ..stems.photos.route import fits_again
 from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
@@ -33,8 +33,8 @@ from .context import PhotoJob, Site
 from .field_stems import local_places
 from .given_store import KeptGiven, fits_by_id, read_given, with_given, write_given
 from .layer_update import Change, Held, held_trees, merge_layers, write_given_page
-from .photos import GEOTAG, TREES, held, job_of, placed, result_of, route_of, with_run_errors
-from .routes import Found, measured_again
+from .photos import GEOTAG, TREES, held, job_of, placed, result_of, with_run_errors
+from .published_plot import is_published
 from .sheets import add_sheets
 from .stage import check, run_stages
 
@@ -99,10 +99,10 @@ def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
     job = job_of(settings, reporter)
     check(GEOTAG, job)
     with held(job, TREES, only_kept=True):
-        if route_of(job) not in ("auto", "photos"):
+        if is_published(job.settings):
             raise InputError(
-                f"{settings.workspace}: its run measured with --fit {route_of(job)}, expected photos or auto; stems at "
-                "given places are measured straight in the photos only."
+                f"{settings.workspace}: its run measured with --fit gaussians (--preset paper), expected photos or "
+                "auto; stems at given places are measured straight in the photos only."
             )
         try:
             run_stages(TREES, job, job.steps)
@@ -266,11 +266,10 @@ def _measured(
     there = {tree.tree_id for tree in held} | {tree.tree_id for tree in places.back.values()}
     gone = [tree for tree in trees if tree.tree_id not in there and tree.dbh_cm is not None]
     fits = _with_messages(places, site, held, gone, found)
-    made = _as_trees(job, site, list(known.values()), [fit for _, fit in fits], reporter)
-    new = with_run_errors(job, made.trees)
+    new = with_run_errors(job, trees_of_photo_fits([fit for _, fit in fits], site.frame))
     taken = {tree.tree_id for tree in trees} | {tree.tree_id for tree in held}
-    fits_of, second, out = dict(before.fits), dict(before.second_cm), []
-    for index, ((k, fit), tree) in enumerate(zip(fits, new, strict=True)):
+    fits_of, out = dict(before.fits), []
+    for (k, fit), tree in zip(fits, new, strict=True):
         old = places.instead.get(k)
         if old is not None and tree.dbh_cm is None and not old.asked:
             places.say(k, "refused", f"tree {old.tree_id} stands there and stays without a DBH: {_verdict(tree)}.")
@@ -280,14 +279,12 @@ def _measured(
         own = old.tree_id if old is not None and keeps else max(taken, default=0) + 1
         taken.add(own)
         fits_of[own] = fit
-        if index in made.kept.second_cm:
-            second[own] = made.kept.second_cm[index]
         tree = placed([replace(tree, tree_id=own)], job)[0]
         out.append(Change(tree, None if old is None else old.tree_id))
         places.say(k, "measured" if tree.dbh_cm is not None else "refused", f"tree {own}: {_verdict(tree)}.")
     numbers = {change.tree.tree_id for change in out}
     stays = [tree for tree in before.trees if tree.tree_id not in numbers]
-    return out, KeptGiven([*stays, *(change.tree for change in out)], fits_of, second)
+    return out, KeptGiven([*stays, *(change.tree for change in out)], fits_of)
 
 
 def _counting(job: PhotoJob, held: list[Held]) -> dict[int, PhotoFit]:
@@ -329,17 +326,6 @@ def _with_messages(
 
 def _same(one_m: float, other_m: float) -> float:
     return _SAME_SHARE * (one_m + other_m) + _SAME_M
-
-
-def _as_trees(job: PhotoJob, site: Site, known: list[PhotoFit], fits: list[PhotoFit], reporter: Reporter) -> Found:
-    """The fits as trees, measured a second time where the run does so. ``second_cm`` is by index of the given fits."""
-    every = [*known, *fits]
-    found = Found(trees_of_photo_fits(every, site.frame), KeptFits(every))
-    asked = range(len(known), len(every))
-    if route_of(job) == "auto":
-        found = measured_again(found, asked, site, job.preset, job.settings.bh_m, reporter)
-    second = {number - len(known): cm for number, cm in found.kept.second_cm.items()}
-    return Found(found.trees[len(known) :], KeptFits(fits, second))
 
 
 def _verdict(tree: Tree) -> str:

@@ -17,23 +17,15 @@ from .context import PhotoJob
 
 @dataclass(frozen=True)
 class KeptGiven:
-    """trees: numbered on from those of the run. fits, second_cm: by ``tree_id``."""
+    """trees: numbered on from those of the run. fits: by ``tree_id``."""
 
     trees: list[Tree] = field(default_factory=list)
     fits: dict[int, PhotoFit] = field(default_factory=dict)
-    second_cm: dict[int, float] = field(default_factory=dict)
 
 
 def write_given(job: PhotoJob, given: KeptGiven) -> None:
     """Keep them, as of this run's measurement."""
-    rows = [
-        {
-            "tree": asdict(tree),
-            "fit": fit_record(given.fits[tree.tree_id]),
-            "second_cm": given.second_cm.get(tree.tree_id),
-        }
-        for tree in given.trees
-    ]
+    rows = [{"tree": asdict(tree), "fit": fit_record(given.fits[tree.tree_id])} for tree in given.trees]
     write_json(job.path(names.GIVEN), {"of": job.space.output_hashes("measure"), "stems": rows})
 
 
@@ -71,12 +63,10 @@ def with_given(trees: list[Tree], given: KeptGiven) -> list[Tree]:
 def _of_rows(rows: list[dict[str, Any]]) -> KeptGiven:
     trees = [Tree(**row["tree"]) for row in rows]
     fits = {tree.tree_id: fit_of_record(row["fit"]) for tree, row in zip(trees, rows, strict=True)}
-    second = {tree.tree_id: row["second_cm"] for tree, row in zip(trees, rows, strict=True)}
-    return KeptGiven(trees, fits, {number: cm for number, cm in second.items() if cm is not None})
+    return KeptGiven(trees, fits)
 
 
 def fits_by_id(job: PhotoJob) -> KeptGiven:
-    """All fits of a workspace by ``tree_id``, those at given places with them, and their second diameters."""
+    """All fits of a workspace by ``tree_id``, those at given places with them."""
     kept, given = read_fits(job.path(names.FITS)), read_given(job)
-    second_cm = {number + 1: cm for number, cm in kept.second_cm.items()} | given.second_cm
-    return KeptGiven(given.trees, dict(enumerate(kept.fits, start=1)) | given.fits, second_cm)
+    return KeptGiven(given.trees, dict(enumerate(kept.fits, start=1)) | given.fits)

@@ -33,7 +33,7 @@ from ..inventory.tree_layer import check_output, style_raster
 from ..planning.flown import read_expected
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.files import write_cloud
-from ..reconstruction.area import Area, area_seen
+from ..reconstruction.area import Area
 from ..reconstruction.calibration import calibration_of
 from ..reconstruction.cameras import OBLIQUE_DEG
 from ..reconstruction.dense import DenseOptions, densify_band
@@ -46,7 +46,7 @@ from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree, with_block_errors
 from ..terrain.dtm import GROUND_WARN_M, height_above, read_dtm, require_coverage, require_same_heights, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
-from .context import Aligned, PhotoJob, Site
+from .context import Aligned, PhotoJob, Site, area_of
 from .field_stems import answers_of, places_of, read_places, write_answers
 from .forecast import (
     MANY_TILES,
@@ -68,7 +68,7 @@ from .heights import find_heights
 from .outputs import write_outputs
 from .photo_files import photo_files
 from .published_plot import Published, check_published, is_published, published_route
-from .routes import CHAIN_PRESETS, auto_route, photo_route, splat_route
+from .routes import CHAIN_PRESETS, photo_route
 from .settings import PhotosToDbhSettings
 from .sheets import chosen_trees, draw_sheets
 from .stage import Cost, Findings, Key, Stage, check, check_target, dry_run, run_stages
@@ -271,13 +271,9 @@ def _check_cover(job: PhotoJob) -> None:
 
 def _area(job: PhotoJob) -> Area:
     """Where to look for stems, local; ``job.nothing``: why nowhere, if so."""
-    frame, views, points = job.block.frame, job.block.views, job.block.points
+    views = job.block.views
+    area = area_of(job.block.frame, views, job.block.points, job.plots)
     oblique = [view for view in views if view.nadir_angle_deg > OBLIQUE_DEG]
-    if job.plots:
-        centres = frame.to_local(np.array([[p.x, p.y, frame.origin[2]] for p in job.plots]))[:, :2]
-        area = Area.circles(centres, np.array([p.radius_m for p in job.plots]))
-    else:
-        area = area_seen(views, float(np.percentile(points[:, 2], 20)) if len(points) else 0.0)
     if len(oblique) < MIN_OBLIQUE:
         job.nothing = nadir_reason(np.array([view.nadir_angle_deg for view in views]))
     elif not len(area.radii_m):
@@ -393,13 +389,13 @@ def _measure_cost(job: PhotoJob, findings: Findings) -> Cost:
     core_s = SEARCH_S * min(len(stations), job.preset.stems.max_views) * hectare_part
     if search is not None and not plots:
         core_s = search.core_seconds
-    return search_cost(stations, core_s * (6 if job.settings.fit == "gaussians" else 1))
+    return search_cost(stations, core_s)
 
 
 def _measure_key(job: PhotoJob) -> Key:
     asked, field = job.settings, read_places(job.settings.field_stems, job.place)
     used = {
-        "fit": route_of(job),
+        "fit": _route(asked),
         "preset": asked.preset,
         "stem_network": asked.stem_network,
         "bh_m": asked.bh_m,
@@ -426,17 +422,13 @@ def _measure_outputs(job: PhotoJob) -> list[Path]:
 
 def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     """Stems and diameters by the route asked for, with the errors that the whole run adds to each."""
-    asked, site, preset, fit = job.settings, job.place, job.preset, route_of(job)
+    asked, site, preset = job.settings, job.place, job.preset
     field = read_places(asked.field_stems, site)
     given = None if field is None else places_of(field, site, asked.field_error_m)
-    if fit == "auto":
-        found = auto_route(site, preset, asked.bh_m, reporter, given)
-    elif fit == "photos":
-        found = photo_route(site, preset, asked.bh_m, reporter, given)
-    elif fit == "paper":
+    if is_published(asked):
         found = published_route(site, job.block.points, Published.of(asked), job.path, reporter)
     else:
-        found = splat_route(site, preset, asked.bh_m, asked.seed, job.path, reporter, given)
+        found = photo_route(site, preset, asked.bh_m, reporter, given)
     trees = with_run_errors(job, found.trees)
     write_json(job.path(KEPT_TREES), [asdict(tree) for tree in trees])
     write_fits(job.path(names.FITS), found.kept)
@@ -445,12 +437,11 @@ def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
         answers = answers_of(field, given, site, found.kept.fits, trees, preset.stems.margin_m)
         write_answers(job.path(names.FIELD_STEMS), answers)
         facts = facts | answers.report(asked.field_stems, reporter)
-    return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **facts}
+    return {"fit": _route(asked), "stems": len(trees), **facts}
 
 
-def route_of(job: PhotoJob) -> str:
-    """``photos``, ``gaussians``, ``paper`` or ``auto``."""
-    return "paper" if is_published(job.settings) else job.settings.fit
+def _route(asked: PhotosToDbhSettings) -> str:
+    return "gaussians" if is_published(asked) else "photos"
 
 
 def with_run_errors(job: PhotoJob, trees: list[Tree]) -> list[Tree]:

@@ -1,5 +1,8 @@
-"""The published route over a whole plot: dense prior -> Gaussians -> samples with opacity -> segmentation -> slices,
+"""The published method over a whole plot: dense prior -> Gaussians -> samples with opacity -> segmentation -> slices,
 circles, taper. Nothing is looked for in the photos by our own search.
+
+The chain (``photos-to-dbh --preset paper``) and the verbs ``fit-gaussians`` and ``sample-surface`` do it by these
+functions.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core import workspace as names
+from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..stems.cloud.estimate.cloud import measure_stems
@@ -22,23 +26,22 @@ from ..stems.cloud.propose.options import SegmentOptions
 from ..stems.cloud.propose.segment import StemMap, find_stems, label_points
 from ..stems.photos.fit_records import KeptFits
 from ..stems.quality.priors import BREAST_HEIGHT_M
-from ..stems.quality.tree import Tree
-from ..stems.splats.options import SceneOptions
+from ..stems.splats.options import SampleOptions, SceneOptions
 from ..terrain.ground import height_above_ground
 from .context import Site
 from .routes import Found
 
 if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
+    from ..reconstruction.cameras import View
     from ..stems.splats.field import GaussianField
-    from ..stems.splats.on_torch.scene_report import SceneReport
     from ..stems.splats.scene_start import Box
     from .settings import PhotosToDbhSettings
 
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
     """The settings ask for the published route over the whole plot."""
-    return settings.preset == "paper"
+    return settings.preset == "paper" or settings.fit == "gaussians"
 
 
 def check_published(settings: PhotosToDbhSettings) -> None:
@@ -48,43 +51,38 @@ def check_published(settings: PhotosToDbhSettings) -> None:
         InputError: an option that it has no use for; no such GPU. MissingComponentError: torch, or what a GPU needs, is
             not installed.
     """
-    _check_device(settings)
     if not is_published(settings):
-        used = {"dense": settings.dense is not None, "segmenter": settings.segmenter != "own"}
+        used = {"device": settings.device != "cpu", "dense": settings.dense is not None}
+        used["segmenter"] = settings.segmenter != "own"
         used["segmenter_command"] = settings.segmenter_command is not None
         used["segmenter_model"] = settings.segmenter_model is not None
         for name, given in used.items():
             if given:
                 raise InputError(
-                    f"--{name.replace('_', '-')}: only the published method (--preset paper) uses it; leave it out, or "
-                    "add --preset paper."
+                    f"--{name.replace('_', '-')}: only the published method (--fit gaussians, --preset paper) uses it; "
+                    "leave it out, or add --preset paper."
                 )
         return
-    if settings.fit != "auto":
-        raise InputError(
-            f"--fit {settings.fit}: the published method (--preset paper) has its own; leave one of the two out."
-        )
+    if settings.fit == "photos":
+        raise InputError("--fit photos: the published method (--preset paper) has its own; leave one of the two out.")
     if settings.field_stems is not None:
         raise InputError(
             "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "
             "leave it out, or use --preset balanced."
         )
     check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
-    from ..stems.splats import on_torch  # noqa: F401  (says what to install)
+    check_torch(settings.device)
 
 
-def _check_device(settings: PhotosToDbhSettings) -> None:
-    """A GPU is there, and the route that is asked for uses it."""
-    if settings.device == "cpu":
-        return
-    if not is_published(settings):
-        raise InputError(
-            f"--device {settings.device}: only the published method fits its Gaussians there; leave it out, or add "
-            "--preset paper."
-        )
-    from ..stems.splats.on_torch import check_device
+def check_torch(device: str = "cpu") -> None:
+    """What Gaussians need is installed.
 
-    check_device(settings.device)
+    Raises:
+        MissingComponentError: torch, or what a GPU needs, is not installed. InputError: no such GPU.
+    """
+    from ..stems.splats.on_torch import check_device  # says what to install
+
+    check_device(device)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,64 +115,32 @@ class Published:
         )
 
 
-@dataclass(frozen=True)
-class PublishedTrees:
-    """trees: project coordinates. field: the Gaussians, local. cloud: their samples with ``opacity`` and ``n_views``,
-    project coordinates. tree_id: (P,) stem of each sample, 0 = none. facts: where the start was from, how far the fit
-    came, CPU seconds of each part."""
-
-    trees: list[Tree]
-    field: GaussianField
-    cloud: PointCloud
-    tree_id: np.ndarray
-    facts: dict[str, Any]
-
-
 def published_route(
     site: Site, sparse: np.ndarray, asked: Published, path: Callable[[str], Path], reporter: Reporter
 ) -> Found:
-    """The chain's stage: ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace; the facts say how far
-    the fit came. sparse: as for :func:`published_trees`. path: of a file of the workspace by its name."""
-    from ..pointcloud.files import write_cloud
-    from ..stems.splats.ply import write_field
+    """A plot with cameras and ground; ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
 
-    made = published_trees(site, sparse, asked, reporter)
-    write_field(path(names.FIELD), made.field, site.frame)
-    cloud = made.cloud.with_attribute("tree_id", made.tree_id)
-    write_cloud(path(names.SURFACE), cloud)
-    write_cloud(path(names.STEMS), cloud.select(made.tree_id > 0))
-    return Found(made.trees, KeptFits([]), made.facts)
-
-
-def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: Reporter) -> PublishedTrees:
-    """The published method over a plot with cameras and ground. sparse: (M, 3) points of the reconstruction, local.
+    sparse: (M, 3) points of the reconstruction, local. path: of a file of the workspace by its name. The facts say how
+    far the fit came, and the CPU seconds of each part.
 
     Raises:
         InputError: nothing to start from, or nothing left to sample. MissingComponentError: torch is not installed.
     """
-    from ..pointcloud.cloud import PointCloud
-    from ..stems.splats.on_torch.scene_fit import fit_scene
-    from ..stems.splats.options import PAPER_SAMPLING, SampleOptions
-    from ..stems.splats.sample import sample_surface
-    from ..stems.splats.scene_start import Box, WholePhotos
+    from ..pointcloud.files import write_cloud
+    from ..stems.splats.ply import write_field
 
-    box, clock = Box.of(site.area, site.ground), [time.process_time()]
-    with reporter.stage("dense prior", 0.0, 0.1):
-        points, colours, source = _prior(site, sparse, asked.dense, box, reporter)
-    clock.append(time.process_time())
-    with reporter.stage("fit Gaussians", 0.1, 0.8):
-        photos = WholePhotos.load(site.views)
-        field, report = fit_scene(photos, box, points, colours, asked.scene, reporter)
-    _say(report, asked.scene, reporter)
+    clock = [time.process_time()]
+    field, facts = fit_gaussians(site, sparse, asked.scene, asked.dense, reporter, 0.8)
+    write_field(path(names.FIELD), field, site.frame)
     clock.append(time.process_time())
     with reporter.stage("sample surface", 0.8, 0.9):
-        sampled = sample_surface(field, site.views, SampleOptions(seed=asked.scene.seed, **PAPER_SAMPLING), reporter)
-        cloud = PointCloud(
-            site.frame.to_project(sampled.xyz), site.frame.crs, {"opacity": sampled.opacity, "n_views": sampled.n_views}
-        )
+        cloud = sample_gaussians(field, site.frame, site.views, SampleOptions(seed=asked.scene.seed), reporter)
     clock.append(time.process_time())
     with reporter.stage("segment stems", 0.9, 0.97):
         tree_id, stems, height = _segmented(site, cloud, asked, reporter)
+        labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
+        write_cloud(path(names.SURFACE), labelled)
+        write_cloud(path(names.STEMS), labelled.select(tree_id > 0))
     clock.append(time.process_time())
     with reporter.stage("measure stems", 0.97, 1.0):
         options = MeasureOptions(
@@ -182,22 +148,56 @@ def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: 
         )
         trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
     clock.append(time.process_time())
-    stages = ("dense prior", "fit Gaussians", "sample surface", "segment stems", "measure stems")
-    facts = {
-        "stages_cpu_s": {name: round(float(taken), 1) for name, taken in zip(stages, np.diff(clock), strict=True)},
+    own = dict(zip(("sample surface", "segment stems", "measure stems"), np.diff(clock[1:]).tolist(), strict=True))
+    seconds = {name: round(taken, 1) for name, taken in (facts.pop("stages_cpu_s") | own).items()}
+    return Found(trees, KeptFits([]), {"stages_cpu_s": seconds, **facts, "samples": len(cloud)})
+
+
+def fit_gaussians(
+    site: Site, sparse: np.ndarray, scene: SceneOptions, dense: Path | None, reporter: Reporter, share: float = 1.0
+) -> tuple[GaussianField, dict[str, Any]]:
+    """The Gaussians of a plot, local, and facts: what they started from, how far the fit came, CPU seconds.
+
+    sparse: (M, 3) points of the reconstruction, local. dense: points to start from, else our own stereo. share: of the
+    progress.
+
+    Raises:
+        InputError: nothing to start from. MissingComponentError: torch is not installed.
+    """
+    from ..stems.splats.on_torch.scene_fit import fit_scene
+    from ..stems.splats.scene_start import Box, WholePhotos
+
+    box, clock = Box.of(site.area, site.ground), [time.process_time()]
+    with reporter.stage("dense prior", 0.0, 0.12 * share):
+        points, colours, source = _prior(site, sparse, dense, box, reporter)
+    clock.append(time.process_time())
+    with reporter.stage("fit Gaussians", 0.12 * share, share):
+        field, report = fit_scene(WholePhotos.load(site.views), box, points, colours, scene, reporter)
+    clock.append(time.process_time())
+    reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
+    for warning in report.warnings(scene):
+        reporter.warn(warning)
+    return field, {
+        "stages_cpu_s": dict(zip(("dense prior", "fit Gaussians"), np.diff(clock).tolist(), strict=True)),
         "prior": {"source": source, "points": len(points)},
         "published_fit": asdict(report),
-        "samples": len(cloud),
-        "segmented": len(trees),
     }
-    return PublishedTrees(trees, field, cloud, tree_id, facts)
 
 
-def _say(report: SceneReport, options: SceneOptions, reporter: Reporter) -> None:
-    """How far the fit came, and what is to be known of it."""
-    reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
-    for warning in report.warnings(options):
-        reporter.warn(warning)
+def sample_gaussians(
+    field: GaussianField, frame: LocalFrame, views: list[View], options: SampleOptions, reporter: Reporter
+) -> PointCloud:
+    """Surface points of the Gaussians with ``opacity`` and ``n_views``, project coordinates.
+
+    Raises:
+        InputError: no Gaussian, or none that a photo shows. MissingComponentError: torch is not installed.
+    """
+    from ..pointcloud.cloud import PointCloud
+    from ..stems.splats.sample import sample_surface
+
+    points = sample_surface(field, views, options, reporter)
+    attributes = {"opacity": points.opacity, "n_views": points.n_views}
+    return PointCloud(frame.to_project(points.xyz), frame.crs, attributes)
 
 
 def _prior(

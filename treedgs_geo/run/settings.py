@@ -12,6 +12,7 @@ from ..reconstruction.options import calibration_option, gcp_option, geotags_crs
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
+from ..stems.splats.options import dense_option, device_option, time_limit_option
 
 
 def sheets_option(auto: str) -> Any:
@@ -21,6 +22,16 @@ def sheets_option(auto: str) -> Any:
         help="Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; "
         f"auto = {auto}.",
         choices=("auto", "all", "check", "none"),
+    )
+
+
+def plots_option() -> Any:
+    """The plots that photos are searched in."""
+    return param(
+        None,
+        kind="file",
+        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
+        suffixes=TABLES,
     )
 
 
@@ -44,12 +55,7 @@ class PhotoInputs(KeptWorkspace):
         suffixes=(".tif", ".tiff"),
     )
     crs: str | None = project_crs_option()
-    plots: Path | None = param(
-        None,
-        kind="file",
-        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
-        suffixes=TABLES,
-    )
+    plots: Path | None = plots_option()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,31 +97,12 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     fit: str = param(
         "auto",
-        help="photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; "
-        "auto = photos, then stems of low confidence measured a second time by their bark.",
+        help="auto, photos = stems fitted straight to the photos; gaussians = the published method, as --preset paper.",
         choices=("auto", "photos", "gaussians"),
     )
-    time_limit: float = param(
-        60.0,
-        unit="min",
-        help="Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means "
-        "fewer steps and smaller photos, and the report says how far it came.",
-        minimum=0.1,
-        maximum=10_000,
-    )
-    device: str = param(
-        "cpu",
-        choices=("cpu", "cuda"),
-        help="Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
-        "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
-    )
-    dense: Path | None = param(
-        None,
-        kind="file",
-        help="Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the "
-        "workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.",
-        suffixes=(".ply", ".laz", ".las"),
-    )
+    time_limit: float = time_limit_option()
+    device: str = device_option()
+    dense: Path | None = dense_option()
     segmenter: str = segmenter_option()
     segmenter_command: str | None = segmenter_command_option()
     segmenter_model: Path | None = segmenter_model_option()

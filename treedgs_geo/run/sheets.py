@@ -60,8 +60,7 @@ def add_sheets(job: PhotoJob, trees: list[Tree], reporter: Reporter) -> None:
 
 def draw_sheets(job: PhotoJob, trees: list[Tree], folder: Path, reporter: Reporter) -> int:
     """Sheets of trees of the workspace into a folder; returns how many. Trouble with one is a warning."""
-    site, kept = job.place, fits_by_id(job)
-    fits = kept.fits
+    site, fits = job.place, fits_by_id(job).fits
     options = replace(job.preset.stems, bh_m=job.settings.bh_m)
     done = 0
     for piece, members in _by_piece(site, trees, fits, options):
@@ -70,8 +69,7 @@ def draw_sheets(job: PhotoJob, trees: list[Tree], folder: Path, reporter: Report
             fit = fits[tree.tree_id]
             try:
                 shown = look_at(stack, fit, shape_of(tree, fit, site), _others(fits, tree.tree_id), options)
-                second = kept.second_cm.get(tree.tree_id)
-                write_sheet(folder, tree, photo_sheet(PhotoEvidence(tree, fit, shown, stack, second)))
+                write_sheet(folder, tree, photo_sheet(PhotoEvidence(tree, fit, shown, stack)))
                 done += 1
             except (ValueError, IndexError, ArithmeticError, cv2.error) as problem:
                 reporter.warn(f"Tree {tree.tree_id}: its evidence sheet could not be drawn ({problem}).")

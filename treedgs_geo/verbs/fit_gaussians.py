@@ -1,4 +1,4 @@
-"""``fit-gaussians``: the Gaussian field of the stem band."""
+"""``fit-gaussians``: the Gaussians of a plot, as published."""
 
 from __future__ import annotations
 
@@ -15,104 +15,63 @@ from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import Workspace
-from ..stems.splats.options import GaussianOptions
+from ..run.settings import plots_option
+from ..stems.splats.options import dense_option, device_option, time_limit_option
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitGaussiansSettings(GaussianOptions):
+class FitGaussiansSettings:
     """Parameters of ``fit-gaussians``."""
 
     workspace: Path = param(kind="folder", help="Workspace with sfm/ and dtm.tif; field.ply is written there.")
     photos: Path | None = param(
         None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json."
     )
-    seeds: Path | None = param(
-        None,
-        kind="file",
-        suffixes=(".gpkg", ".csv", ".shp", ".geojson"),
-        help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; "
-        "without it trees.gpkg of the workspace.",
-    )
+    plots: Path | None = plots_option()
+    dense: Path | None = dense_option()
+    time_limit: float = time_limit_option()
+    device: str = device_option()
+    #: Of every random choice; of the library only.
+    seed: int = 0
 
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
     """Fit and write ``field.ply``; the record goes to ``run.json``."""
+    from ..run.published_plot import check_torch
+
+    check_torch(settings.device)
     with open_workspace(settings.workspace) as space:
         return _fit(settings, space, reporter)
 
 
 def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
+    from ..core.plots import read_plots
+    from ..reconstruction.model import load_points
+    from ..run.context import Site, area_of
     from ..run.photo_files import views_of
+    from ..run.published_plot import fit_gaussians as fit
+    from ..stems.splats.options import SceneOptions
     from ..stems.splats.ply import frame_path, write_field
-    from ..stems.splats.train import fit_with_report, read_seeds
     from ..terrain.dtm import read_dtm
 
     frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
     dtm_file = space.path(names.DTM)
     if not dtm_file.exists():
         raise InputError(f"{dtm_file}: not found; run the terrain step first (treedgs terrain) or copy a DTM there.")
-    ground = read_dtm(dtm_file, frame.crs).local(frame)
-    seeds_file = settings.seeds or space.path(names.TREES)
-    if settings.seeds is None and not seeds_file.exists():
+    sparse = load_points(space.path(names.SFM)).xyz
+    area = area_of(frame, views, sparse, read_plots(settings.plots, frame.crs) if settings.plots else [])
+    if not len(area.radii_m):
         raise InputError(
-            f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first."
+            f"{space.folder}: no place is seen by six or more oblique photos, expected a plot that is; give --plots."
         )
-    seeds = read_seeds(seeds_file, frame)
-    target = space.path(names.FIELD)
-    with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
-        field, report = fit_with_report(views, frame, ground, seeds, settings, reporter)
+    site = Site(frame, views, read_dtm(dtm_file, frame.crs), area)
+    scene = SceneOptions(time_limit_min=settings.time_limit, device=settings.device, seed=settings.seed)
+    target, used = space.path(names.FIELD), [path for path in (dtm_file, settings.dense, settings.plots) if path]
+    with space.running("fit-gaussians", fingerprint(used), to_json(settings)) as result:
+        field, facts = fit(site, sparse, scene, settings.dense, reporter)
         write_field(target, field, frame)
-        result.update(
-            field=str(target),
-            frame=str(frame_path(target)),
-            gaussians=len(field),
-            stems=len(report.stems),
-            photos=report.photos,
-            megapixels=report.megapixels,
-            per_stem=report.stems,
-            stem_table=_write_stems(space, report, frame, settings.bh_m),
-            warnings=report.warnings,
-        )
-    reporter.info(
-        f"{len(field)} Gaussians for {len(report.stems)} of {len(seeds)} stems, {report.megapixels} megapixels in crops"
-    )
+        result.update(field=str(target), frame=str(frame_path(target)), gaussians=len(field), **facts)
     return dict(result)
-
-
-def _write_stems(space, report, frame, bh_m: float) -> str | None:
-    """``stem_primitives.csv``: one row per fitted primitive; its path, None where none was fitted."""
-    from dataclasses import asdict
-
-    import pandas as pd
-
-    from ..core.files import atomic_path
-    from ..core.tables import safe_frame
-    from ..stems.splats.trees import trees_of_primitives
-
-    trees = trees_of_primitives(report.primitives, frame, bh_m)
-    if not trees:
-        return None
-    columns = (
-        "tree_id",
-        "x",
-        "y",
-        "z_ground",
-        "dbh_cm",
-        "dbh_se_cm",
-        "dbh_lo_cm",
-        "dbh_hi_cm",
-        "bh_m",
-        "lean_deg",
-        "taper_cm_m",
-        "n_views",
-        "qc_flag",
-        "qc_reason",
-    )
-    target = space.path("stem_primitives.csv")
-    table = pd.DataFrame([asdict(tree) for tree in trees])[list(columns)].round({"x": 3, "y": 3, "z_ground": 3})
-    with atomic_path(target) as temporary:
-        safe_frame(table).to_csv(temporary, index=False)
-    return str(target)
 
 
 @contextmanager
@@ -152,23 +111,22 @@ def photo_folder(space, given: Path | None) -> Path:
 COMMAND = Command(
     name="fit-gaussians",
     qgis_id="fitgaussians",
-    title="Fit Gaussians to the stem band",
+    title="Fit Gaussians to a plot",
     group="5 Steps and research",
-    summary="Stem primitives fitted to the photos, and 3D Gaussians on their bark, from the ground to a few metres.",
+    summary="3D Gaussians over the whole plot, fitted to all photos as published.",
     help=(
-        "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a "
-        "few decimetres. For each stem a tapered, leaning primitive with a texture is fitted to crops of the photos, "
-        "the ground behind being a texture of its own. Output: stem_primitives.csv with the diameters, and field.ply, "
-        "flat Gaussians on the bark in the standard 3DGS format and local metres (its origin and CRS are in "
-        "field.frame.json beside it)."
+        "The first step of the published method, which photos-to-dbh --preset paper runs as a whole; sample-surface, "
+        "segment-stems and measure-dbh are the others. Needs a workspace with a reconstruction (sfm/) and a terrain "
+        "model (dtm.tif), and the package torch. Output: field.ply, Gaussians in the standard 3DGS format and local "
+        "metres (its origin and CRS are in field.frame.json beside it). A short --time-limit means fewer steps and "
+        "smaller photos; run.json says how far the fit came."
     ),
     settings=FitGaussiansSettings,
     run=fit_gaussians,
-    main=("workspace", "photos", "seeds"),
-    example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg",
+    main=("workspace", "photos", "plots", "time_limit"),
+    example="treedgs fit-gaussians --workspace work/plot1 --plots plots.csv",
     outputs={
         "field": "Gaussian field (3DGS PLY, local metres)",
         "gaussians": "number of Gaussians",
-        "stems": "stems fitted",
     },
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import Workspace
-from ..stems.splats.options import PAPER_SAMPLING, SampleOptions
+from ..stems.splats.options import SampleOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,50 +23,33 @@ class SampleSurfaceSettings(SampleOptions):
     photos: Path | None = param(
         None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json."
     )
-    preset: str = param(
-        "balanced",
-        choices=("balanced", "paper"),
-        help="paper = every point of the published method, those that no view sees included.",
-    )
 
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
     """Sample, score and write ``surface.laz``."""
+    from ..run.published_plot import check_torch
     from .fit_gaussians import open_workspace
 
+    check_torch()
     with open_workspace(settings.workspace) as space:
         return _sample(settings, space, reporter)
 
 
 def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
-    from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
     from ..run.photo_files import views_of
+    from ..run.published_plot import sample_gaussians
     from ..stems.splats.ply import read_field
-    from ..stems.splats.sample import sample_surface as sample
     from .fit_gaussians import photo_folder
 
     frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
     field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
     field = read_field(field_file, frame)
-    options = replace(settings, **PAPER_SAMPLING) if settings.preset == "paper" else settings
     with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
-        points = sample(field, views, options, reporter)
-        attributes = {
-            "opacity": points.opacity,
-            "n_views": points.n_views,
-            "n_seen": points.n_seen,
-            "seed_id": points.groups,
-        }
-        write_cloud(target, PointCloud(frame.to_project(points.xyz), frame.crs, attributes))
-        result.update(
-            surface=str(target),
-            points=len(points),
-            gaussians=len(field),
-            gaussians_unseen=points.n_dropped,
-            views=len(views),
-        )
-    reporter.info(f"{len(points)} surface points from {len(field)} Gaussians, {len(views)} photos")
+        cloud = sample_gaussians(field, frame, views, settings, reporter)
+        write_cloud(target, cloud)
+        result.update(surface=str(target), points=len(cloud), gaussians=len(field), views=len(views))
+    reporter.info(f"{len(cloud)} surface points from {len(field)} Gaussians, {len(views)} photos")
     return dict(result)
 
 
@@ -77,15 +60,14 @@ COMMAND = Command(
     group="5 Steps and research",
     summary="Points drawn inside the Gaussians, each with its opacity reliability over the photos.",
     help=(
-        "Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its "
-        "opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show "
-        "Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), "
-        "n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem "
-        "position the Gaussian was fitted for)."
+        "Needs a workspace with field.ply (fit-gaussians), and the package torch. Draws up to M points inside each "
+        "Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest "
+        "over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra "
+        "dimensions opacity (0..1) and n_views (photos that show Gaussians there)."
     ),
     settings=SampleSurfaceSettings,
     run=sample_surface,
-    main=("samples", "workspace", "photos", "preset"),
+    main=("samples", "workspace", "photos"),
     example="treedgs sample-surface --workspace work/plot1",
     outputs={"surface": "surface points (LAZ with opacity, n_views)", "points": "number of points"},
 )

@@ -16,7 +16,7 @@ from treedgs_lab.benchmarks.records import RESULTS
 from treedgs_lab.benchmarks.speed.pictures import draw_panel, finish, new_panels
 
 #: What came to be no comparison: rows of older runs that are not shown.
-LEFT = ("splat-primitive", "lidar-circle", "lidar-intensity")
+LEFT = ("splat-primitive", "edges-only", "lidar-circle", "lidar-intensity")
 
 
 def published_method() -> list[dict]:

@@ -16,11 +16,9 @@ from treedgs_geo.inventory.accuracy.plot_files import PlotFiles
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.report.charts import VERMILION
-from treedgs_geo.stems.splats.crops import crop_around
+from treedgs_geo.stems.splats.camera import CropCamera
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.ply import read_field
-from treedgs_geo.stems.splats.project import CropCamera
-from treedgs_geo.stems.splats.raster import draw
 from treedgs_geo.stems.splats.scene_start import WholePhotos
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
@@ -117,11 +115,16 @@ def fuse_depth(field: GaussianField, views: Sequence[View], about: np.ndarray) -
 def _depth_map(field: GaussianField, about: np.ndarray, view: View) -> tuple[CropCamera, np.ndarray] | None:
     """Pinhole crop around the (M, 3) points and the field's median depth (H, W), NaN where it is not known; None where
     the points are out of sight."""
+    from treedgs_geo.stems.splats.on_torch.rasterize import draw  # torch is not everywhere
+
     pixels, depth = view.project(about)
     inside = view.contains(pixels) & (depth > 0)
     if inside.sum() < 3:
         return None
-    crop = crop_around(view, about[inside], margin_px=3.0)
+    whole = CropCamera.of(view)
+    pixels = whole.project(about[inside])[0]
+    low, high = np.floor(pixels.min(axis=0)).astype(int) - 3, np.ceil(pixels.max(axis=0)).astype(int) + 3
+    crop = whole.part(*low, *(high - low))
     planes = draw(field.packed, crop, full=True)
     return crop, np.where(1 - planes[3] >= MIN_ALPHA, planes[5], np.nan)
 
@@ -187,6 +190,8 @@ def draw_pair(plots: list[PointSets], other: str) -> Any | None:
 def draw_overview(plot: PlotFiles) -> Any | None:
     """The photo that shows most Gaussians, what the Gaussians give from there, and the segmented surface points from
     the south (stems in red); ``None`` where no photo shows any."""
+    from treedgs_geo.stems.splats.on_torch.rasterize import draw
+
     assert plot.workspace_in is not None
     _, views, field, dtm = open_field(plot)
     if (view := _widest(field, views)) is None:

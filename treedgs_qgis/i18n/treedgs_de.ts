@@ -764,20 +764,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Messung verdeckter Stämme weiter oben</translation>
     </message>
     <message>
-      <source>Cutting out the stems in the photos</source>
-      <translation>Ausschneiden der Stämme aus den Fotos</translation>
-    </message>
-    <message>
       <source>Measuring each stem</source>
       <translation>Messung jedes Stamms</translation>
-    </message>
-    <message>
-      <source>Stems, found and fitted</source>
-      <translation>Stämme, gefunden und angepasst</translation>
-    </message>
-    <message>
-      <source>A second measurement, to compare</source>
-      <translation>Eine zweite Messung zum Vergleich</translation>
     </message>
     <message>
       <source>Heights of the trees</source>
@@ -1864,8 +1852,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Messverfahren</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; auto = photos, then stems of low confidence measured a second time by their bark.</source>
-      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper mit Textur; auto = photos, danach werden unsichere Stämme an ihrer Rinde ein zweites Mal gemessen.</translation>
+      <source>auto, photos = stems fitted straight to the photos; gaussians = the published method, as --preset paper.</source>
+      <translation>auto, photos = Stämme direkt in den Fotos angepasst; gaussians = das veröffentlichte Verfahren, wie --preset paper.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2512,16 +2500,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>klassifizierte Wolke</translation>
     </message>
     <message>
-      <source>Fit Gaussians to the stem band</source>
-      <translation>Gauß-Elemente an das Stammband anpassen</translation>
+      <source>Fit Gaussians to a plot</source>
+      <translation>Gauß-Elemente an eine Probefläche anpassen</translation>
     </message>
     <message>
-      <source>Stem primitives fitted to the photos, and 3D Gaussians on their bark, from the ground to a few metres.</source>
-      <translation>Stammkörper, an die Fotos angepasst, und 3D-Gauß-Elemente auf ihrer Rinde, vom Boden bis einige Meter hoch.</translation>
+      <source>3D Gaussians over the whole plot, fitted to all photos as published.</source>
+      <translation>3D-Gauß-Elemente über die ganze Probefläche, wie veröffentlicht an alle Fotos angepasst.</translation>
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive with a texture is fitted to crops of the photos, the ground behind being a texture of its own. Output: stem_primitives.csv with the diameters, and field.ply, flat Gaussians on the bark in the standard 3DGS format and local metres (its origin and CRS are in field.frame.json beside it).</source>
-      <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm wird ein sich verjüngender, geneigter Körper mit Textur an Ausschnitte der Fotos angepasst; der Boden dahinter hat eine eigene Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, flache Gauß-Elemente auf der Rinde im üblichen 3DGS-Format und in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben).</translation>
+      <source>The first step of the published method, which photos-to-dbh --preset paper runs as a whole; sample-surface, segment-stems and measure-dbh are the others. Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and the package torch. Output: field.ply, Gaussians in the standard 3DGS format and local metres (its origin and CRS are in field.frame.json beside it). A short --time-limit means fewer steps and smaller photos; run.json says how far the fit came.</source>
+      <translation>Der erste Schritt des veröffentlichten Verfahrens, das photos-to-dbh --preset paper als Ganzes ausführt; sample-surface, segment-stems und measure-dbh sind die weiteren. Braucht einen Arbeitsordner mit einer Rekonstruktion (sfm/) und einem Geländemodell (dtm.tif) sowie das Paket torch. Ergebnis: field.ply, Gauß-Elemente im üblichen 3DGS-Format in lokalen Metern (Ursprung und KBS stehen daneben in field.frame.json). Ein kurzes --time-limit bedeutet weniger Schritte und kleinere Fotos; run.json nennt, wie weit die Anpassung kam.</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
@@ -2532,28 +2520,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ordner der rekonstruierten Fotos; ohne ihn der aus run.json.</translation>
     </message>
     <message>
-      <source>Seeds</source>
-      <translation>Stammpositionen</translation>
-    </message>
-    <message>
-      <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
-      <translation>Stammpositionen auf einige Dezimeter: ein Punktlayer oder eine CSV mit x, y im Projekt-KBS; ohne sie trees.gpkg des Arbeitsordners.</translation>
-    </message>
-    <message>
-      <source>breast height above the ground</source>
-      <translation>Brusthöhe über dem Boden</translation>
-    </message>
-    <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
       <translation>Feld der Gauß-Elemente (3DGS-PLY, lokale Meter)</translation>
     </message>
     <message>
       <source>number of Gaussians</source>
       <translation>Anzahl der Gauß-Elemente</translation>
-    </message>
-    <message>
-      <source>stems fitted</source>
-      <translation>angepasste Stämme</translation>
     </message>
     <message>
       <source>Sample surface points from Gaussians</source>
@@ -2564,8 +2536,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Punkte im Innern der Gauß-Elemente, jeder mit der Verlässlichkeit seiner Deckkraft über die Fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for).</source>
-      <translation>Braucht einen Arbeitsordner mit field.ply (fit-gaussians). Zieht bis zu M Punkte in jedem Gauß-Element, ausgedünnt nach dessen Deckkraft, und bewertet jeden nach der Deckkraft davor in jedem Foto: die kleinste über die Fotos, die dort Gauß-Elemente zeigen, bleibt. Ausgabe: surface.laz im Projekt-KBS mit den Zusatzdimensionen opacity (0..1), n_views (Fotos, die dort Gauß-Elemente zeigen), n_seen (Fotos, die den Punkt sehen) und seed_id (für welche Stammposition das Gauß-Element angepasst wurde).</translation>
+      <source>Needs a workspace with field.ply (fit-gaussians), and the package torch. Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1) and n_views (photos that show Gaussians there).</source>
+      <translation>Braucht einen Arbeitsordner mit field.ply (fit-gaussians) sowie das Paket torch. Zieht bis zu M Punkte in jedem Gauß-Element, ausgedünnt nach ihrer Deckkraft, und bewertet jeden nach der Deckkraft vor ihm in jedem Foto: Die kleinste über die Fotos, die dort Gauß-Elemente zeigen, bleibt. Ergebnis: surface.laz im Projekt-KBS mit den zusätzlichen Dimensionen opacity (0..1) und n_views (Fotos, die dort Gauß-Elemente zeigen).</translation>
     </message>
     <message>
       <source>Samples</source>
@@ -2578,10 +2550,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
       <translation>Arbeitsordner mit sfm/ und field.ply; surface.laz wird dort geschrieben.</translation>
-    </message>
-    <message>
-      <source>paper = every point of the published method, those that no view sees included.</source>
-      <translation>paper = jeder Punkt des veröffentlichten Verfahrens, auch die, die keine Ansicht sieht.</translation>
     </message>
     <message>
       <source>surface points (LAZ with opacity, n_views)</source>

@@ -762,20 +762,8 @@ cero.&lt;/p&gt;
       <translation>Medición más arriba de los troncos ocultos</translation>
     </message>
     <message>
-      <source>Cutting out the stems in the photos</source>
-      <translation>Recorte de los troncos en las fotos</translation>
-    </message>
-    <message>
       <source>Measuring each stem</source>
       <translation>Medición de cada tronco</translation>
-    </message>
-    <message>
-      <source>Stems, found and fitted</source>
-      <translation>Troncos, hallados y ajustados</translation>
-    </message>
-    <message>
-      <source>A second measurement, to compare</source>
-      <translation>Una segunda medición, para comparar</translation>
     </message>
     <message>
       <source>Heights of the trees</source>
@@ -1862,8 +1850,8 @@ cero.&lt;/p&gt;
       <translation>Modo de medir</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives with a texture; auto = photos, then stems of low confidence measured a second time by their bark.</source>
-      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste con textura; auto = photos, y después los fustes inseguros se miden por segunda vez por su corteza.</translation>
+      <source>auto, photos = stems fitted straight to the photos; gaussians = the published method, as --preset paper.</source>
+      <translation>auto, photos = troncos ajustados directamente en las fotos; gaussians = el método publicado, como --preset paper.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2510,16 +2498,16 @@ cero.&lt;/p&gt;
       <translation>nube clasificada</translation>
     </message>
     <message>
-      <source>Fit Gaussians to the stem band</source>
-      <translation>Ajustar gaussianas a la banda de troncos</translation>
+      <source>Fit Gaussians to a plot</source>
+      <translation>Ajustar gaussianas a una parcela</translation>
     </message>
     <message>
-      <source>Stem primitives fitted to the photos, and 3D Gaussians on their bark, from the ground to a few metres.</source>
-      <translation>Cuerpos de fuste ajustados a las fotos, y gaussianas 3D sobre su corteza, desde el suelo hasta unos metros.</translation>
+      <source>3D Gaussians over the whole plot, fitted to all photos as published.</source>
+      <translation>Gaussianas 3D sobre toda la parcela, ajustadas a todas las fotos como se publicó.</translation>
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive with a texture is fitted to crops of the photos, the ground behind being a texture of its own. Output: stem_primitives.csv with the diameters, and field.ply, flat Gaussians on the bark in the standard 3DGS format and local metres (its origin and CRS are in field.frame.json beside it).</source>
-      <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajusta, a recortes de las fotos, una primitiva inclinada y con ahusamiento que lleva una textura; el suelo detrás tiene la suya. Salida: stem_primitives.csv con los diámetros, y field.ply, gaussianas planas sobre la corteza en el formato 3DGS habitual y en metros locales (su origen y SRC están en field.frame.json, al lado).</translation>
+      <source>The first step of the published method, which photos-to-dbh --preset paper runs as a whole; sample-surface, segment-stems and measure-dbh are the others. Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and the package torch. Output: field.ply, Gaussians in the standard 3DGS format and local metres (its origin and CRS are in field.frame.json beside it). A short --time-limit means fewer steps and smaller photos; run.json says how far the fit came.</source>
+      <translation>El primer paso del método publicado, que photos-to-dbh --preset paper ejecuta entero; sample-surface, segment-stems y measure-dbh son los demás. Necesita una carpeta de trabajo con una reconstrucción (sfm/) y un modelo del terreno (dtm.tif), y el paquete torch. Resultado: field.ply, gaussianas en el formato 3DGS habitual y en metros locales (su origen y su SRC están al lado, en field.frame.json). Un --time-limit corto significa menos pasos y fotos más pequeñas; run.json dice hasta dónde llegó el ajuste.</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
@@ -2530,28 +2518,12 @@ cero.&lt;/p&gt;
       <translation>Carpeta de las fotos reconstruidas; si falta, la de run.json.</translation>
     </message>
     <message>
-      <source>Seeds</source>
-      <translation>Posiciones de troncos</translation>
-    </message>
-    <message>
-      <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
-      <translation>Posiciones de los troncos con pocos decímetros de error: una capa de puntos, o un CSV con x, y en el SRC del proyecto; si falta, trees.gpkg de la carpeta de trabajo.</translation>
-    </message>
-    <message>
-      <source>breast height above the ground</source>
-      <translation>altura del pecho sobre el suelo</translation>
-    </message>
-    <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
       <translation>campo de gaussianas (PLY 3DGS, metros locales)</translation>
     </message>
     <message>
       <source>number of Gaussians</source>
       <translation>número de gaussianas</translation>
-    </message>
-    <message>
-      <source>stems fitted</source>
-      <translation>troncos ajustados</translation>
     </message>
     <message>
       <source>Sample surface points from Gaussians</source>
@@ -2562,8 +2534,8 @@ cero.&lt;/p&gt;
       <translation>Puntos dentro de las gaussianas, cada uno con la fiabilidad de su opacidad en las fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for).</source>
-      <translation>Necesita una carpeta de trabajo con field.ply (fit-gaussians). Extrae hasta M puntos dentro de cada gaussiana, aclarados por su opacidad, y puntúa cada uno por la opacidad que hay delante en cada foto: se conserva la menor entre las fotos que muestran gaussianas ahí. Salida: surface.laz en el SRC del proyecto con las dimensiones adicionales opacity (0..1), n_views (fotos que muestran gaussianas ahí), n_seen (fotos que ven el punto) y seed_id (la posición de tronco para la que se ajustó la gaussiana).</translation>
+      <source>Needs a workspace with field.ply (fit-gaussians), and the package torch. Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1) and n_views (photos that show Gaussians there).</source>
+      <translation>Necesita una carpeta de trabajo con field.ply (fit-gaussians), y el paquete torch. Toma hasta M puntos dentro de cada gaussiana, reducidos según su opacidad, y puntúa cada uno por la opacidad que tiene delante en cada foto: se conserva la menor de las fotos que muestran gaussianas allí. Resultado: surface.laz en el SRC del proyecto con las dimensiones adicionales opacity (0..1) y n_views (fotos que muestran gaussianas allí).</translation>
     </message>
     <message>
       <source>Samples</source>
@@ -2576,10 +2548,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
       <translation>Carpeta de trabajo con sfm/ y field.ply; ahí se escribe surface.laz.</translation>
-    </message>
-    <message>
-      <source>paper = every point of the published method, those that no view sees included.</source>
-      <translation>paper = todos los puntos del método publicado, incluidos los que ninguna vista ve.</translation>
     </message>
     <message>
       <source>surface points (LAZ with opacity, n_views)</source>

@@ -190,15 +190,6 @@ def test_the_digest_reads_rooms_that_exist():
     assert all(list((records.ROOT / "treedgs_geo" / room).rglob("*.py")) for room in records.ROOMS)
 
 
-def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):
-    plot = TruePlot.load(simulated_plot)
-    trees, images = photo_trees(Case(factor("poses"), 0, 1, "splats"), plot, np.random.default_rng(1))
-    rows = score_trees(plot, trees, plot.clear_views(images))
-    read = [row for row in rows if row["read_cm"] is not None]
-    assert {tree.method for tree in trees} == {"gaussians-stem"} and len(read) >= 2
-    assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
-
-
 def test_intervals_know_what_the_chain_would_know(simulated_plot):
     plot = TruePlot.load(simulated_plot)
     plain, high, large = (
@@ -211,7 +202,7 @@ def test_intervals_know_what_the_chain_would_know(simulated_plot):
 
 def test_selection():
     assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
-    assert {case.method for case in all_cases([1], ["poses"])} == {"photos", "splats"}
+    assert {case.method for case in all_cases([1], ["poses"])} == {"photos"}
     assert {case.method for case in all_cases([1], ["scale"])} == {"photos"}
     assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
     assert {case.method for case in all_cases([1], ["readout", "grid"])} == {"whole chain"}

@@ -10,9 +10,9 @@ import pytest
 from clear_fit import clear_photo_fit, with_changes
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.run.second_measurement import stems_to_measure_again
 from treedgs_geo.stems.photos.evidence.ivy import with_cover
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
+from treedgs_geo.stems.photos.low_confidence import may_be_settled
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_geo.stems.photos.search_steps import certain_stems
@@ -45,8 +45,8 @@ def test_a_wider_interval_of_before_is_kept():
 def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():
     judged = with_cover(with_changes(FIT, flag="reject", reasons=("disagree",)), 0.25)
     assert judged.flag == "reject" and judged.reasons == ("disagree", "covered") and judged.se_cm == FIT.se_cm
-    assert stems_to_measure_again([with_changes(judged, contrast=2.0)], np.array([True])) == []
-    assert stems_to_measure_again([with_changes(judged, reasons=("disagree",), contrast=2.0)], np.array([True])) == [0]
+    assert not may_be_settled(with_changes(judged, contrast=2.0))
+    assert may_be_settled(with_changes(judged, reasons=("disagree",), contrast=2.0))
 
 
 def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area_each_once():

@@ -32,7 +32,6 @@ ROOT = Path(__file__).parents[3]
         ("photos", "outline_off_cm", (2.4, 2.5, 2.6, 4.0, 4.1), 12),  # the least, cm
         ("points", "arc_deg", (181, 180, 179, 90, 89), 30),
         ("points", "se_cm", (1.1, 1.2, 1.3, 2.0, 2.1), 20),
-        ("gaussians", "gap", (0.00121, 3 * 0.0004, 0.0011, 0.0004, 0.0003), 30),
         ("points", "ground_se_m", (0.25, 0.3, 0.4, 5.0, 99.0), 30),
     ],
 )
@@ -57,9 +56,9 @@ def test_reasons_come_in_the_order_of_the_table_those_that_refuse_first():
     found = judge("points", {"se_cm": 5.0, "arc_deg": 100.0, "lean_deg": 20.0}, 30.0, {"max_lean_deg": 25.0})
     assert (found.refused, found.flagged) == (("wide_error",), ("short_arc", "lean"))
     assert found.reasons == ("wide_error", "short_arc", "lean") and found.flag("points") == "reject"
-    more = judge("gaussians", {"n_views": 3}) + judge("gaussians", {"gap": 0.001})
-    assert more.flag("gaussians") == "reject" and more.flag("gaussians", count=1) == "check"
-    assert more.quantities == {"n_views", "gap"} and Findings().flag("points") == "ok"
+    more = judge("photos", {"n_views": 4}) + judge("photos", {"sure": 0.8})
+    assert more.flag("photos") == "reject" and more.flag("photos", count=1) == "check"
+    assert more.quantities == {"n_views", "sure"} and Findings().flag("points") == "ok"
 
 
 def test_the_same_reason_from_two_quantities_counts_once():

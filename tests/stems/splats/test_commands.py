@@ -1,24 +1,33 @@
-"""fit-gaussians and sample-surface on a small workspace, and the sentences they refuse with."""
+"""The published method by its verbs, one after the other, and the sentences that they refuse with."""
 
 from __future__ import annotations
 
+import sys
+
 import cv2
 import geopandas as gpd
-import laspy
 import numpy as np
 import pyproj
 import pytest
 
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.errors import InputError, MissingComponentError
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.settings import build
+from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.pointcloud.files import read_cloud, write_cloud
+from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import Camera
-from treedgs_geo.stems.splats.scene_start import read_dense
-from treedgs_geo.stems.splats.train import read_seeds
+from treedgs_geo.reconstruction.model import load_views
+from treedgs_geo.run.context import Site
+from treedgs_geo.run.published_plot import Published, published_route
+from treedgs_geo.stems.splats.options import SceneOptions
+from treedgs_geo.terrain.dtm import read_dtm
 from treedgs_geo.verbs.fit_gaussians import COMMAND as FIT
+from treedgs_geo.verbs.measure_dbh import COMMAND as MEASURE
 from treedgs_geo.verbs.sample_surface import COMMAND as SAMPLE
+from treedgs_geo.verbs.segment_stems import COMMAND as SEGMENT
 
 CRS = pyproj.CRS.from_epsg(6344)
 FRAME = LocalFrame(CRS, np.array([611337.0, 3718451.0, 38.0]))
@@ -28,9 +37,17 @@ def run(command, **values):
     return command.run(build(command.settings, values), Reporter())
 
 
+def points(n: int = 1500) -> np.ndarray:
+    """(2 n, 3) local points of the pole and of the ground about it."""
+    rng = np.random.default_rng(0)
+    turn = rng.uniform(0, 2 * np.pi, n)
+    pole = np.column_stack([0.15 * np.cos(turn), 0.15 * np.sin(turn), rng.uniform(0, 5, n)])
+    return np.concatenate([pole, np.column_stack([rng.uniform(-4, 4, (n, 2)), np.zeros(n)])])
+
+
 @pytest.fixture
 def workspace(tmp_path):
-    """A COLMAP model of eight oblique views of a dark pole, its photos, a flat DTM and one stem position."""
+    """A COLMAP model of eight oblique views of a dark pole, its photos, a flat DTM, a plot and dense points."""
     import pycolmap
     import rasterio
     from rasterio.transform import from_origin
@@ -65,103 +82,74 @@ def workspace(tmp_path):
         tmp_path / "work" / "dtm.tif", "w", crs=CRS.to_wkt(), transform=from_origin(611327, 3718461, 0.5, 0.5), **shape
     ) as raster:
         raster.write(np.full((40, 40), 38.0, np.float32), 1)
-    (tmp_path / "seeds.csv").write_text("x,y\n611337.05,3718450.95\n")
+    (tmp_path / "plots.csv").write_text("plot_id,easting,northing,radius_m\na,611337,3718451,2\n")
+    write_cloud(tmp_path / "dense.laz", PointCloud(FRAME.to_project(points()), CRS))
     return tmp_path
 
 
-def test_the_two_commands_end_to_end(workspace):
+def test_gaussians_are_fitted_from_a_workspace(workspace):
+    pytest.importorskip("torch")
     folder = workspace / "work"
-    fitted = run(FIT, workspace=folder, photos=workspace / "photos", seeds=workspace / "seeds.csv")
-    assert fitted["stems"] == 1 and 0 < fitted["gaussians"] <= 3000
-    table = (folder / "stem_primitives.csv").read_text().splitlines()
-    assert table[0].startswith("tree_id,x,y") and len(table) == 2 and fitted["stem_table"].endswith(".csv")
+    inputs = {"photos": workspace / "photos", "plots": workspace / "plots.csv", "dense": workspace / "dense.laz"}
+    fitted = run(FIT, workspace=folder, time_limit=0.1, **inputs)
+    assert fitted["gaussians"] > 100 and fitted["prior"]["source"] == "dense.laz"
+    assert fitted["published_fit"]["photos"] == 8 and fitted["published_fit"]["cpu_s"] < 12
+    entry = read_json(folder / "run.json")["stages"]["fit-gaussians"]
+    assert entry["status"] == "done" and entry["result"]["gaussians"] == fitted["gaussians"]
     sampled = run(SAMPLE, workspace=folder)  # the photo folder is remembered
-    cloud = laspy.read(folder / "surface.laz")
-    names = {dimension.name: dimension.dtype for dimension in cloud.point_format.extra_dimensions}
-    assert names["opacity"] == np.float32 and names["n_views"] == np.uint16 and len(cloud.points) == sampled["points"]
-    assert abs(np.median(cloud.x) - 611337) < 0.4 and abs(np.median(cloud.y) - 3718451) < 0.4
-    assert cloud.header.parse_crs().to_epsg() == 6344
-    record = read_json(folder / "run.json")["stages"]
-    assert record["fit-gaussians"]["status"] == record["sample-surface"]["status"] == "done"
-    assert record["fit-gaussians"]["result"]["per_stem"][0]["crops"] == 8
+    assert sampled["points"] == len(read_cloud(folder / "surface.laz"))
+    record = read_json(folder / "field.frame.json")
+    write_json(folder / "field.frame.json", {**record, "origin": [0, 0, 0]})
+    with pytest.raises(InputError, match="another local frame"):
+        run(SAMPLE, workspace=folder)
+
+
+def test_the_verbs_one_after_the_other_are_the_published_route(workspace):
+    pytest.importorskip("torch")
+    folder = workspace / "work"
+    frame, views = load_views(folder / "sfm", workspace / "photos")
+    site = Site(frame, views, read_dtm(folder / "dtm.tif", CRS), Area.circle(0, 0, 2.0))
+    asked = Published(scene=SceneOptions(steps=120, tried_every=0))
+    whole = published_route(site, points(), asked, folder.joinpath, Reporter())
+    surface, stems = read_cloud(folder / "surface.laz"), read_cloud(folder / "stems.laz")
+    assert {"opacity", "n_views", "tree_id"} <= set(surface.attributes) and 0 < len(stems) < len(surface)
+    run(SAMPLE, workspace=folder, photos=workspace / "photos")
+    again = read_cloud(folder / "surface.laz")
+    np.testing.assert_array_equal(again.xyz, surface.xyz)
+    np.testing.assert_allclose(again.attributes["opacity"], surface.attributes["opacity"], atol=1e-5)
+    ground = {"dtm": folder / "dtm.tif", "crs": "EPSG:6344"}
+    found = run(SEGMENT, input=folder / "surface.laz", output=workspace / "stems.laz", **ground)
+    published = {"weights": "opacity", "method": "paper", "source": "splat"}
+    run(MEASURE, input=workspace / "stems.laz", output=workspace / "trees.gpkg", **published, **ground)
+    layer = gpd.read_file(workspace / "trees.gpkg", layer="trees")
+    assert found["n_stems"] == len(whole.trees) == len(layer) == 1 and layer["method"][0] == "points-paper-opacity"
+    assert layer["dbh_cm"][0] == pytest.approx(whole.trees[0].dbh_cm, abs=0.3) and 20 < layer["dbh_cm"][0] < 45
 
 
 def test_sentences(workspace):
+    pytest.importorskip("torch")
     folder, photos = workspace / "work", workspace / "photos"
     with pytest.raises(InputError, match="run reconstruct first"):
         run(FIT, workspace=workspace)
     with pytest.raises(InputError, match="give --photos"):
         run(FIT, workspace=folder)
-    with pytest.raises(InputError, match="give --seeds"):
-        run(FIT, workspace=folder, photos=photos)
     with pytest.raises(InputError, match="run fit-gaussians first"):
         run(SAMPLE, workspace=folder, photos=photos)
     with pytest.raises(InputError, match="is not a folder"):
         run(SAMPLE, workspace=folder, photos=workspace / "none")
+    with pytest.raises(InputError, match="none.ply: not found"):
+        run(FIT, workspace=folder, photos=photos, plots=workspace / "plots.csv", dense=workspace / "none.ply")
     (folder / "dtm.tif").unlink()
     with pytest.raises(InputError, match="run the terrain step first"):
-        run(FIT, workspace=folder, photos=photos, seeds=workspace / "seeds.csv")
+        run(FIT, workspace=folder, photos=photos)
     assert not list(folder.glob("field*")) and not list(folder.glob("surface*"))
 
 
-def test_a_field_of_another_frame_is_refused(workspace):
-    folder, photos = workspace / "work", workspace / "photos"
-    run(FIT, workspace=folder, photos=photos, seeds=workspace / "seeds.csv")
-    record = read_json(folder / "field.frame.json")
-    write_json(folder / "field.frame.json", {**record, "origin": [0, 0, 0]})
-    with pytest.raises(InputError, match="another local frame"):
-        run(SAMPLE, workspace=folder, photos=photos)
-
-
-def test_an_openmvs_cloud_is_read(workspace):
-    """Binary PLY with lists of views per point, as OpenMVS writes it."""
-    rng, path = np.random.default_rng(0), workspace / "scene_dense.ply"
-    header = (
-        "ply\nformat binary_little_endian 1.0\nelement vertex 300\nproperty float x\nproperty float y\n"
-        "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
-        "property list uint8 uint32 view_indices\nproperty list uint8 float view_weights\nend_header\n"
-    )
-    points = rng.normal([0, 0, 1.5], [0.1, 0.1, 0.8], (300, 3)).astype(np.float32)
-    with open(path, "wb") as stream:
-        stream.write(header.encode())
-        for point in points:
-            stream.write(
-                point.tobytes()
-                + bytes([60, 50, 40, 2])
-                + np.array([0, 3], np.uint32).tobytes()
-                + bytes([2])
-                + np.array([1, 0.5], np.float32).tobytes()
-            )
-    xyz, colours = read_dense(path, FRAME)
-    np.testing.assert_allclose(xyz, points)
-    assert colours.max() < 0.3
-    path.write_text("ply\n")
-    with pytest.raises(InputError, match="no readable points"):
-        read_dense(path, FRAME)
-    with pytest.raises(InputError, match="not found"):
-        read_dense(workspace / "none.ply", FRAME)
-
-
-def test_seed_tables(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("tree,Easting,Northing\n1,611338,3718450\n")
-    np.testing.assert_allclose(read_seeds(path, FRAME), [[1, -1]])
-    layer = gpd.GeoDataFrame(geometry=gpd.points_from_xy([611338.0], [3718450.0]), crs=CRS).to_crs(4326)
-    layer.to_file(tmp_path / "a.gpkg")
-    np.testing.assert_allclose(read_seeds(tmp_path / "a.gpkg", FRAME), [[1, -1]], atol=1e-3)
-    for text, message in (
-        ("x,z\n1,2\n", "lacks the northing"),
-        ("x,y\n1,b\n", "expected a number"),
-        ("x,y\n", "holds no row"),
-        ("x,y\n1,2\n", "km from the photos"),
-        ("x,y\nnan,2\n", "only one of|expected a number"),
-    ):
-        path.write_text(text)
-        with pytest.raises(InputError, match=message):
-            read_seeds(path, FRAME)
-    with pytest.raises(InputError, match="No such file"):
-        read_seeds(tmp_path / "none.csv", FRAME)
-    # Without a CRS places are the project's; degrees are then too far away.
-    layer.set_crs(None, allow_override=True).to_file(tmp_path / "b.shp")
-    with pytest.raises(InputError, match="km from the photos"):
-        read_seeds(tmp_path / "b.shp", FRAME)
+@pytest.mark.parametrize("command", [FIT, SAMPLE], ids=lambda command: command.name)
+def test_without_torch_the_verbs_say_how_to_get_it(workspace, monkeypatch, command):
+    for name in [name for name in sys.modules if name.startswith("treedgs_geo.stems.splats.on_torch")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delattr("treedgs_geo.stems.splats.on_torch", raising=False)
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(MissingComponentError, match="pip install torch"):
+        run(command, workspace=workspace / "work", photos=workspace / "photos")

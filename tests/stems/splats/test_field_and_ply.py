@@ -15,14 +15,14 @@ FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38
 
 
 def field(count: int = 20, seed: int = 0) -> GaussianField:
-    return GaussianField.from_packed(np.random.default_rng(seed).normal(size=(count, 14)), np.arange(count) % 3)
+    return GaussianField.from_packed(np.random.default_rng(seed).normal(size=(count, 14)))
 
 
 def test_round_trip_is_exact_and_local(tmp_path):
     path = tmp_path / "field.ply"
     write_field(path, field(), FRAME)
     back = read_field(path, FRAME)
-    for name in ("means", "log_scales", "opacity_logits", "groups"):
+    for name in ("means", "log_scales", "opacity_logits"):
         np.testing.assert_array_equal(getattr(back, name), getattr(field(), name))
     np.testing.assert_allclose(back.quaternions, field().quaternions, atol=1e-7)
     np.testing.assert_allclose(back.colours, field().colours, atol=1e-6)
@@ -64,7 +64,6 @@ def test_another_trainers_file_with_more_colour_bands(tmp_path):
     ]
     (tmp_path / "other.ply").write_bytes("\n".join(header).encode() + rows.tobytes())
     found = read_field(tmp_path / "other.ply", FRAME)  # no frame beside it: taken to be in the one asked for
-    assert np.all(found.groups == -1)
     np.testing.assert_array_equal(found.means, rows[:, :3])
     np.testing.assert_array_equal(found.opacity_logits, rows[:, 8])
 
@@ -99,11 +98,11 @@ def test_fields_refuse_nonsense():
         with pytest.raises(InputError, match=message):
             GaussianField.from_packed(bad)
     with pytest.raises(InputError, match="shape"):
-        GaussianField(good[:, :3], good[:, 3:7], good[:, 7:10], good[:5, 10], good[:, 11:], np.zeros(20, int))
+        GaussianField(good[:, :3], good[:, 3:7], good[:, 7:10], good[:5, 10], good[:, 11:])
 
 
-def test_select_keeps_groups():
-    whole = field(9, 1)
-    np.testing.assert_array_equal(whole.select(whole.groups == 1).means, whole.means[whole.groups == 1])
+def test_some_of_a_field_and_its_rotations():
+    whole, some = field(9, 1), np.arange(9) % 3 == 1
+    np.testing.assert_array_equal(whole.select(some).means, whole.means[some])
     turn = quaternion_matrices(whole.quaternions)
     np.testing.assert_allclose(turn @ turn.transpose(0, 2, 1), np.broadcast_to(np.eye(3), turn.shape), atol=1e-12)

@@ -19,9 +19,9 @@ from scipy.spatial.transform import Rotation
 
 torch = pytest.importorskip("torch")
 
-from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
-from treedgs_geo.stems.splats.project import CropCamera  # noqa: E402
-from treedgs_geo.stems.splats.raster import draw, project, pull_back  # noqa: E402
+from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.rasterize import draw, projected, rasterize, tensors_of  # noqa: E402
+from treedgs_geo.stems.splats.raster import pull_back  # noqa: E402
 
 ROTATION = Rotation.from_euler("xyz", [150, 5, 20], degrees=True).as_matrix()
 
@@ -161,7 +161,7 @@ def test_camera_inside_or_behind_a_splat_draws_nothing():
     p[:, 10] = 3
     p[:, 7:10] = np.log(1.0)
     p[:, :3] = [[0, 0, 0.1], [0, 0, -5], [0, 0, 2.0]]
-    assert project(p, view)[0].shape[1] == 0
+    assert projected(p, view).shape[1] == 0
     assert np.all(seen(p, view).alpha == 0)
 
 
@@ -170,7 +170,7 @@ def test_empty_field_and_one_pixel_crop():
     nothing = np.zeros((0, 14))
     empty = seen(nothing, view)
     assert empty.alpha.shape == (1, 1) and empty.alpha[0, 0] == 0 and np.isnan(empty.depth).all()
-    assert pull_back(project(nothing, view)[0], draw(nothing, view, True), np.ones((9, 1, 1))).shape == (15, 0)
+    assert pull_back(projected(nothing, view), draw(nothing, view, True), np.ones((9, 1, 1))).shape == (15, 0)
 
 
 @settings(max_examples=40)

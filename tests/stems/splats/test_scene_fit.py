@@ -14,10 +14,10 @@ torch = pytest.importorskip("torch")
 
 from treedgs_geo.core.errors import InputError, MissingComponentError  # noqa: E402
 from treedgs_geo.reconstruction.area import Area  # noqa: E402
+from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.scene import DensityRule, Scene, grow, to_prune, update_filter  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.scene_fit import SceneFit, fit_scene, plan  # noqa: E402
 from treedgs_geo.stems.splats.options import SceneOptions  # noqa: E402
-from treedgs_geo.stems.splats.project import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.scene_start import Box, WholePhotos, start_scales, thinned  # noqa: E402
 
 QUICK = SceneOptions(steps=60, max_gaussians=900, tried_every=0, factor=1.0)

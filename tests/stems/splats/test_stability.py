@@ -13,12 +13,9 @@ torch = pytest.importorskip("torch")
 
 from treedgs_geo.core.errors import InputError  # noqa: E402
 from treedgs_geo.reconstruction.cameras import Camera, View  # noqa: E402
+from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField  # noqa: E402
-from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
-from treedgs_geo.stems.splats.primitive.model import Lens, Region, StemView, cover  # noqa: E402
-from treedgs_geo.stems.splats.primitive.views import empty_coverage  # noqa: E402
-from treedgs_geo.stems.splats.project import CropCamera  # noqa: E402
-from treedgs_geo.stems.splats.raster import draw  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.rasterize import draw, rasterize, tensors_of  # noqa: E402
 from treedgs_geo.stems.splats.sample import sample_surface, view_opacity  # noqa: E402
 from treedgs_lab.published.point_sets import fuse_depth  # noqa: E402
 
@@ -73,19 +70,6 @@ def test_units_change_nothing_in_the_picture(drawn, factor):
     assert np.quantile(np.abs(one - two), 0.98) < 1e-3
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.lists(st.floats(-50, 50), min_size=8, max_size=8), st.floats(-3, 3), st.floats(0.05, 5))
-def test_any_stem_shape_covers_finitely(shape, shift, blur):
-    view = CropCamera(
-        40, 30, 60.0, 60.0, 20.0, 15.0, np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]]), np.array([0, 1.4, 8.0])
-    )
-    out = empty_coverage((30, 40))
-    lens = Lens(view.rotation, view.centre, view.intrinsics)
-    cover(StemView(np.array(shape), 1.37, shift, blur), lens, Region(0.45, 0.3, 2.9), out)
-    assert np.isfinite(out.alpha).all() and (out.alpha >= 0).all() and (out.alpha <= 1).all()
-    assert (out.angle >= 0).all() and (out.angle < 24).all() and (out.level >= 0).all()
-
-
 def test_coordinates_of_a_map_are_refused_and_empty_things_too():
     p = np.zeros((3, 14))
     p[:, 3], p[:, MEAN] = 1, [611337.0, 3718451.0, 40.0]
@@ -106,7 +90,7 @@ def wall(n: int = 900) -> GaussianField:
     grid = np.linspace(-1, 1, side)
     p[:, 0], p[:, 1] = (value.ravel() for value in np.meshgrid(grid, grid))
     p[:, 3], p[:, LOG_SCALE], p[:, LOGIT] = 1, np.log([0.06, 0.06, 0.002]), 3.5
-    return GaussianField.from_packed(p, 0)
+    return GaussianField.from_packed(p)
 
 
 def test_fused_depth_of_a_wall():

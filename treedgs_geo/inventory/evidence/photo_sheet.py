@@ -28,13 +28,12 @@ _USED, _LEFT_OUT, _OUTLINE = (0, 230, 255), (255, 120, 200), (255, 235, 59)
 
 @dataclass(frozen=True)
 class PhotoEvidence:
-    """All that a sheet of a stem in photos says. second_cm: diameter of the second measurement, ``None`` without."""
+    """All that a sheet of a stem in photos says."""
 
     tree: Tree
     fit: PhotoFit
     shown: StemShown
     stack: PhotoStack
-    second_cm: float | None = None
 
 
 def photo_sheet(evidence: PhotoEvidence) -> Canvas:
@@ -237,23 +236,16 @@ def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: tuple[float, float,
     shown, tree, fit = evidence.shown, evidence.tree, evidence.fit
     top_m = _top_m(fit)
     heights = np.linspace(0.3, top_m - 0.1, 9)
-    fitted, seen = 200 * shown.shape.radius(heights), shown.diameters()
-    known = [tree.dbh_lo_cm, tree.dbh_hi_cm, *fitted, *seen[:, 1], *_others(evidence).values()]
-    chart = DiameterChart(canvas, box, [value for value in known if value is not None], top_m)
+    fitted, seen, outline_cm = 200 * shown.shape.radius(heights), shown.diameters(), fit.evidence.outline_cm
+    known = [tree.dbh_lo_cm, tree.dbh_hi_cm, *fitted, *seen[:, 1], outline_cm]
+    chart = DiameterChart(canvas, box, [value for value in known if value is not None and np.isfinite(value)], top_m)
     chart.points(seen[:, 0], seen[:, 1], seen[:, 2:4])
     chart.curve(heights, fitted, tree.dbh_cm is not None)
     chart.breast_height(tree)
-    for (name, d_cm), colour in zip(_others(evidence).items(), (GREEN, AMBER), strict=False):
-        x, y = chart.x(d_cm), chart.y(fit.axis.bh_m)
-        canvas.line([(x, y - 9), (x, y + 9)], colour, 2)
-        below = name == "silhouette"
-        canvas.text(x, y + (11 if below else -12), name, 10, colour, at="ma" if below else "ms")
-
-
-def _others(evidence: PhotoEvidence) -> dict[str, float]:
-    """Diameters by other means, cm."""
-    found = {"silhouette": evidence.fit.evidence.outline_cm, "second": evidence.second_cm}
-    return {name: float(value) for name, value in found.items() if value is not None and np.isfinite(value)}
+    if np.isfinite(outline_cm):
+        x, y = chart.x(outline_cm), chart.y(fit.axis.bh_m)
+        canvas.line([(x, y - 9), (x, y + 9)], GREEN, 2)
+        canvas.text(x, y + 11, "silhouette", 10, GREEN, at="ma")
 
 
 def _rows(evidence: PhotoEvidence) -> list[tuple[str, str]]:
@@ -276,9 +268,8 @@ def _rows(evidence: PhotoEvidence) -> list[tuple[str, str]]:
         rows.append(("photos one by one (8 of 10)", f"{low:.1f} – {high:.1f} cm"))
     if tree.dbh_cm is not None and abs(tree.dbh_cm - fit.dbh_cm) > 0.05:
         rows.append(("edges alone", f"{fit.dbh_cm:.1f} cm"))
-    for name, value in _others(evidence).items():
-        label = {"silhouette": "silhouette alone", "second": "second measurement (bark)"}[name]
-        rows.append((label, f"{value:.1f} cm"))
+    if np.isfinite(fit.evidence.outline_cm):
+        rows.append(("silhouette alone", f"{fit.evidence.outline_cm:.1f} cm"))
     oval_cm = 200 * float(np.hypot(*shown.shape.oval))
     if oval_cm > 0 and tree.dbh_cm is not None:
         rows.append(("widest, narrowest", f"{tree.dbh_cm + oval_cm:.1f}, {tree.dbh_cm - oval_cm:.1f} cm"))

@@ -41,7 +41,8 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
         "photos": tuple(record["photos"]),
         "oval": (float(east), float(north)),
     }
-    return PhotoFit(**_numbers(record) | parts)
+    numbers = {name: value for name, value in _numbers(record).items() if name in PhotoFit.__dataclass_fields__}
+    return PhotoFit(**numbers | parts)  # earlier versions kept more
 
 
 def look_record(look: Look) -> dict[str, Any]:
@@ -79,20 +80,17 @@ def _numbers(record: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class KeptFits:
-    """fits: in the order of the run's trees (``tree_id`` 1 is the first). second_cm: diameters that a second
-    measurement read, by index of the fit. looks: what the search learnt of each piece of ground, ``None`` where too few
-    photos see it; empty where stems were not searched for in this way."""
+    """fits: in the order of the run's trees (``tree_id`` 1 is the first). looks: what the search learnt of each piece
+    of ground, ``None`` where too few photos see it; empty where stems were not searched for in this way."""
 
     fits: list[PhotoFit]
-    second_cm: dict[int, float] = field(default_factory=dict)
     looks: list[Look | None] = field(default_factory=list)
 
 
 def write_fits(path: Path, kept: KeptFits) -> None:
     """Keep the fits of a run."""
-    second = {str(number): round(value, 3) for number, value in kept.second_cm.items()}
     looks = [None if look is None else look_record(look) for look in kept.looks]
-    write_json(path, {"fits": [fit_record(fit) for fit in kept.fits], "second_cm": second, "looks": looks})
+    write_json(path, {"fits": [fit_record(fit) for fit in kept.fits], "looks": looks})
 
 
 def read_fits(path: Path) -> KeptFits:
@@ -103,9 +101,8 @@ def read_fits(path: Path) -> KeptFits:
     """
     kept = read_json(path)
     try:
-        second = {int(number): float(value) for number, value in kept["second_cm"].items()}
         looks = [None if look is None else look_of_record(look) for look in kept.get("looks", [])]
-        return KeptFits([fit_of_record(record) for record in kept["fits"]], second, looks)
+        return KeptFits([fit_of_record(record) for record in kept["fits"]], looks)
     except (KeyError, TypeError, ValueError, AttributeError) as problem:
         raise InputError(
             f"{path}: holds no fitted stems of this version ({problem}); delete it: they are then measured again."

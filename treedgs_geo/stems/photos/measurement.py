@@ -167,7 +167,6 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
         seen=seen_probability(best.z),
         foot_z=foot_z,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
-        soft_cm=soft_cm,
     )
 
 

@@ -66,13 +66,6 @@ class Assessment:
         """With another diameter and error, cm; what was found against it stays."""
         return replace(self, dbh_cm=dbh_cm, se_cm=se_cm)
 
-    def settled(self, se_cm: float, dbh_cm: float | None = None, found: Iterable[str] = ()) -> Assessment:
-        """With the error (cm) that an independent witness leaves, and no other explanation: a refused stem becomes one
-        to check. dbh_cm: the diameter, where it is the witness' own. found: reasons to check it."""
-        flag: Flag = "check" if found or not self.measured else self.flag
-        dbh_cm = self.dbh_cm if dbh_cm is None else dbh_cm
-        return Assessment(dbh_cm, se_cm, flag=flag, reasons=_once(self.reasons, found))
-
     def of_tree(self) -> dict[str, Any]:
         """The same as fields of :class:`.tree.Tree`, for its ``finish``."""
         low_cm, high_cm = (None, None) if np.isnan(self.lo_cm) else (self.lo_cm, self.hi_cm)

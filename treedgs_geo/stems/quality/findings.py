@@ -10,12 +10,12 @@ from .reasons import REASONS
 
 Level = Literal["check", "reject"]
 Flag = Literal["ok", "check", "reject"]
-Route = Literal["photos", "points", "gaussians", "second measurement", "survey"]
+Route = Literal["photos", "points", "survey"]
 Settings = Mapping[str, float]
 
 #: So many reasons that flag refuse a tree together: one is for the forester to look at, several at once are how wrong
 #: explanations of photos look, and were gross errors in sparse clouds more often than not.
-TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "gaussians": 2, "survey": 3}
+TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "survey": 3}
 
 
 @dataclass(frozen=True)

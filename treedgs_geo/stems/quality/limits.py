@@ -78,10 +78,8 @@ _TWINS_SHARE = "two touching pairs that few photos see: 0.49 and more; other ste
 _OVAL = "three standard deviations of stems' sections; 73 stems of three rendered plots: at most 0.046"
 _BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
 _TWO_LOOKS = "chosen, not set on data: two looks at one stem that differ leave open which is right"
-_SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
 _SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
 _STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that tall (docs/evidence/point-clouds.md)"
-_SECOND = "stems of the stability suite and rendered plots"
 
 
 #: As rows give their bounds: a number, the name of a setting, a :class:`Bound`, or none.
@@ -290,34 +288,6 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("edge", "rim_m", "bark to the edge of the data", "m", *_below(0.02, None), "two centimetres of bark"),
         Limit("merged", "gap_m", "bark to the next stem's bark", "m", *_below(0.05, None), _CLOUDS),
         Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.3, 5), _GROUND),
-    ),
-    "gaussians": (
-        Limit("few_views", "n_views", "photos that show both edges", "", *_below(4, 2), _SPLATS),
-        Limit(
-            "ambiguous", "gap", "lead in mean loss over the next explanation", "", *_below(3 * 0.0004, 0.0004), _SPLATS
-        ),
-        Limit("occluded", "evidence", "lead in mean loss over the bare ground", "", *_below(0.02, 0.01), _SPLATS),
-        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.1), Bound(share=0.25)), _SPLATS),
-        Limit(
-            "merged",
-            "apart",
-            "distance to a better primitive over the sum of their radii",
-            "",
-            *_below(None, 0.7),
-            _SPLATS,
-        ),
-        Limit(
-            "disagree",
-            "other_off_cm",
-            "against the diameter of the photos",
-            "cm",
-            *_above(Bound(2.5, 0.1), None),
-            _SPLATS,
-        ),
-        Limit("too_small", "dbh_cm", "diameter (thinner ones are mostly twigs)", "cm", *_below(None, 7.5), _SPLATS),
-    ),
-    "second measurement": (
-        Limit("disagree", "other_off_cm", "photos against Gaussians", "cm", *_above(Bound(1.5, 0.06), None), _SECOND),
     ),
     "survey": (
         Limit(

@@ -25,7 +25,6 @@ def points_method(fit: str, method: str, weights: str) -> str:
 #: method -> what it is
 METHODS: dict[str, str] = {
     "photos": "stem edges and silhouettes in the photos",
-    "gaussians-stem": "stem primitives with a texture, fitted to the photos",
 } | {
     f"points-{estimator}-{weights}": f"points: {by}, {weighted}"
     for estimator, by in _ESTIMATORS.items()

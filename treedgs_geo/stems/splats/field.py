@@ -1,8 +1,7 @@
 """The Gaussian field: what is fitted, stored and sampled.
 
 Parameters are those of 3D Gaussian splatting (Kerbl et al. 2023; ``paper.tex`` sec:radegs): centre, orientation,
-scales, opacity and a colour. Colour is spherical-harmonic degree 0, one RGB value a Gaussian: a stem band lit by the
-sky does not pay for more.
+scales, opacity and a colour. Colour is spherical-harmonic degree 0, one RGB value a Gaussian.
 """
 
 from __future__ import annotations
@@ -27,8 +26,7 @@ class GaussianField:
 
     means: (N, 3) float32, metres, local frame. quaternions: (N, 4) float32, w x y z, unit length. log_scales: (N, 3)
     float32, natural logarithm of the standard deviations in metres. opacity_logits: (N,) float32. colours: (N, 3)
-    float32, RGB 0..1 as in the photos (gamma space). groups: (N,) int32, the stem (seed index) each Gaussian was
-    fitted for, -1 where it belongs to none.
+    float32, RGB 0..1 as in the photos (gamma space).
 
     Raises:
         InputError: wrong shapes, non-finite values, zero quaternions, or coordinates too large for float32.
@@ -39,7 +37,6 @@ class GaussianField:
     log_scales: np.ndarray
     opacity_logits: np.ndarray
     colours: np.ndarray
-    groups: np.ndarray
 
     def __post_init__(self) -> None:
         n = len(self.means)
@@ -49,7 +46,6 @@ class GaussianField:
             "log_scales": (n, 3),
             "opacity_logits": (n,),
             "colours": (n, 3),
-            "groups": (n,),
         }
         for name, shape in shapes.items():
             value = np.asarray(getattr(self, name))
@@ -59,7 +55,7 @@ class GaussianField:
                 )
             if not np.all(np.isfinite(value)):
                 raise InputError(f"Gaussian field: {name} holds values that are not finite; fit the field again.")
-            object.__setattr__(self, name, np.ascontiguousarray(value, np.int32 if name == "groups" else np.float32))
+            object.__setattr__(self, name, np.ascontiguousarray(value, np.float32))
         if n and np.abs(self.means).max() > LARGEST_COORDINATE_M:
             raise InputError(
                 f"Gaussian field: coordinates reach {np.abs(self.means).max():.3g} m, expected a local frame within "
@@ -96,17 +92,10 @@ class GaussianField:
         ).astype(float)
 
     @classmethod
-    def from_packed(cls, parameters: np.ndarray, groups: np.ndarray | int = -1) -> GaussianField:
-        """Field from an (N, 14) parameter matrix and a group per Gaussian (or one for all)."""
+    def from_packed(cls, parameters: np.ndarray) -> GaussianField:
+        """Field from an (N, 14) parameter matrix."""
         p = np.asarray(parameters)
-        return cls(
-            p[:, MEAN],
-            p[:, QUATERNION],
-            p[:, LOG_SCALE],
-            p[:, LOGIT],
-            p[:, COLOUR],
-            np.broadcast_to(np.asarray(groups, np.int32), (len(p),)),
-        )
+        return cls(p[:, MEAN], p[:, QUATERNION], p[:, LOG_SCALE], p[:, LOGIT], p[:, COLOUR])
 
     def select(self, which: np.ndarray) -> GaussianField:
         """The Gaussians that ``which`` (mask or indices) names."""
@@ -116,7 +105,6 @@ class GaussianField:
             self.log_scales[which],
             self.opacity_logits[which],
             self.colours[which],
-            self.groups[which],
         )
 
 

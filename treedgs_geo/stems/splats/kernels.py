@@ -1,6 +1,6 @@
 """The per-pixel loops: forward and backward compositing, float32.
 
-Gaussians come sorted front to back as columns of the projected matrix of ``project.py``. Each is drawn over the row
+Gaussians come sorted front to back as columns of the rows of ``on_torch/project.py``. Each is drawn over the row
 spans that its ellipse alpha >= alpha_min covers. Compositing is eq:alpha_compositing without early termination: exact,
 and the backward pass replays it front to back.
 

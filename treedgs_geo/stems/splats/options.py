@@ -6,48 +6,48 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...core.settings import param
-from ..quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
-@dataclass(frozen=True, kw_only=True)
-class GaussianOptions:
-    """How stems in photos become primitives, and Gaussians on their bark.
-
-    Of the library only: gaussians: most of a stem. max_views: photos used per stem. band_m: top of the modelled band
-    above the ground, radius_m: of the modelled cylinder about each seed, metres. threads: stems fitted at once.
-    """
-
-    bh_m: float = param(
-        BREAST_HEIGHT_M,
-        help="breast height above the ground",
-        unit="m",
-        minimum=LOWEST_BREAST_HEIGHT_M,
-        maximum=HIGHEST_BREAST_HEIGHT_M,
+def time_limit_option() -> Any:
+    """How long the fit may take."""
+    return param(
+        60.0,
+        unit="min",
+        help="Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means "
+        "fewer steps and smaller photos, and the report says how far it came.",
+        minimum=0.1,
+        maximum=10_000,
     )
-    gaussians: int = 3000
-    max_views: int = 60
-    band_m: float = 3.0
-    radius_m: float = 0.5
-    threads: int = 2
+
+
+def device_option() -> Any:
+    """What fits."""
+    return param(
+        "cpu",
+        choices=("cpu", "cuda"),
+        help="Of the published method: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
+        "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
+    )
+
+
+def dense_option() -> Any:
+    """Whose points the fit starts from."""
+    return param(
+        None,
+        kind="file",
+        help="Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the "
+        "workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.",
+        suffixes=(".ply", ".laz", ".las"),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class SampleOptions:
-    """How a field becomes points.
-
-    Of the library only: threads: views scored at once. seed: of the drawn points. seen_transmittance: a view sees a
-    point when more than this share of light gets past what is in front of it; Gaussians that no view sees are dropped
-    (0 keeps all).
-    """
+    """How a field becomes points. Of the library only: threads: views scored at once. seed: of the drawn points."""
 
     samples: int = param(100, help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
     threads: int = 2
     seed: int = 0
-    seen_transmittance: float = 0.02
-
-
-#: As published: M = 100, and nothing is dropped for being unseen.
-PAPER_SAMPLING: dict[str, Any] = {"samples": 100, "seen_transmittance": 0.0}
 
 
 #: Steps of the published fit.

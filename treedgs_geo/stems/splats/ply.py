@@ -35,20 +35,18 @@ def frame_path(path: Path) -> Path:
 def write_field(path: Path, field: GaussianField, frame: LocalFrame) -> None:
     """Write ``field`` as binary little-endian 3DGS PLY, and its frame beside it.
 
-    The extra integer property ``group`` (the stem a Gaussian was fitted for) is ignored by viewers.
-
     Raises:
         OutputError: the folder cannot be written.
     """
     path = Path(path)
-    rows = np.zeros(len(field), [(name, "<f4") for name in _COLUMNS] + [("group", "<i4")])
+    rows = np.zeros(len(field), [(name, "<f4") for name in _COLUMNS])
     for axis, name in enumerate("xyz"):
         rows[name] = field.means[:, axis]
         rows[f"f_dc_{axis}"] = (field.colours[:, axis] - 0.5) / SH_0
         rows[f"scale_{axis}"] = field.log_scales[:, axis]
     for axis in range(4):
         rows[f"rot_{axis}"] = field.quaternions[:, axis]
-    rows["opacity"], rows["group"] = field.opacity_logits, field.groups
+    rows["opacity"] = field.opacity_logits
     origin = " ".join(f"{value:.3f}" for value in frame.origin)
     header = [
         "ply",
@@ -58,7 +56,7 @@ def write_field(path: Path, field: GaussianField, frame: LocalFrame) -> None:
         f"comment crs {' '.join(frame.crs.to_string().split())[:200]}",
         f"element vertex {len(field)}",
     ]
-    header += [f"property float {name}" for name in _COLUMNS] + ["property int group", "end_header", ""]
+    header += [f"property float {name}" for name in _COLUMNS] + ["end_header", ""]
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.write("\n".join(header).encode("ascii", "replace"))
         stream.write(rows.tobytes())
@@ -115,7 +113,6 @@ def read_field(path: Path, frame: LocalFrame | None = None) -> GaussianField:
     def columns(*wanted: str) -> np.ndarray:
         return np.column_stack([rows[name] for name in wanted]).astype(np.float32)
 
-    groups = rows["group"].astype(np.int32) if "group" in names else np.full(count, -1, np.int32)
     beside = frame_path(path)
     own = LocalFrame.load(beside) if beside.exists() else None
     if own and frame and (abs(own.origin - frame.origin).max() > 1e-6 or abs(own.scale - frame.scale) > 1e-9):
@@ -128,5 +125,4 @@ def read_field(path: Path, frame: LocalFrame | None = None) -> GaussianField:
         columns("scale_0", "scale_1", "scale_2"),
         rows["opacity"].astype(np.float32),
         0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2"),
-        groups,
     )

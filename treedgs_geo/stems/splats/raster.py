@@ -1,4 +1,4 @@
-"""Draw a Gaussian field into a crop, and pull gradients back to what was projected: one thread, the kernels release the
+"""Composite projected Gaussians into a picture, and pull gradients back to them: one thread, the kernels release the
 GIL, safe to use from several Python threads at once."""
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import threading
 import numpy as np
 
 from . import kernels
-from .project import N_ROWS, CropCamera, gather_columns, project_kernel
 
 #: Fainter than this a Gaussian is not drawn (one grey level of 255).
 ALPHA_MIN = 1 / 255
@@ -33,25 +32,9 @@ class _Scratch(threading.local):
 _scratch = _Scratch()
 
 
-def draw(
-    parameters: np.ndarray,
-    camera: CropCamera,
-    full: bool = False,
-    dilation_px2: float = 0.0,
-    alpha_min: float = ALPHA_MIN,
-) -> np.ndarray:
-    """(4 or 9, H, W) float32 planes of ``kernels.py``: project, sort front to back by distance and composite.
-
-    parameters: (N, 14) float64. full: depth and normals too. dilation_px2: variance added to each ellipse, with the
-    opacity lowered so that its integral stays (Mip-Splatting's 2D filter); 0 draws the Gaussians as they are.
-    alpha_min: fainter than this a Gaussian is not drawn.
-    """
-    projected, _ = project(parameters, camera, dilation_px2, alpha_min)
-    return composite(projected, camera.height, camera.width, full)
-
-
 def composite(projected: np.ndarray, height: int, width: int, full: bool) -> np.ndarray:
-    """(4 or 9, H, W) float32 planes of projected Gaussians, (N_ROWS, n) float32 front to back."""
+    """(4 or 9, H, W) float32 planes of ``kernels.py``. projected: (17, n) float32 rows of ``on_torch/project.py``,
+    front to back."""
     count = kernels.N_PLANES if full else 4
     cells = _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
     cells[:] = 0
@@ -81,28 +64,3 @@ def pull_back(projected: np.ndarray, planes: np.ndarray, given: np.ndarray) -> n
     grad = np.zeros((15, n), np.float32)
     (kernels.backward_full if full else kernels.backward_colour)(projected, n, height, width, cells, grad)
     return grad
-
-
-def project(
-    parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = ALPHA_MIN
-) -> tuple[np.ndarray, np.ndarray]:
-    """(N_ROWS, n) float32 projected Gaussians sorted front to back, and (n,) int64 their numbers."""
-    parameters = np.ascontiguousarray(parameters, float)
-    out = _scratch.take("projected", (N_ROWS, len(parameters)), np.float64)
-    index = _scratch.take("index", (len(parameters),), np.int64)
-    n = project_kernel(
-        parameters,
-        camera.intrinsics,
-        np.ascontiguousarray(camera.rotation, float),
-        np.ascontiguousarray(camera.translation, float),
-        camera.width,
-        camera.height,
-        dilation,
-        alpha_min,
-        out,
-        index,
-    )
-    order = np.argsort(out[6, :n], kind="stable")
-    projected = np.empty((N_ROWS, n), np.float32)
-    gather_columns(out, order, projected)
-    return projected, index[order]

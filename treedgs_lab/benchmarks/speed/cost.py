@@ -20,8 +20,6 @@ from treedgs_geo.reconstruction.matching_strategy import GUIDED_NEIGHBOURS
 from treedgs_geo.report.blocks import Block, Column, Paragraph, Table
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart, write_chart
 from treedgs_geo.run.heights import MAX_COMPARED
-from treedgs_geo.run.routes import CHAIN_PRESETS
-from treedgs_geo.run.second_measurement import MAX_MEASURED_AGAIN
 
 from ..plot import plots_of
 from ..processes import run_job
@@ -38,7 +36,6 @@ GROWTH = {
     "adjustment": ("photos", (0.8, 2.0)),
     "stems": ("area x photos used", (0.5, 1.2)),
     "stem network": ("area x photos used", (0.5, 1.2)),
-    "second measurement": ("stems measured again x photos", (0.8, 1.2)),
     "heights": ("area x photos used", (0.5, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
 }
@@ -98,8 +95,6 @@ def _runs(plot: Path, more: list[Path]) -> dict[str, dict[str, Any]]:
     for photos, megapixels in ((6, 4.0), (6, 12.0), (4, 50.0)):
         job = {"kind": "features_cost", "photos": photos, "megapixels": megapixels}
         runs[f"features-{photos}-{megapixels:g}"] = job
-    for stems, scale in ((1, 1.0), (3, 1.0), (6, 1.0), (3, 2.0)):
-        runs[f"second-{stems}-{scale:g}"] = {"kind": "second_cost", "stems": stems, "scale": scale}
     if (plot / "lidar").exists():
         for radius, views in ((0.5, 24), (1.0, 24), (1.0, 60)):
             runs[f"heights-{radius:g}-{views}"] = {"kind": "heights_cost", "radius": radius, "views": views}
@@ -179,25 +174,17 @@ def fit_power(size: np.ndarray, seconds: np.ndarray, limits: tuple[float, float]
 
 
 def fit_memory(table: pd.DataFrame) -> dict[str, Any]:
-    """Peak memory: a base, plus what the crops of the photos used take (3 bytes a pixel) as measured; the same of the
-    second measurement, which holds its crops of each stem; and that of the features by the photos' megapixels."""
-
-    def line(stage: str, grows: str, least: float) -> tuple[float, float]:
-        rows = table[table["stage"] == stage]
-        if grows not in rows or not len(rows):
-            return 500.0, least
-        x, y = rows[grows].to_numpy(float), rows["peak_memory_mb"].to_numpy(float)
-        slope, base = np.polyfit(x, y, 1) if len(x) > 1 and np.ptp(x) > 1 else (least, float(y.max()))
-        return float(base), max(float(slope), least)
-
-    base, crops = line("stems", "crop_megapixels", 3.0)
-    second, stems = line("second measurement", "size", 0.0)
+    """Peak memory: a base, plus what the crops of the photos used take (3 bytes a pixel) as measured; and that of the
+    features by the photos' megapixels."""
+    base, crops, least = 500.0, 3.0, 3.0
+    rows = table[table["stage"] == "stems"]
+    if "crop_megapixels" in rows and len(rows):
+        x, y = rows["crop_megapixels"].to_numpy(float), rows["peak_memory_mb"].to_numpy(float)
+        crops, base = np.polyfit(x, y, 1) if len(x) > 1 and np.ptp(x) > 1 else (least, float(y.max()))
     alone = table[table["run"].str.startswith("features-")].sort_values("megapixels")
     return {
-        "base_mb": round(base),
-        "mb_per_crop_megapixel": round(crops, 2),
-        "second_base_mb": round(second),
-        "second_mb_per_stem_photo": round(stems, 3),
+        "base_mb": round(float(base)),
+        "mb_per_crop_megapixel": round(max(float(crops), least), 2),
         "features_mb": [[round(mp, 2), mb] for mp, mb in alone[["megapixels", "peak_memory_mb"]].to_numpy().tolist()],
     }
 
@@ -205,12 +192,9 @@ def fit_memory(table: pd.DataFrame) -> dict[str, Any]:
 def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
     1.84 cm on the ground, and the guided level of reconstruction is enough. The network is asked for stems, as where
-    few are certain by their edges; every stem that may be measured a second time is (at most
-    :data:`~treedgs_geo.run.second_measurement.MAX_MEASURED_AGAIN`), and as many photos as are used show it: more
-    than a plot usually takes.
+    few are certain by their edges: more than a plot usually takes.
     """
     gsd_m = 0.0184
-    again = min(case["stems"], MAX_MEASURED_AGAIN)
     used = min(case["photos"], MAX_VIEWS)
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
     sizes = {
@@ -222,7 +206,6 @@ def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float
         "stems": np.pi * case["radius_m"] ** 2 * used,
         "stem network": np.pi * case["radius_m"] ** 2 * used,
         "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MAX_COMPARED),
-        "second measurement": again * min(case["photos"], CHAIN_PRESETS["balanced"].second_views),
     }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}
     stages = {name: round(fits[name]["a"] * size ** fits[name]["b"], 1) for name, size in known.items()}
@@ -231,7 +214,6 @@ def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float
     peaks = (
         float(np.interp(case["megapixels"], megapixels, features_mb)),
         memory["base_mb"] + memory["mb_per_crop_megapixel"] * crop * used,
-        memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second measurement"],
     )
     return {
         "stages_s": stages,

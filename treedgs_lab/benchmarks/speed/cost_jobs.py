@@ -20,16 +20,13 @@ from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.reconstruction.sift import extract
 from treedgs_geo.run.context import Site
 from treedgs_geo.run.heights import canopy_over, highest, pieces_of
-from treedgs_geo.run.routes import CHAIN_PRESETS
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
-from treedgs_geo.stems.splats.options import GaussianOptions
-from treedgs_geo.stems.splats.train import fit_with_report
 from treedgs_geo.terrain.ground import dtm_from_cloud
 
 from ..plot import TruePlot
-from .photo_sizes import enlarge, scaled
+from .photo_sizes import enlarge
 
 
 def _spread(things: list, count: int) -> list:
@@ -78,22 +75,6 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
         "stages": {"features": time.perf_counter() - began},
         "facts": {"photos": len(chosen), "megapixels": megapixels / len(chosen)},
         "sizes": {"features": megapixels},
-    }
-
-
-def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of asking some ``stems`` again (true cameras and places), in photos at a ``scale`` of their size."""
-    plot = TruePlot.load(Path(job["plot"]))
-    inside = plot.trees[plot.trees["in_plot"]].head(job["stems"])
-    places = plot.frame.to_local(inside[["E_bh", "N_bh", "h_base"]].to_numpy(float))[:, :2]
-    views, max_views = scaled(plot.views(), job["scale"], Path(job["scratch"])), CHAIN_PRESETS["balanced"].second_views
-    options = GaussianOptions(threads=available_threads(), max_views=max_views)
-    began = time.perf_counter()
-    fit_with_report(views, plot.frame, plot.dtm.local(plot.frame).height, places, options, Reporter())
-    return {
-        "stages": {"second measurement": time.perf_counter() - began},
-        "sizes": {"second measurement": len(places) * min(len(views), max_views) * job["scale"] ** 2},
-        "facts": {"photos": len(views), "stems": len(places), "scale": job["scale"]},
     }
 
 
@@ -168,6 +149,5 @@ COSTS = {
     "features_cost": run_features_cost,
     "stems_cost": run_stems_cost,
     "heights_cost": run_heights_cost,
-    "second_cost": run_second_cost,
     "lidar_cost": run_lidar_cost,
 }

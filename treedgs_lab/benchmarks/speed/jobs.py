@@ -16,15 +16,14 @@ import psutil
 
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.core.workspace import peak_memory_mb
+from treedgs_geo.core.workspace import SURFACE, peak_memory_mb
 from treedgs_geo.geotags.reading import read_stations
-from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.reconstruction.model import load_points
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.run.context import Site
-from treedgs_geo.run.published_plot import Published, published_trees
-from treedgs_geo.run.routes import CHAIN_PRESETS, Preset, auto_route
+from treedgs_geo.run.published_plot import Published, published_route
+from treedgs_geo.run.routes import CHAIN_PRESETS, Preset, photo_route
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.photos.options import PhotoStemOptions
@@ -62,9 +61,9 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     plot, site, _ = chain_scene(job)
     site = replace(site, views=scaled(site.views, job["scale"], Path(job["scratch"])))
     named = job.get("preset")
-    preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]), "none")
+    preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]))
     began = time.perf_counter()
-    trees = auto_route(site, preset, preset.stems.bh_m, Reporter()).trees
+    trees = photo_route(site, preset, preset.stems.bh_m, Reporter()).trees
     seconds = time.perf_counter() - began
     used, camera = min(len(site.views), preset.stems.max_views), site.views[0].camera
     return {
@@ -75,11 +74,13 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_published(job: dict[str, Any]) -> dict[str, Any]:
-    """The published method over the whole plot; ``params``: ``time_limit_min``. Its stages are CPU seconds."""
+    """The published method over the whole plot; ``params``: ``time_limit_min``. Its stages are CPU seconds; its points
+    stay at ``points``."""
     plot, site, sparse = chain_scene(job)
-    scene = SceneOptions(**job["params"])
-    made = published_trees(site, sparse, Published(scene=scene), Reporter())
-    write_cloud(Path(job["points"]), made.cloud.with_attribute("tree_id", made.tree_id.astype(np.int32)))
+    points = Path(job["points"])
+    asked = Published(scene=SceneOptions(**job["params"]))
+    made = published_route(site, sparse, asked, lambda name: points.with_name(f"{points.stem}_{name}"), Reporter())
+    points.with_name(f"{points.stem}_{SURFACE}").replace(points)
     fit = made.facts["published_fit"]
     return {
         "stages": made.facts["stages_cpu_s"],

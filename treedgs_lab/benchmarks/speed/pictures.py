@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.report.blocks import Block, Column, Document, Fragment, Heading, Paragraph, Sentences, Table, known
-from treedgs_geo.report.charts import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new_chart
+from treedgs_geo.report.charts import BLUE, GREEN, ORANGE, PURPLE, SKY, new_chart
 
 # Okabe-Ito, each group with a mark of its own: the chart reads in grey too.
 LOOKS = {
@@ -19,7 +19,6 @@ LOOKS = {
     "pixels used": (SKY, "D"),
     "stem model": (GREEN, "v"),
     "reconstruction": (ORANGE, "P"),
-    "splat, then fit": (VERMILION, "X"),
     "LiDAR": (PURPLE, "^"),
     "published method": ("#7A3E00", "*"),
 }

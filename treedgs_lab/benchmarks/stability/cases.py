@@ -18,7 +18,6 @@ import numpy as np
 from treedgs_geo import __version__
 from treedgs_geo.core.errors import TreeDGSError
 from treedgs_geo.core.files import write_json
-from treedgs_geo.core.machine import available_threads
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.settings import build
 from treedgs_geo.pointcloud.cloud import PointCloud
@@ -31,9 +30,6 @@ from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import stems_from_photos
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 from treedgs_geo.stems.quality.tree import Tree, with_block_errors
-from treedgs_geo.stems.splats.options import GaussianOptions
-from treedgs_geo.stems.splats.train import fit_with_report
-from treedgs_geo.stems.splats.trees import trees_of_primitives
 from treedgs_geo.terrain.dtm import Dtm
 
 from ...simulate.settings import SimulateSettings
@@ -45,12 +41,11 @@ from ..processes import ChainCrash
 from ..records import code_digest
 from . import perturb
 from .factor_type import CHAIN, CLOUD, PHOTOS, Factor
-from .factors import FACTORS, SPLAT_FACTORS
+from .factors import FACTORS
 
-#: Method -> what it reads. ``splats``: stem primitives, as ``photos-to-dbh --fit gaussians``.
+#: Method -> what it reads.
 METHODS = {
     "photos": PHOTOS,
-    "splats": PHOTOS,
     "whole chain": CHAIN,
     "lidar": CLOUD,
     "lidar cylinder": CLOUD,
@@ -117,9 +112,7 @@ def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[
         if not factors or factor.key in factors
         for level in factor.levels
         for method, reads in METHODS.items()
-        if reads in factor.inputs
-        and (not methods or method in methods)
-        and (method != "splats" or factor.key in SPLAT_FACTORS)
+        if reads in factor.inputs and (not methods or method in methods)
     ]
 
 
@@ -207,7 +200,7 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
 
 
 def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[list[Tree], set[str]]:
-    """Trees measured in the photos (or in splats about the stems found there), spoiled as the case says, with true
+    """Trees measured in the photos, spoiled as the case says, with true
     cameras and ground else; and the names of the photos used."""
     views: list[View] = plot.views()
     ground = plot.dtm.local(plot.frame).height
@@ -231,14 +224,7 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
             scratch = Path(tempfile.mkdtemp(prefix="treedgs-photos-"))
             views = perturb.troubled_photos(views, build(TroubleSettings, {setting: level, **more}), scratch, rng)
         area = Area.circle(0.0, 0.0, plot.radius_m)
-        fits = stems_from_photos(views, ground, area, PhotoStemOptions())
-        trees = trees_of_photo_fits(fits, plot.frame)
-        if case.method == "splats" and fits:
-            options = GaussianOptions(threads=available_threads())
-            places = np.array([fit.axis.p for fit in fits])
-            _, report = fit_with_report(views, plot.frame, ground, places, options, Reporter())
-            seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}
-            trees = trees_of_primitives(report.primitives, plot.frame, options.bh_m, seconds)
+        trees = trees_of_photo_fits(stems_from_photos(views, ground, area, PhotoStemOptions()), plot.frame)
         known = _known_errors(case, rng)
         return [with_block_errors(tree, *known) for tree in trees], {view.name for view in views}
     finally:

@@ -6,10 +6,6 @@ from .factor_type import CLOUD, PHOTOS, Factor, each, perturbed, rendered
 from .flight_factors import FLIGHT_FACTORS
 from .growth_factors import GROWTH_FACTORS
 
-#: Where splats (half a minute a case) are measured beside the photos: what hides a stem, blurs it or moves the views.
-SPLAT_FACTORS = frozenset(
-    {"views", "hiding", "gsd", "understory", "wind", "lean", "touch", "sector", "poses", "exposure", "empty"}
-)
 #: About the stand, the cloud, and photos whose cameras are known.
 STAND_FACTORS: tuple[Factor, ...] = (
     perturbed(

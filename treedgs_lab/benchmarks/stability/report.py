@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table, known
-from treedgs_geo.report.charts import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new_chart
+from treedgs_geo.report.charts import BLUE, GREEN, PURPLE, SKY, VERMILION, new_chart
 
 from .factor_type import Factor
 from .factors import FACTORS
@@ -20,10 +20,9 @@ MAX_LIES, COVERAGE = 0.02, (0.85, 0.95)
 #: With fewer accepted trees, 2 % and 90 % cannot be distinguished from chance.
 ENOUGH = 50
 #: Our own methods: their levels and lies are listed one by one.
-REPORTED = ("photos", "splats", "whole chain", "lidar")
+REPORTED = ("photos", "whole chain", "lidar")
 LOOKS = {
     "photos": (BLUE, "o", "-"),
-    "splats": (ORANGE, "X", "-"),
     "whole chain": ("black", "P", "-"),
     "lidar": (VERMILION, "^", "-"),
     "lidar cylinder": (GREEN, "s", "--"),

@@ -21,7 +21,7 @@ from ..tuned import ABOUT_M, COVER_CM, SEES
 def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbGrid]) -> list[PhotoFit]:
     """The fits; those that ivy covers at breast height are flagged, with a wider error, or refused (``covered``).
 
-    Refused ones are looked at too: a second measurement would take the ivy for bark as well. fits: of this stack.
+    Refused ones are looked at too: the network would take the ivy for bark as well. fits: of this stack.
     plumbs: one a photo.
     """
     pieces = [piece for k, fit in enumerate(fits) for piece in _pieces(k, fit, stack, plumbs)]

@@ -40,8 +40,6 @@ class PhotoFit:
     carried: bool = False
     #: Oval of the section, m (:class:`.edge_adjustment.FineFit`).
     oval: tuple[float, float] = (0.0, 0.0)
-    #: What the softness of the photos adds to ``se_cm``, cm (:mod:`.images.sharpness`).
-    soft_cm: float = 0.0
     #: Names of the V photos looked at.
     photos: tuple[str, ...] = field(default=(), repr=False)
 

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch.nn.functional import conv2d
 
-from ..project import CropCamera
+from ..camera import CropCamera
 from .rasterize import Rendered
 
 _C1, _C2 = 0.01**2, 0.03**2

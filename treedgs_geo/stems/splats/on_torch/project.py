@@ -1,6 +1,19 @@
-"""The projection of ``stems/splats/project.py`` in torch operations: differentiable, on the tensors' device.
+"""From 3D Gaussians to what a pixel needs, in torch operations: differentiable, on the tensors' device.
 
-What gradients go through; a test holds it together with the compiled kernel.
+Everything follows from one 3 x 3 matrix. Let (u, v, r) be the pixel coordinates and the distance from the camera
+centre; J its Jacobian at the Gaussian's centre and V = J W R_q diag(s) (W = world -> camera). Then V V^T is the
+covariance in ray space; its upper 2 x 2 block (plus an optional dilation) is the image ellipse (EWA splatting, Zwicker
+et al. 2001), and the conditional mean of r given (u, v),
+
+    d(u) = r_k + slope . (u - u_k),     slope = cov_2d^-1 cov(uv, r),
+
+is the ray-distance plane of eq:radegs_depth_plane (g = -slope): to first order the distance at which the ray meets the
+Gaussian's maximum. No inverse of the 3D covariance is needed, so flat and needle-like Gaussians need no special
+branch. The conditional standard deviation sigma_ray = sqrt(var(r) - slope . cov(uv, r)) is the depth falloff of the
+point query (``sample.py``): Delta^T Sigma^-1 Delta of eq:radegs_point_offset equals conic(u) + ((r - d(u)) /
+sigma_ray)^2 exactly. The surface normal is the gradient of r - d(u) in camera axes, pointing at the camera.
+
+``tests/gaussian_reference.py`` is the twin in NumPy.
 """
 
 from __future__ import annotations
@@ -9,7 +22,7 @@ from collections.abc import Sequence
 
 import torch
 
-from ..project import CropCamera
+from ..camera import CropCamera
 from ..raster import ALPHA_MIN
 
 
@@ -27,10 +40,17 @@ def turned(quats: torch.Tensor) -> torch.Tensor:
 def projected_rows(
     parts: Sequence[torch.Tensor], camera: CropCamera, dilation_px2: float = 0.0, alpha_min: float = ALPHA_MIN
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """(17, N) rows of ``project.py`` (U .. BLUE) of every Gaussian, in the order given, and (N,) bool which of them
-    are drawn at all; rows of the others may be anything, not finite too.
+    """(17, N) rows of every Gaussian, in the order given, and (N,) bool which of them are drawn at all; rows of the
+    others may be anything, not finite too.
 
-    parts: means (N, 3), quats (N, 4), log_scales (N, 3), opacity_logits (N,), colours (N, 3). Computed in their dtype.
+    Rows: pixel centre (2), conic (3), opacity after dilation, distance, slopes of the plane (2), normal in camera axes
+    (3), 1 / sigma_ray^2, largest squared Mahalanobis distance drawn, colour (3). Not drawn: what is not wholly in front
+    of the camera (3 sigma; this also covers a camera inside a splat), fainter than ``alpha_min``, off the crop, or
+    numerically degenerate.
+
+    dilation_px2: variance added to each ellipse, with the opacity lowered so that its integral stays (Mip-Splatting's
+    2D filter). parts: means (N, 3), quats (N, 4), log_scales (N, 3), opacity_logits (N,), colours (N, 3). Computed in
+    their dtype.
     """
     means, quats, log_scales, opacity_logits, colours = parts
     turn = torch.as_tensor(camera.rotation, dtype=means.dtype, device=means.device)
@@ -44,7 +64,7 @@ def projected_rows(
     along, down, ray = ((jac[:, :, None] * axes).sum(1) for jac in (jac_u, jac_v, jac_r))
     a0, b, c0 = (along * along).sum(1), (along * down).sum(1), (down * down).sum(1)
     a, c = a0 + dilation_px2, c0 + dilation_px2
-    # As in the compiled twin: a needle's conic would lose its determinant in float32.
+    # The conic of a needle more than 300 times longer than wide would lose its determinant in float32.
     hair = torch.where(a * c - b * b < 1e-4 * a * c, 1e-5 * (a + c), zero)
     a, c = a + hair, c + hair
     det = a * c - b * b
@@ -55,6 +75,7 @@ def projected_rows(
     e, f = (along * ray).sum(1), (down * ray).sum(1)
     slope_x, slope_y = ka * e + kb * f, kb * e + kc * f
     variance = (ray * ray).sum(1) - (e * slope_x + f * slope_y)
+    # A splat seen face-on may have no thickness: a hundredth of a pixel's footprint keeps the falloff finite.
     variance = torch.maximum(variance, (0.01 * length / camera.fx) ** 2)
     normal = -(jac_r - slope_x[:, None] * jac_u - slope_y[:, None] * jac_v)
     normal = normal / normal.norm(dim=1, keepdim=True)

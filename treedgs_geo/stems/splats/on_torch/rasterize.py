@@ -15,8 +15,8 @@ import torch
 
 from ....core.errors import InputError
 from .. import raster
+from ..camera import CropCamera
 from ..kernels import N_PLANES
-from ..project import CropCamera
 from ..raster import ALPHA_MIN
 from .harmonics import COEFFICIENTS, seen_colours
 from .project import project
@@ -164,8 +164,8 @@ def rasterize(
             of spherical harmonics, K = 1, 4, 9 or 16 (:mod:`.harmonics`). All float32 or float64, on one device.
             camera: pinhole crop, first pixel's centre at (0.5, 0.5). geometry: depth and normals too
             (eq:radegs_depth_plane).
-            dilation_px2, alpha_min: see :func:`~treedgs_geo.stems.splats.raster.draw`. warp: draw with Warp; default:
-            for tensors of a GPU.
+            dilation_px2: see :func:`.project.projected_rows`. alpha_min: fainter than this a Gaussian is not drawn.
+            warp: draw with Warp; default: for tensors of a GPU.
 
     Raises:
         InputError: tensors of other shapes, or on several devices. ImportError: GPU tensors without warp-lang.
@@ -209,3 +209,27 @@ def tensors_of(parameters: np.ndarray, device: str = "cpu", dtype: torch.dtype =
     columns = np.split(np.asarray(parameters), np.cumsum(list(_PARTS.values()))[:-1], axis=1)
     columns[3] = columns[3][:, 0]
     return [torch.tensor(part, device=device, dtype=dtype).requires_grad_() for part in columns]
+
+
+def draw(
+    parameters: np.ndarray,
+    camera: CropCamera,
+    full: bool = False,
+    dilation_px2: float = 0.0,
+    alpha_min: float = ALPHA_MIN,
+) -> np.ndarray:
+    """(4 or 9, H, W) float32 planes of ``kernels.py``, on the CPU: a picture without gradients.
+
+    parameters: (N, 14) as :func:`tensors_of`. full: depth and normals too. dilation_px2, alpha_min: as for
+    :func:`rasterize`.
+    """
+    return raster.composite(projected(parameters, camera, dilation_px2, alpha_min), camera.height, camera.width, full)
+
+
+def projected(
+    parameters: np.ndarray, camera: CropCamera, dilation_px2: float = 0.0, alpha_min: float = ALPHA_MIN
+) -> np.ndarray:
+    """(17, n) float32 rows of :mod:`.project` of the Gaussians that are drawn, front to back. parameters: (N, 14)."""
+    with torch.no_grad():
+        parts = tensors_of(parameters, dtype=torch.float64)
+        return project(parts, camera, dilation_px2, alpha_min)[0].to(torch.float32).contiguous().numpy()

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import torch
 
+from ..camera import CropCamera
 from ..field import GaussianField
-from ..project import CropCamera
 from .harmonics import COEFFICIENTS, colours_of, constant_of
 from .project import turned
 from .rasterize import Rendered, rasterize

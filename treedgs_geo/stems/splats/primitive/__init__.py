@@ -1,1 +1,0 @@
-"""The stem primitive: a leaning, tapering cone with a texture, searched for and fitted."""
