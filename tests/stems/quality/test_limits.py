@@ -90,7 +90,7 @@ def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_ref
                 assert check < reject if row.side == "above" else check > reject, (route, row.quantity)
     # The published method's remark and a person's word follow from no measurement; all others have a limit.
     assert {row.reason for rows in LIMITS.values() for row in rows} == set(REASONS) - {"unchecked", "not_found"}
-    assert set(TOGETHER) < set(LIMITS)
+    assert set(TOGETHER) == set(LIMITS)
 
 
 def test_a_photo_fit_meets_the_table_s_limits():
