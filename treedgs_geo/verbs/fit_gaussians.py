@@ -57,7 +57,7 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
     frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
     dtm_file = space.path(names.DTM)
     if not dtm_file.exists():
-        raise InputError(f"{dtm_file}: not found; run the terrain step first (treedgs terrain) or copy a DTM there.")
+        raise InputError(f"{dtm_file}: not found; run photos-to-dbh in this workspace first, or copy a DTM there.")
     sparse = load_points(space.path(names.SFM)).xyz
     area = area_of(frame, views, sparse, read_plots(settings.plots, frame.crs) if settings.plots else [])
     if not len(area.radii_m):

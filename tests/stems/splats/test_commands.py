@@ -140,7 +140,7 @@ def test_sentences(workspace):
     with pytest.raises(InputError, match="none.ply: not found"):
         run(FIT, workspace=folder, photos=photos, plots=workspace / "plots.csv", dense=workspace / "none.ply")
     (folder / "dtm.tif").unlink()
-    with pytest.raises(InputError, match="run the terrain step first"):
+    with pytest.raises(InputError, match="or copy a DTM there"):
         run(FIT, workspace=folder, photos=photos)
     assert not list(folder.glob("field*")) and not list(folder.glob("surface*"))
 
