@@ -35,7 +35,7 @@ def bark(n: int = 1500) -> GaussianField:
     p[:, :2] = STEM + (RADIUS - 0.02) * np.column_stack([np.cos(turn), np.sin(turn)])
     p[:, 2], p[:, 3] = GROUND + rng.uniform(0, 5, n), 1
     p[:, 7:10], p[:, 10], p[:, 11:] = np.log(0.02), 4, 0.2
-    return GaussianField.from_packed(p, 0)
+    return GaussianField.from_packed(p)
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_fused_depth_about_a_place_sees_what_stands_before_it():
     grid = np.linspace(-9, 9, 30)
     screen[:, 0], screen[:, 1] = (STEM[k] + value.ravel() for k, value in enumerate(np.meshgrid(grid, grid)))
     screen[:, 2], screen[:, 7:10] = GROUND + 5.8, np.log((0.5, 0.5, 0.02))
-    both = GaussianField.from_packed(np.concatenate([p, screen]), np.repeat((0, 1), (len(p), len(screen))))
+    both = GaussianField.from_packed(np.concatenate([p, screen]))
     hidden = fuse_depth(both, views, about)
     near = np.linalg.norm(hidden[:, :2] - STEM, axis=1) < 0.3
     assert (near & (hidden[:, 2] < GROUND + 5.5)).sum() < 0.05 * len(alone)

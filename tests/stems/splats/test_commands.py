@@ -109,7 +109,7 @@ def test_the_verbs_one_after_the_other_are_the_published_route(workspace):
     folder = workspace / "work"
     frame, views = load_views(folder / "sfm", workspace / "photos")
     site = Site(frame, views, read_dtm(folder / "dtm.tif", CRS), Area.circle(0, 0, 2.0))
-    asked = Published(scene=SceneOptions(steps=80, tried_every=0))
+    asked = Published(scene=SceneOptions(steps=160, tried_every=0))
     whole = published_route(site, points(), asked, folder.joinpath, Reporter())
     surface, stems = read_cloud(folder / "surface.laz"), read_cloud(folder / "stems.laz")
     assert {"opacity", "n_views", "tree_id"} <= set(surface.attributes) and 0 < len(stems) < len(surface)
@@ -124,7 +124,7 @@ def test_the_verbs_one_after_the_other_are_the_published_route(workspace):
     layer = gpd.read_file(workspace / "trees.gpkg", layer="trees")
     assert found["n_stems"] == len(whole.trees) == len(layer) == 1 and layer["method"][0] == "points-paper-opacity"
     # In a file places are rounded, the foot is found from the points alone, and circles are drawn by other numbers.
-    assert layer["dbh_cm"][0] == pytest.approx(whole.trees[0].dbh_cm, rel=0.03)
+    assert layer["dbh_cm"][0] == pytest.approx(whole.trees[0].dbh_cm, rel=0.1)
 
 
 def test_sentences(workspace):
@@ -138,7 +138,7 @@ def test_sentences(workspace):
         run(SAMPLE, workspace=folder, photos=photos)
     with pytest.raises(InputError, match="is not a folder"):
         run(SAMPLE, workspace=folder, photos=workspace / "none")
-    with pytest.raises(InputError, match="none.ply: not found"):
+    with pytest.raises(InputError, match="none.ply: cannot be read"):
         run(FIT, workspace=folder, photos=photos, plots=workspace / "plots.csv", dense=workspace / "none.ply")
     (folder / "dtm.tif").unlink()
     with pytest.raises(InputError, match="or copy a DTM there"):
