@@ -104,9 +104,7 @@ def sample_surface(
     """
     options, reporter = options or SampleOptions(), reporter or Reporter()
     if len(field) == 0:
-        raise InputError(
-            "The Gaussian field is empty, so there is no surface to sample; run fit-gaussians again."
-        )
+        raise InputError("The Gaussian field is empty, so there is no surface to sample; run fit-gaussians again.")
     if not views:
         raise InputError("There is no registered photo to score surface points with; run reconstruct first.")
     points, parameters = draw_candidates(field, options.samples, options.seed), field.packed
