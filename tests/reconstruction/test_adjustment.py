@@ -12,15 +12,17 @@ from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.reconstruction import bundle_kernels as kernels
-from treedgs_geo.reconstruction.adjustment import (
+from treedgs_geo.reconstruction.adjustment import PHOTO_PARTS, TRACKS_A_PART, adjust, adjust_roughly
+from treedgs_geo.reconstruction.bundle import (
+    LAST,
     MIN_OBSERVATIONS,
     PHOTO_GAP_S,
-    PHOTO_PARTS,
-    TRACKS_A_PART,
-    adjust,
-    adjust_roughly,
+    State,
+    _cauchy,
+    _soft_l1,
+    camera_of,
+    shared_of,
 )
-from treedgs_geo.reconstruction.bundle import LAST, State, _cauchy, _soft_l1, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, Sensor, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
 from treedgs_geo.reconstruction.covariance import GEOTAG_DRIFT_S, posterior_of

@@ -12,7 +12,8 @@ from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction import matching_strategy, outlier_photos
-from treedgs_geo.reconstruction.adjustment import _problem, adjust
+from treedgs_geo.reconstruction.adjustment import adjust
+from treedgs_geo.reconstruction.bundle import Problem
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
 from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
@@ -134,7 +135,8 @@ def test_reduced_equations_are_those_of_the_whole() -> None:
     block.point = np.append(block.point, block.point[block.image[:-1] == 2][0])
     for travel_m in (0.0, 0.05):
         known = known_of(block.centres, 0.02, readout_sd_s=0.02, travel_sd_m=travel_m)
-        problem, state = _problem(block, known, LENS | {"travel"}, False)
+        problem = Problem(block, known, LENS | {"travel"})
+        state = problem.start
         problem.linearise(state)
         weights = problem.weigh(state, 0.3, 3.0)._replace(tags=np.zeros(5))
         problem.weight[:] = 0

@@ -10,16 +10,45 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 
+from ..geotags.control import ControlPoints
+from ..geotags.stations import are_precise
 from . import bundle_kernels as kernels
-from .bundle_kernels import CX, FIRST_FLIGHT, LOG_ASPECT, LOG_F, N_POSE, READOUT
-from .cameras import Camera, Sensor
+from .bundle_kernels import CX, CY, FIRST_FLIGHT, K1, K2, K3, LOG_ASPECT, LOG_F, N_POSE, P1, P2, READOUT
+from .cameras import Camera
+from .tracks import Block
+
+if TYPE_CHECKING:
+    from .adjustment import Known
+
+#: Parts of lens and shutter that can be freed, with their shared parameters (:mod:`.bundle_kernels`).
+PARTS = {
+    "focal": (LOG_F,),
+    "aspect": (LOG_ASPECT,),
+    "principal_point": (CX, CY),
+    "radial": (K1, K2),
+    "tangential": (P1, P2),
+    "k3": (K3,),
+    "readout": (READOUT,),
+    "drift": (),
+    "travel": (),
+}
+#: Standard error of a mark of a control point, pixels.
+MARK_PX = 0.7
+#: A photo with fewer observations than this stays where it is.
+MIN_OBSERVATIONS = 6
+#: A gimbal knows the vertical to this, degrees (half a degree stated), north as well as its compass; and all its photos
+#: share how the camera is mounted.
+GIMBAL_SD_DEG, COMPASS_SD_DEG, MOUNTING_SD_DEG = 1.0, 10.0, 2.0
+_AIM_SD, _MOUNTING_SD = np.radians([GIMBAL_SD_DEG, GIMBAL_SD_DEG, COMPASS_SD_DEG]), float(np.radians(MOUNTING_SD_DEG))
+#: Seconds between photos that have no time.
+PHOTO_GAP_S = 3.0
 
 #: Standard deviations at which a pixel's loss turns from a parabola: soft L1 on the way, Cauchy at the end, where the
 #: wrong matches are out and what is left moves in the wind, each point as much as its plant.
@@ -40,47 +69,6 @@ _MAX_DAMPING = 1e4
 #: Up to so many unknowns BLAS gets one thread: its others wait busily for the next matrix, on the cores that the
 #: compiled loops between need.
 _FEW_UNKNOWNS = 1500
-
-
-@dataclass(frozen=True)
-class Priors:
-    """What is known before the photos are looked at, as normal distributions.
-
-    A standard deviation of 0 holds a number, one of infinity leaves it to the photos.
-
-    shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
-    first's. centres, centre_sd: (N, 3) m, NaN = no geotag. late_sd: (F,) or (1,) seconds, of the instant that a
-    flight's geotags belong to, less that of its exposures. taken_s: (N,) when, seconds. travel_sd: (N,) m, of
-    ``Sensor.extra_travel_m``. rotations: (N, 3, 3) world -> camera, NaN = none; rotation_sd: (2,) radians, of their
-    vertical and of their north; mounting_sd: radians, of a turn that all photos share. held: (N,) bool, photos whose
-    pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground control), infinite for the others.
-    """
-
-    shared: np.ndarray
-    shared_sd: np.ndarray
-    drift_sd: float
-    centres: np.ndarray
-    centre_sd: np.ndarray
-    late_sd: np.ndarray
-    taken_s: np.ndarray
-    travel_sd: np.ndarray
-    rotations: np.ndarray
-    rotation_sd: np.ndarray
-    mounting_sd: float
-    held: np.ndarray
-    point_xyz: np.ndarray
-    point_sd: np.ndarray
-
-
-class Observations(NamedTuple):
-    """M observations: photo, point, (M, 2) pixels, share of the readout (row / height - 0.5), and their own error
-    beside that of all, (M,) px."""
-
-    photo: np.ndarray
-    point: np.ndarray
-    pixels: np.ndarray
-    share: np.ndarray
-    extra_px: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -164,67 +152,106 @@ def _damped(matrix: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray
 
 
 class Problem:
-    """One adjustment: observations, priors, and the numbers that stay as they are."""
+    """One adjustment: what the photos of a block show, what is known besides, and the numbers that stay as they are.
 
-    def __init__(
-        self, observations: Observations, priors: Priors, sensor: Sensor, points: int, *, final: bool = False
-    ) -> None:
-        self.final = final
-        self.seen, self.priors, self.sensor = observations, priors, sensor
-        self.photos, self.points = len(priors.centres), points
+    free: parts of lens and shutter that may change (:data:`PARTS`). final: the matches are clean. ``start``: the block
+    as it is.
+    """
+
+    def __init__(self, block: Block, known: Known, free: frozenset[str], *, final: bool = False) -> None:
+        self.final, self.known, self.sensor = final, known, block.sensor
+        posed = block.is_posed
+        #: (N,) bool: photos whose pose stays.
+        self.held = ~posed | (np.bincount(block.image, minlength=len(posed)) < MIN_OBSERVATIONS)
+        self._observe(block, known.control)
+        sensor, self.photos, self.points = block.sensor, len(posed), len(self.start.points)
         self.shared = FIRST_FLIGHT + len(sensor.drift) - 1
-        self.by_image = _rows_of(observations.photo, self.photos, observations.point)
-        self.by_point = _rows_of(observations.point, points, observations.photo)
-        rows = len(observations.photo)
+        self.by_image = _rows_of(self.seen.photo, self.photos, self.seen.point)
+        self.by_point = _rows_of(self.seen.point, self.points, self.seen.photo)
+        rows = len(self.seen.photo)
         self.places = np.empty(rows, np.int64)
         self.places[self.by_point[1]] = np.arange(rows)
         self.coupled = np.zeros((rows, 3, kernels.STILL))
-        self.travels = bool((priors.travel_sd > 0).any())
         self.linear = Linear(
             np.zeros((rows, 2)),
             np.zeros((rows, 2, N_POSE)),
             np.zeros((rows, 2, self.shared)),
             np.zeros((rows, 2, 3)),
         )
-        used = ~priors.held
+        travel_sd = known.travel_sd_m if "travel" in free else 0.0
+        self.travels = travel_sd > 0
+        # Standard deviations of what has a prior mean: 0 holds a number, infinity leaves it to the photos.
         pose_sd = np.full((self.photos, N_POSE), np.inf)
-        pose_sd[:, _TRAVEL] = priors.travel_sd[:, None]
-        pose_sd[~used] = 0
-        sd = np.concatenate([pose_sd.ravel(), priors.shared_sd, np.full(self.shared - FIRST_FLIGHT, priors.drift_sd)])
+        pose_sd[:, _TRAVEL] = travel_sd
+        pose_sd[self.held] = 0
+        chosen = [place for part in free for place in PARTS[part]]
+        shared_sd = np.zeros(FIRST_FLIGHT)
+        shared_sd[chosen] = np.append(known.lens_sd, known.readout_sd_s)[chosen]
+        drift_sd = np.full(self.shared - FIRST_FLIGHT, known.drift_sd if "drift" in free else 0.0)
+        sd = np.concatenate([pose_sd.ravel(), shared_sd, drift_sd])
         self.free = np.flatnonzero(sd > 0)
         self.weight = np.where(sd > 0, 1 / np.maximum(sd, 1e-12) ** 2, 0.0)
-        self.mean = np.concatenate(
-            [np.zeros(self.photos * N_POSE), priors.shared, np.zeros(self.shared - FIRST_FLIGHT)]
-        )
-        self.tagged = used & np.isfinite(priors.centres).all(axis=1) & np.isfinite(priors.centre_sd).all(axis=1)
+        lens = shared_of(known.camera, known.readout_s)
+        self.mean = np.concatenate([np.zeros(self.photos * N_POSE), lens, np.zeros(len(drift_sd))])
+        self.tagged = ~self.held & np.isfinite(known.xyz).all(axis=1) & np.isfinite(known.sd).all(axis=1)
         # What the geotags of a flight share: errors of a PPK hardly change within it, half of what is stated counts as
         # common; and an instant beside the exposures, which moves each along its velocity.
         self.flight_sd = np.ones((len(sensor.drift), 4))
-        self.flight_sd[:, 3] = priors.late_sd
+        self.flight_sd[:, 3] = known.late_sd_s
         for flight in range(len(sensor.drift)):
             own = self.tagged & (sensor.flight == flight)
             if own.any():
-                self.flight_sd[flight, :3] = np.median(priors.centre_sd[own], axis=0)
+                self.flight_sd[flight, :3] = np.median(known.sd[own], axis=0)
         # (N, 3, 4) how a geotag follows what its flight shares.
         self.follows = np.concatenate(
             [np.broadcast_to(np.eye(3), (self.photos, 3, 3)), sensor.velocity_m_s[:, :, None]], axis=2
         )
-        self.aimed = np.flatnonzero(used & np.isfinite(priors.rotations).all(axis=(1, 2)))
-        self.point_weight = np.where(np.isfinite(priors.point_sd), 1 / priors.point_sd**2, 0.0)
-        self.point_xyz = np.where(np.isfinite(priors.point_sd), priors.point_xyz, 0.0)
+        # Gimbals count where geotags do not level the block.
+        self.aimed = np.zeros(0, int)
+        if known.gimbal is not None and not are_precise(known.xyz, known.sd):
+            self.aimed = np.flatnonzero(~self.held & np.isfinite(known.gimbal).all(axis=(1, 2)))
+
+    def _observe(self, block: Block, control: ControlPoints | None) -> None:
+        """Observations and marks of control points (``seen``), their own error beside that of all (``extra_px``, (M,));
+        where the points are (``point_xyz``), with what weight (``point_weight``, 0 for what only photos show)."""
+        sensor, posed, pixels = block.sensor, block.is_posed, block.observed()
+        image, point, points, sd = block.image, block.point, block.points, np.full((len(block.points), 3), np.inf)
+        self.extra_px = np.zeros(len(image))
+        if control is not None:
+            use = posed[control.photo] & ~control.is_check[control.point]
+            kept, number = np.unique(control.point[use], return_inverse=True)
+            image, pixels = np.concatenate([image, control.photo[use]]), np.concatenate([pixels, control.pixels[use]])
+            point = np.concatenate([point, len(points) + number])
+            points, sd = np.concatenate([points, control.xyz[kept]]), np.concatenate([sd, control.sd_m[kept]])
+            self.extra_px = np.concatenate([self.extra_px, np.full(len(number), MARK_PX)])
+        self.seen = kernels.Seen(image, point, pixels, sensor.share(pixels[:, 1]), sensor.flight)
+        self.point_weight = 1 / sd**2
+        self.point_xyz = np.where(np.isfinite(sd), points, 0.0)
+        self.start = State(
+            shared_of(block.camera, sensor.readout_s),
+            sensor.drift,
+            np.where(posed[:, None, None], block.rotations, np.eye(3)),
+            np.where(posed[:, None], block.centres, 0.0),
+            sensor.extra_travel_m,
+            points,
+        )
+
+    @property
+    def taken_s(self) -> np.ndarray:
+        """(N,) ``Known.taken_s``, one after the other where a photo has no time."""
+        order, taken_s = PHOTO_GAP_S * np.arange(self.photos), self.known.taken_s
+        if not np.isfinite(taken_s).any():
+            return order
+        return np.where(np.isfinite(taken_s), taken_s, np.nanmin(taken_s) + order)
 
     def linearise(self, x: State) -> None:
         """Residuals and derivatives at ``x`` into ``linear``."""
-        seen, sensor = self.seen, self.sensor
-        kernels.linearise(
-            kernels.Model(x.shared, x.drift, x.rotations, x.centres, x.travel, x.points, sensor.velocity_m_s),
-            kernels.Seen(seen.photo, seen.point, seen.pixels, seen.share, sensor.flight),
-            *self.linear,
-        )
+        model = kernels.Model(x.shared, x.drift, x.rotations, x.centres, x.travel, x.points, self.sensor.velocity_m_s)
+        kernels.linearise(model, self.seen, *self.linear)
 
     def weigh(self, x: State, sigma_px: float, tag_loss: float) -> Weights:
         """Robust weights at the linearised state."""
-        variance = sigma_px**2 + self.seen.extra_px**2
+        variance = sigma_px**2 + self.extra_px**2
         square = np.einsum("mk,mk->m", self.linear.residual, self.linear.residual) / variance
         lost = ~np.isfinite(square)
         square[lost] = 1e6
@@ -235,13 +262,13 @@ class Problem:
         tags = self.tagged.astype(float)
         for _ in range(2):
             shared = self.flight_error(x, tags)
-            off = self.off_tags(x, shared) / self.priors.centre_sd
+            off = self.off_tags(x, shared) / self.known.sd
             square = np.where(self.tagged, np.einsum("nk,nk->n", off, off), 0.0)
             loss, weight, _ = _soft_l1(square, tag_loss)
             tags = np.where(self.tagged, weight, 0.0)
         cost += float(loss.sum()) + float(np.sum((shared / np.maximum(self.flight_sd, 1e-12)) ** 2))
         away, aim, _, mounting = self._aim(x)
-        cost += float(np.einsum("ni,nij,nj->", away, aim, away) + np.sum((mounting / self.priors.mounting_sd) ** 2))
+        cost += float(np.einsum("ni,nij,nj->", away, aim, away) + np.sum((mounting / _MOUNTING_SD) ** 2))
         cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
         cost += float(np.sum(self.point_weight * (x.points - self.point_xyz) ** 2))
         return Weights(cost, pixels, tags, np.maximum(bend, MIN_BEND))
@@ -280,12 +307,12 @@ class Problem:
         """Rotation vectors (K, 3) from the photos to what is known of their directions, camera frame, less what all
         share (the camera's mounting); their inverse covariances (K, 3, 3), 1/rad2; the covariance (3, 3) of the
         mounting, and itself (3,)."""
-        rotations = x.rotations[self.aimed]
-        held = np.eye(3) / self.priors.mounting_sd**2
-        if not len(self.aimed):
+        held = np.eye(3) / _MOUNTING_SD**2
+        if self.known.gimbal is None or not len(self.aimed):
             return np.zeros((0, 3)), np.zeros((0, 3, 3)), np.linalg.inv(held), np.zeros(3)
-        away = Rotation.from_matrix(self.priors.rotations[self.aimed] @ rotations.transpose(0, 2, 1)).as_rotvec()
-        weight = 1 / self.priors.rotation_sd[[0, 0, 1]] ** 2
+        rotations, gimbal = x.rotations[self.aimed], self.known.gimbal[self.aimed]
+        away = Rotation.from_matrix(gimbal @ rotations.transpose(0, 2, 1)).as_rotvec()
+        weight = 1 / _AIM_SD**2
         aim = np.einsum("nij,j,nkj->nik", rotations, weight, rotations)
         covariance = np.linalg.inv(aim.sum(axis=0) + held)
         mounting = covariance @ np.einsum("nij,nj->i", aim, away)
@@ -306,13 +333,13 @@ class Problem:
 
     def off_tags(self, x: State, shared: np.ndarray) -> np.ndarray:
         """(N, 3) m from the geotags, less what their flights share (F, 4), to the centres."""
-        return x.centres - self.priors.centres - np.einsum("nij,nj->ni", self.follows, shared[self.sensor.flight])
+        return x.centres - self.known.xyz - np.einsum("nij,nj->ni", self.follows, shared[self.sensor.flight])
 
     def flight_error(self, x: State, tags: np.ndarray) -> np.ndarray:
         """(F, 4): by what the geotags of a flight are most likely off together, three metres and the seconds."""
         found = np.zeros_like(self.flight_sd)
         for flight, (own, _weight, pulled, covariance) in enumerate(self._by_flight(tags)):
-            found[flight] = covariance @ (pulled.T @ (x.centres - self.priors.centres)[own].ravel())
+            found[flight] = covariance @ (pulled.T @ (x.centres - self.known.xyz)[own].ravel())
         return found
 
     def flight_error_sd(self, tags: np.ndarray, centres: np.ndarray) -> np.ndarray:
@@ -329,7 +356,7 @@ class Problem:
         flight shares (3 K, 4), and the covariance (4, 4) of that where the centres are known."""
         for flight in range(len(self.flight_sd)):
             own = np.flatnonzero(self.tagged & (self.sensor.flight == flight))
-            weight = (tags[own, None] / self.priors.centre_sd[own] ** 2).ravel()
+            weight = (tags[own, None] / self.known.sd[own] ** 2).ravel()
             design = self.follows[own].reshape(-1, 4)
             pulled = weight[:, None] * design
             # A number that is held has no variance: divided by its square it would be infinite.

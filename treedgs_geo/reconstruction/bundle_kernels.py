@@ -36,7 +36,7 @@ class Model(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """Observations: see :class:`.bundle.Observations`; flight (N,) of each photo."""
+    """M observations: photo, point, (M, 2) pixels, share of the readout (row / height - 0.5). flight: (N,)."""
 
     photo: np.ndarray
     point: np.ndarray

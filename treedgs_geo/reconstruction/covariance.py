@@ -138,7 +138,7 @@ def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
 def _places_seen(adjusted: Adjusted) -> tuple[np.ndarray, np.ndarray, Linear]:
     """Photo and place (M,) of each place of :func:`_poses_px` in each photo that shows it, and derivatives there."""
     problem, state, sensor = adjusted.problem, adjusted.state, adjusted.problem.sensor
-    posed = np.flatnonzero(~problem.priors.held)
+    posed = np.flatnonzero(~problem.held)
     axes = state.rotations[posed, 2]
     looking = posed[axes[:, 2] < -0.3]
     looking = looking[:: max(-(-len(looking) // _MAX_PLACES), 1)]
@@ -172,9 +172,9 @@ def _drift_sd(problem: Problem, tags: np.ndarray, follow: np.ndarray) -> np.ndar
     for own, _, precision in problem.tag_precisions(tags):
         at = (own[:, None] * N_POSE + 3 + np.arange(3)).ravel()
         pulls = (precision @ follow[at]).reshape(len(own), 3, follow.shape[1])
-        apart_s = np.abs(np.subtract.outer(problem.priors.taken_s[own], problem.priors.taken_s[own]))
+        apart_s = np.abs(np.subtract.outer(problem.taken_s[own], problem.taken_s[own]))
         for axis in range(3):
-            sd, pull = problem.priors.centre_sd[own, axis], pulls[:, axis]
+            sd, pull = problem.known.sd[own, axis], pulls[:, axis]
             variance += np.einsum("ig,ij,jg->g", pull, np.outer(sd, sd) * np.exp(-apart_s / GEOTAG_DRIFT_S), pull)
     return np.sqrt(np.maximum(variance, 0))
 

@@ -101,7 +101,7 @@ def gimbal_rotations(stations: Stations) -> np.ndarray:
 def _free_lens(
     rotations: np.ndarray, xyz: np.ndarray, stations: Stations, control: ControlPoints | None
 ) -> frozenset[str]:
-    """Which intrinsics the flight can determine (:data:`.adjustment.PARTS`).
+    """Which intrinsics the flight can determine (:data:`.bundle.PARTS`).
 
     Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
     ``docs/analyst/reconstruction.md``); obliques can, and with precise geotags two heights or control points.

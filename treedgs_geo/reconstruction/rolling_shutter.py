@@ -9,8 +9,8 @@ import numpy as np
 
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
-from .adjustment import PARTS, Known, adjust, geotags_are_precise
-from .bundle import GOOD, PIXEL_LOSS
+from .adjustment import Known, adjust, geotags_are_precise
+from .bundle import GOOD, PARTS, PIXEL_LOSS
 from .bundle_kernels import FIRST_FLIGHT, READOUT
 from .calibration import Calibration
 from .cameras import Camera, Sensor
