@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,16 +43,14 @@ SCALE_WARN = 0.005
 class _Geotags:
     """How far the cameras stand from their geotags.
 
-    quality: the best kind of geotag that three photos have. chosen: (N,) bool, photos of that kind; rms: (3,) of them,
-    m; median_m: their median distance; stated_m: the median of what they claim. away_m: (N,) distance, 0 elsewhere.
+    quality: the best kind of geotag that three photos have. rms: (3,) of the photos of that kind,
+    m; median_m: their median distance; stated_m: the median of what they claim.
     """
 
     quality: str | None
-    chosen: np.ndarray
     rms: np.ndarray
     median_m: float
     stated_m: float
-    away_m: np.ndarray
 
     @property
     def factor(self) -> float:
@@ -64,15 +61,6 @@ class _Geotags:
         """
         found = self.median_m / (0.89 * self.stated_m) if self.stated_m > 0 else 1.0
         return max(found, 1.0) if np.isfinite(found) else 1.0
-
-
-@dataclass(frozen=True)
-class _Ties:
-    """How the photos hold together. track: photos a point is seen in (mean). per_photo: (registered,) points."""
-
-    track: float
-    per_photo: np.ndarray
-    rms_px: float
 
 
 def check_block(
@@ -88,7 +76,8 @@ def check_block(
             be.
     """
     block, xyz, warnings = joined.block, joined.known.xyz, list[str]()
-    _check_registered(block, stations, warnings)
+    left_out = [stations.names[i] for i in np.flatnonzero(~block.is_posed)]
+    _check_registered(block, stations, left_out, warnings)
     groups = _groups(block)
     _note_groups(groups, block, stations, warnings)
     geotags = _against_geotags(block, stations, xyz)
@@ -97,14 +86,19 @@ def check_block(
     _check_focal(focal, calibration, "focal" in joined.free, warnings)
     height_ratio = _height_ratio(block, stations)
     _check_height(height_ratio, warnings)
-    ties = _ties(block, len(stations))
-    _check_ties(ties, warnings)
+    per_photo = np.bincount(block.image, minlength=len(stations))[block.is_posed]
+    track = len(block.point) / max(len(block.points), 1)
+    rms_px = float(np.sqrt(np.mean(np.sum(block.residuals() ** 2, axis=1))))
+    _check_ties(track, per_photo, rms_px, warnings)
     posterior = posterior_of(joined.adjusted, geotags.factor)
     late_s = joined.known.late_s + posterior.late_s
     late_sd_s = np.where(joined.known.late_sd_s > 0, posterior.late_sd_s, np.nan)
     _note_late(late_s, late_sd_s, usual_speed_m_s(block.sensor), warnings)
     contradicted = _note_contradicted(joined, stations, warnings)
-    scale = float(np.hypot(posterior.scale, _held_drift(joined)))
+    sure_px = posterior.poses_px[np.isfinite(posterior.poses_px)]
+    # Where all flights have one focal length, half of what may lie between them.
+    several = len(block.sensor.drift) > 1 and "focal" in joined.free and "drift" not in joined.free
+    scale = float(np.hypot(posterior.scale, 0.5 * joined.known.drift_sd if several else 0.0))
     control = _check_control(joined, warnings)
     if readout.is_known and readout.seconds > 0 and not joined.tested_shutter and not block.sensor.readout_s:
         warnings.append(
@@ -123,13 +117,13 @@ def check_block(
     report = {
         "photos": len(stations),
         "registered": int(posed.sum()),
-        "left_out": _left_out(block, stations),
+        "left_out": left_out,
         "groups": [len(group) for group in groups],
         "points": len(block.points),
-        "track_length": round(ties.track, 2),
-        "points_per_photo_median": float(np.median(ties.per_photo)),
-        "points_per_photo_min": int(ties.per_photo.min()),
-        "reprojection_rms_px": round(ties.rms_px, 3),
+        "track_length": round(track, 2),
+        "points_per_photo_median": float(np.median(per_photo)),
+        "points_per_photo_min": int(per_photo.min()),
+        "reprojection_rms_px": round(rms_px, 3),
         "geotag_quality": stations.counts(),
         "geotag_residual_quality": geotags.quality,
         "geotag_rms_e_n_u_m": [round(float(v), 4) for v in geotags.rms],
@@ -152,39 +146,24 @@ def check_block(
         "readout_s": round(block.sensor.readout_s, 5),
         "readout_sd_s": _rounded(float(posterior.shared_sd[READOUT]), 5),
         "readout_source": _readout_source(joined, readout),
-        "poses_px_median": _rounded(_of_known(np.median, posterior.poses_px), 3),
-        "poses_px_worst": _rounded(_of_known(np.max, posterior.poses_px), 3),
+        "poses_px_median": _rounded(np.median(sure_px) if len(sure_px) else np.nan, 3),
+        "poses_px_worst": _rounded(sure_px.max(initial=-np.inf), 3),
         **control,
-        "scale_sd": round(scale, 6) if np.isfinite(scale) else None,
-        "height_over_relative_altitude": round(height_ratio, 4) if np.isfinite(height_ratio) else None,
+        "scale_sd": _rounded(scale, 6),
+        "height_over_relative_altitude": _rounded(height_ratio, 4),
         "flights_registered": {str(f): int((posed & (stations.flight == f)).sum()) for f in np.unique(stations.flight)},
         "warnings": warnings,
     }
     e, n, u = geotags.rms * 100
     reporter.info(
-        f"{report['registered']} of {len(stations)} photos registered, reprojection {ties.rms_px:.2f} px, "
+        f"{report['registered']} of {len(stations)} photos registered, reprojection {rms_px:.2f} px, "
         f"focal {focal:.0f} px (metadata {calibration.focal_px:.0f}), geotag residuals E/N/U "
         f"{e:.1f}/{n:.1f}/{u:.1f} cm ({geotags.quality})."
     )
     return report
 
 
-def _of_known(what: Callable[[np.ndarray], Any], values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(what(known)) if len(known) else float("nan")
-
-
-def _held_drift(joined: Joined) -> float:
-    """Share by which the scale may err as all flights have one focal length: half of what may lie between them."""
-    several = len(joined.block.sensor.drift) > 1 and "focal" in joined.free and "drift" not in joined.free
-    return 0.5 * joined.known.drift_sd if several else 0.0
-
-
-def _left_out(block: Block, stations: Stations) -> list[str]:
-    return [stations.names[i] for i in np.flatnonzero(~block.is_posed)]
-
-
-def _check_registered(block: Block, stations: Stations, warnings: list[str]) -> None:
+def _check_registered(block: Block, stations: Stations, left_out: list[str], warnings: list[str]) -> None:
     # Photos without a geotag beside others were named when they were read: they may be of another flight.
     counted = stations.is_placed if stations.is_placed.any() else np.ones(len(stations), bool)
     count, registered = int(counted.sum()), int((block.is_posed & counted).sum())
@@ -194,10 +173,9 @@ def _check_registered(block: Block, stations: Stations, warnings: list[str]) -> 
             f"photos overlap too little, are "
             "blurred, or the forest moved in the wind: fly with 80 % overlap, obliques and less wind."
         )
-    count, registered = len(stations), int(block.is_posed.sum())
+    count, registered = len(stations), len(stations) - len(left_out)
     if registered < REGISTERED_WARN * count:
-        left_out = shorten(_left_out(block, stations))
-        warnings.append(f"{registered} of {count} photos registered; left out: {left_out}.")
+        warnings.append(f"{registered} of {count} photos registered; left out: {shorten(left_out)}.")
 
 
 def _groups(block: Block) -> list[np.ndarray]:
@@ -226,27 +204,15 @@ def _note_groups(groups: list[np.ndarray], block: Block, stations: Stations, war
     )
 
 
-def _known(block: Block, xyz: np.ndarray) -> np.ndarray:
-    """(N,) bool: registered photos with a geotag."""
-    return block.is_posed & np.isfinite(block.centres - xyz).all(axis=1)
-
-
 def _against_geotags(block: Block, stations: Stations, xyz: np.ndarray) -> _Geotags:
-    residual, known = block.centres - xyz, _known(block, xyz)
-    best = next(
-        (
-            q
-            for q in ("fix", "float", "exif", "single")
-            if sum(known[i] for i in range(len(stations)) if stations.quality[i] == q) >= 3
-        ),
-        None,
-    )
-    chosen = known & np.array([quality == best for quality in stations.quality])
-    rms = np.sqrt(np.mean(residual[chosen] ** 2, axis=0)) if chosen.any() else np.full(3, np.nan)
-    stated = np.median(np.linalg.norm(stations.sd[chosen], axis=1)) if chosen.any() else np.nan
-    median = float(np.median(np.linalg.norm(residual[chosen], axis=1))) if chosen.any() else float("nan")
-    away = np.where(chosen, np.linalg.norm(residual, axis=1), 0)
-    return _Geotags(best, chosen, rms, median, float(stated), away)
+    residual, quality = block.centres - xyz, np.array(stations.quality)
+    known = block.is_posed & np.isfinite(residual).all(axis=1)
+    best = next((q for q in ("fix", "float", "exif", "single") if (known & (quality == q)).sum() >= 3), None)
+    if best is None:
+        return _Geotags(None, np.full(3, np.nan), np.nan, np.nan)
+    off, sd = residual[known & (quality == best)], stations.sd[known & (quality == best)]
+    median, stated = (float(np.median(np.linalg.norm(each, axis=1))) for each in (off, sd))
+    return _Geotags(best, np.sqrt(np.mean(off**2, axis=0)), median, stated)
 
 
 def _check_geotags(geotags: _Geotags, warnings: list[str]) -> None:
@@ -327,23 +293,14 @@ def _check_height(ratio: float, warnings: list[str]) -> None:
         )
 
 
-def _ties(block: Block, count: int) -> _Ties:
-    error = np.linalg.norm(block.residuals(), axis=1)
-    per_photo = np.bincount(block.image, minlength=count)[block.is_posed]
-    return _Ties(len(block.point) / max(len(block.points), 1), per_photo, float(np.sqrt(np.mean(error**2))))
-
-
-def _check_ties(ties: _Ties, warnings: list[str]) -> None:
-    if ties.track < 3:
-        warnings.append(
-            f"Points are seen in {ties.track:.1f} photos on average (4 or more is healthy); overlap is low."
-        )
-    if ties.rms_px > 1.5:
-        warnings.append(
-            f"Reprojection error {ties.rms_px:.1f} px (below 1.2 is healthy); wind, rolling shutter or blur."
-        )
-    if np.median(ties.per_photo) < 100:
-        warnings.append(f"Photos are tied by {np.median(ties.per_photo):.0f} points (median); 300 or more is healthy.")
+def _check_ties(track: float, per_photo: np.ndarray, rms_px: float, warnings: list[str]) -> None:
+    """track: photos that a point is seen in (mean). per_photo: points of each registered photo."""
+    if track < 3:
+        warnings.append(f"Points are seen in {track:.1f} photos on average (4 or more is healthy); overlap is low.")
+    if rms_px > 1.5:
+        warnings.append(f"Reprojection error {rms_px:.1f} px (below 1.2 is healthy); wind, rolling shutter or blur.")
+    if np.median(per_photo) < 100:
+        warnings.append(f"Photos are tied by {np.median(per_photo):.0f} points (median); 300 or more is healthy.")
 
 
 def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
