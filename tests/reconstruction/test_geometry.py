@@ -101,9 +101,9 @@ def test_known_points_are_found_again() -> None:
     code = rng.integers(0, 60, (300, 128), dtype=np.uint8)
     descriptors = [code[block.point[block.image == i]] for i in range(10)]
     rotation = rotation_from_gimbal(0.3, 0, 0) @ rotation_from_gimbal(0, 0, 0).T @ block.rotations[4]
-    found = find_points(block, descriptors, 4, rotation, -rotation @ block.centres[4], 40.0, 0.8)
+    point, key = find_points(block, descriptors, 4, rotation, -rotation @ block.centres[4], 40.0, 0.8)
     own = block.point[block.image == 4]
-    assert len(found.point) > 0.9 * len(own) and (own[found.key] == found.point).mean() > 0.99
+    assert len(point) > 0.9 * len(own) and (own[key] == point).mean() > 0.99
 
 
 @pytest.mark.parametrize("k1", [-0.08, 0.0, 0.2])

@@ -12,7 +12,7 @@ from ..geotags.stations import are_precise
 from .bundle import ROUGH, Problem, State, camera_of
 from .bundle_kernels import READOUT
 from .cameras import Camera
-from .tracks import Block, intersect, widest_angle_deg
+from .tracks import MIN_ANGLE_DEG, Block, intersect, widest_angle_deg
 
 #: Photos are never sharper than this, pixels.
 MIN_SIGMA_PX = 0.05
@@ -118,9 +118,7 @@ def adjust(
     return Adjusted(problem, state, sigma)
 
 
-def adjust_roughly(
-    block: Block, known: Known, free: frozenset[str], *, iterations: int = 12, tag_loss: float = TAG_LOSS
-) -> None:
+def adjust_roughly(block: Block, known: Known, free: frozenset[str], *, tag_loss: float = TAG_LOSS) -> None:
     """:func:`adjust` on the way, by as many points as poses need (:data:`TRACKS_A_PART`); the others follow.
 
     Raises:
@@ -130,17 +128,17 @@ def adjust_roughly(
     count = np.bincount(block.image[chosen[block.point]], minlength=len(block.keypoints))
     chosen[block.point[count[block.image] < _FEW_OBSERVATIONS]] = True
     if chosen.sum() > _FEW_LEFT_OUT * len(chosen):
-        adjust(block, known, free, iterations=iterations, tag_loss=tag_loss)
+        adjust(block, known, free, tag_loss=tag_loss)
         return
     some = block.part(chosen)
-    adjusted = adjust(some, known, free, iterations=iterations, tag_loss=tag_loss)
+    adjusted = adjust(some, known, free, tag_loss=tag_loss)
     block.sensor, block.rotations, block.translations = some.sensor, some.rotations, some.translations
     others = block.part(~chosen)
     intersect(others)
     block.points[chosen], block.points[~chosen] = some.points, others.points
     # A wrong observation must not pull its point off the right ones.
     problem = Problem(block, known, frozenset())
-    block.points = problem.place_points(problem.start, adjusted.sigma_px, 2).points[: len(block.points)]
+    block.points = problem.place_points(problem.start, adjusted.sigma_px).points[: len(block.points)]
 
 
 #: Median length of a two-dimensional normal error of unit standard deviation.
@@ -183,9 +181,9 @@ def _apply(block: Block, state: State) -> None:
     block.points = state.points[: len(block.points)]
 
 
-def prune(block: Block, limit_px: float, min_angle_deg: float = 1.5) -> None:
+def prune(block: Block, limit_px: float) -> None:
     """Drop observations beyond ``limit_px`` and points whose rays meet under too small an angle."""
     error = np.linalg.norm(block.residuals(), axis=1)
     block.keep(np.isfinite(error) & (error <= limit_px))
     if len(block.point):
-        block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
+        block.keep(widest_angle_deg(block, block.rays())[block.point] >= MIN_ANGLE_DEG)

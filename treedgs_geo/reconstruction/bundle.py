@@ -417,9 +417,9 @@ class Problem:
                 weights = self._around(x, sigma_px, tag_loss)
         return x
 
-    def place_points(self, x: State, sigma_px: float, rounds: int) -> State:
+    def place_points(self, x: State, sigma_px: float) -> State:
         """``x`` with its points alone moved to where their observations want them."""
-        for _ in range(rounds):
+        for _ in range(2):
             weights = self._around(x, sigma_px, np.inf)
             points = self._eliminated(x, weights, _HARDLY_DAMPED)
             x = self._moved(x, weights, points, np.zeros(self.photos * N_POSE + self.shared))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError, ReconstructionError
+from ..core.number_cells import as_number
 from ..geotags.photos import Photo
 from .cameras import Camera, Sensor
 
@@ -121,7 +122,7 @@ def calibration_of(photos: list[Photo], file: Path | None = None) -> Calibration
             fx = 0.0
         if 0.3 * width < fx < 20 * width:
             return Calibration(Camera(width, height, fx, fy, cx + dx, cy + dy, k1, k2, p1, p2, k3), "dewarp", 0.03)
-    focal = _number(photo.dji.get("CalibratedFocalLength"))
+    focal = as_number(photo.dji.get("CalibratedFocalLength"))
     if 0.3 * width < focal < 20 * width:
         return Calibration(Camera(width, height, focal, focal, cx, cy), "xmp", 0.04)
     longer = max(width, height)
@@ -235,12 +236,12 @@ def _from_plane(photo: Photo) -> float:
 def _from_pix4d(photo: Photo, exif35_px: float) -> float:
     """Pix4D's PerspectiveFocalLength (mm) in pixels: by the focal plane's resolution, the data sheet, the 35 mm
     equivalent, or twice the principal point."""
-    focal = _number(photo.pix4d.get("PerspectiveFocalLength"))
+    focal = as_number(photo.pix4d.get("PerspectiveFocalLength"))
     if not focal > 0 or "fisheye" in photo.pix4d.get("ModelType", "").lower():
         return float("nan")
     longer = max(photo.width, photo.height)
     sensor = SENSOR_WIDTHS_MM.get(photo.model)
-    middle = max((_number(part) for part in photo.pix4d.get("PrincipalPoint", "").split(",")), default=float("nan"))
+    middle = max((as_number(part) for part in photo.pix4d.get("PrincipalPoint", "").split(",")), default=float("nan"))
     scales = [
         *photo.plane_px_mm,
         longer / sensor[0] if sensor else np.nan,
@@ -259,7 +260,7 @@ def _is_sensor(photo: Photo, px_mm: float) -> bool:
 
 
 def _unknown_focal(photo: Photo) -> str:
-    focal = photo.focal_mm if photo.focal_mm > 0 else _number(photo.pix4d.get("PerspectiveFocalLength"))
+    focal = photo.focal_mm if photo.focal_mm > 0 else as_number(photo.pix4d.get("PerspectiveFocalLength"))
     if focal > 0:
         return (
             f"{photo.path}: says a focal length of {focal:g} mm and nothing about the sensor's size (no "
@@ -272,10 +273,3 @@ def _unknown_focal(photo: Photo) -> str:
         "the photos as the drone wrote them, or write it into them, for example 'exiftool "
         "-FocalLengthIn35mmFormat=24 FOLDER'."
     )
-
-
-def _number(text: str | None) -> float:
-    try:
-        return float(text or "nan")
-    except ValueError:
-        return float("nan")

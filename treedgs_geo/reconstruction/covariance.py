@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from .adjustment import TAG_LOSS, Adjusted
-from .bundle import Linear, PointNormals, Problem, State
+from .bundle import Linear, PointNormals, Problem
 from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE, Model, Seen, linearise
 from .cameras import OBLIQUE_DEG
 
@@ -64,54 +64,42 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     matrix[np.diag_indices_from(matrix)] *= 1 + _MIN_HELD
     free = problem.free
     factor = cho_factor(matrix[np.ix_(free, free)], check_finite=False)
-    gradient = _scale_gradient(adjusted, weights.pixels, points)[free]
-    inverse = cho_solve(factor, np.eye(len(free)))
+    # Of all unknowns, zero for those that are held.
+    covariance = np.zeros_like(matrix)
+    covariance[np.ix_(free, free)] = cho_solve(factor, np.eye(len(free)))
     sd = np.full(len(matrix), np.nan)
-    sd[free] = SYSTEMATIC * np.sqrt(np.maximum(np.diag(inverse), 0))
-    centres = sd[: problem.photos * N_POSE].reshape(-1, N_POSE)[:, 3:6]
-    scale = SYSTEMATIC * float(np.sqrt(max(gradient @ inverse @ gradient, 0.0)))
+    sd[free] = SYSTEMATIC * np.sqrt(np.maximum(np.diag(covariance)[free], 0))
+    first_shared = problem.photos * N_POSE
+    gradient = _scale_gradient(adjusted, weights.pixels, points)
+    scale = SYSTEMATIC * float(np.sqrt(max(gradient @ covariance @ gradient, 0.0)))
     # How scale and shared parameters follow the cameras.
-    follow = np.zeros((len(matrix), 1 + problem.shared))
-    wanted = free[free >= problem.photos * N_POSE]
-    follow[free, 0] = inverse @ gradient
-    follow[np.ix_(free, 1 + wanted - problem.photos * N_POSE)] = inverse[:, np.searchsorted(free, wanted)]
+    follow = np.column_stack([covariance @ gradient, covariance[:, first_shared:]])
     drifting = _drift_sd(problem, weights.tags, follow) * max(geotag_factor, 1.0)
-    shared = np.hypot(sd[problem.photos * N_POSE :], drifting[1:])
-    poses_px = SYSTEMATIC * _poses_px(adjusted, inverse)
-    late_s, late_sd_s = _lateness(problem, state, weights.tags, inverse)
+    shared = np.hypot(sd[first_shared:], drifting[1:])
+    centres = np.arange(first_shared).reshape(-1, N_POSE)[:, 3:6]
+    of_centres = covariance[np.ix_(centres.ravel(), centres.ravel())]
     return Posterior(
-        float(np.hypot(scale, drifting[0])), float(shared[LOG_F]), shared, centres, poses_px, late_s, late_sd_s
+        float(np.hypot(scale, drifting[0])),
+        float(shared[LOG_F]),
+        shared,
+        sd[centres],
+        SYSTEMATIC * _poses_px(adjusted, covariance),
+        problem.flight_error(state, weights.tags)[:, 3],
+        SYSTEMATIC * problem.flight_error_sd(weights.tags, of_centres)[:, 3],
     )
 
 
-def _lateness(problem: Problem, state: State, tags: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(F,) seconds by which the geotags of a flight are too early for its exposures, and their standard errors.
-
-    tags: (N,) share of each geotag that is believed. inverse: (K, K) covariance of the free unknowns.
-    """
-    where = np.full(problem.photos * N_POSE + problem.shared, -1)
-    where[problem.free] = np.arange(len(problem.free))
-    covariance = np.zeros((3 * problem.photos, 3 * problem.photos))
-    at = where[: problem.photos * N_POSE].reshape(-1, N_POSE)[:, 3:6].ravel()
-    known = np.flatnonzero(at >= 0)
-    covariance[np.ix_(known, known)] = inverse[np.ix_(at[known], at[known])]
-    found, sd = problem.flight_error(state, tags)[:, 3], problem.flight_error_sd(tags, covariance)[:, 3]
-    return found, SYSTEMATIC * sd
-
-
-def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
+def _poses_px(adjusted: Adjusted, covariance: np.ndarray) -> np.ndarray:
     """(N,) px: how far a place on the ground may lie, in each photo, from where the other photos that show it have it.
 
     What a stem's edges are read with: a shift of the whole block moves all photos alike and does not count. Places are
     where the axes of up to :data:`_MAX_PLACES` photos meet the ground; each is intersected anew from all its photos.
 
     Args:
-        inverse: (K, K) covariance of the free unknowns.
+        covariance: (S, S) of all unknowns, 0 for those that are held.
     """
     problem = adjusted.problem
     photo, place, linear = _places_seen(adjusted)
-    where = np.full(problem.photos * N_POSE + problem.shared, -1)
-    where[problem.free] = np.arange(len(problem.free))
     shared = problem.photos * N_POSE + np.arange(problem.shared)
     square, count = np.zeros(problem.photos), np.zeros(problem.photos)
     for k in np.unique(place):
@@ -126,9 +114,7 @@ def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
         by_all[:, :, len(own) * N_POSE :] = linear.by_shared[rows]
         moves, toward = by_all.reshape(2 * len(own), -1), linear.by_point[rows].reshape(-1, 3)
         moves -= toward @ np.linalg.lstsq(toward, moves, rcond=None)[0]
-        used = where[columns] >= 0
-        moves, free = moves[:, used], where[columns[used]]
-        variance = np.sum((moves @ inverse[np.ix_(free, free)]) * moves, axis=1).reshape(-1, 2).mean(axis=1)
+        variance = np.sum((moves @ covariance[np.ix_(columns, columns)]) * moves, axis=1).reshape(-1, 2).mean(axis=1)
         square[own] += np.maximum(variance, 0)
         count[own] += 1
     with np.errstate(invalid="ignore"):

@@ -26,15 +26,18 @@ class Placement:
     """First poses in the local frame.
 
     camera: intrinsics of the best model. rotations, translations: NaN where a photo could not be placed. mapped: (N,)
-    bool, from the
-    mapper (else from geotag + gimbal). models: photos per mapper model that was used.
+    bool, from the mapper (else from geotag + gimbal).
     """
 
     camera: Camera
     rotations: np.ndarray
     translations: np.ndarray
     mapped: np.ndarray
-    models: list[int]
+
+    @classmethod
+    def nowhere(cls, camera: Camera, count: int) -> Placement:
+        """None of ``count`` photos placed."""
+        return cls(camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool))
 
 
 def place_photos(
@@ -56,35 +59,25 @@ def place_photos(
     Args:
         xyz: (N, 3) local geotags. gimbal: (N, 3, 3) rotations from gimbal angles, NaN unknown.
     """
-    count = len(stations)
-    placement = Placement(
-        calibration.camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), []
-    )
+    placement = Placement.nowhere(calibration.camera, len(stations))
     rng = np.random.default_rng(seed)
-    gimbal_known = np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
     best = 0
     for task in ("map_global", "map_global", "map_incremental"):
-        left = [i for i in range(count) if not placement.mapped[i]]
-        if len(left) < 3 or (task == "map_incremental" and gimbal_known[left].all() and placement.mapped.any()):
+        left = np.flatnonzero(~placement.mapped).tolist()
+        aimed = _has_gimbal(xyz, gimbal)[left].all()
+        if len(left) < 3 or (task == "map_incremental" and aimed and placement.mapped.any()):
             break
         names = [stations.names[i] for i in left]
         for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, free_focal, seed):
             accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
             if accepted > best:
                 best, placement.camera = accepted, camera
-    _fill_from_gimbal(placement, xyz, gimbal, gimbal_known)
-    return placement
+    return _filled_from_gimbal(placement, xyz, gimbal)
 
 
 def place_by_gimbal(camera: Camera, xyz: np.ndarray, gimbal: np.ndarray) -> Placement:
     """First poses from geotags and gimbal angles alone, local frame; none from the mapper."""
-    count = len(xyz)
-    placement = Placement(
-        camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), []
-    )
-    known = np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
-    _fill_from_gimbal(placement, xyz, gimbal, known)
-    return placement
+    return _filled_from_gimbal(Placement.nowhere(camera, len(xyz)), xyz, gimbal)
 
 
 def _run_mapper(
@@ -148,14 +141,13 @@ def _fit_model(
         bias = nearest_rotation(error[good[known]].sum(axis=0))
         away = rotation_angle_deg(error @ bias.T)
         good[np.flatnonzero(known)[away > GIMBAL_LIMIT_DEG + 3 * np.median(away)]] = False
-    new = ids[good & ~placement.mapped[ids]]
     keep = good & ~placement.mapped[ids]
     if keep.sum() < 3:
         return 0
+    new = ids[keep]
     placement.rotations[new] = rotations[keep]
     placement.translations[new] = -np.einsum("nij,nj->ni", rotations[keep], centres[keep])
     placement.mapped[new] = True
-    placement.models.append(int(keep.sum()))
     return int(keep.sum())
 
 
@@ -193,8 +185,15 @@ def _turned_to_gimbals(
     return (rotations, centres) if spread_deg > 2 * GIMBAL_LIMIT_DEG else (rotations @ turn.T, moved)
 
 
-def _fill_from_gimbal(placement: Placement, xyz: np.ndarray, gimbal: np.ndarray, known: np.ndarray) -> None:
-    """Poses from geotag + gimbal, corrected by the common mounting error that the mapped photos show."""
+def _has_gimbal(xyz: np.ndarray, gimbal: np.ndarray) -> np.ndarray:
+    """(N,) bool: photos with geotag and gimbal angles."""
+    return np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
+
+
+def _filled_from_gimbal(placement: Placement, xyz: np.ndarray, gimbal: np.ndarray) -> Placement:
+    """The placement with the photos that it lacks at their geotag and gimbal angles, corrected by the common mounting
+    error that the mapped photos show."""
+    known = _has_gimbal(xyz, gimbal)
     both = known & placement.mapped
     bias = np.eye(3)
     if both.sum() >= 5:
@@ -203,3 +202,4 @@ def _fill_from_gimbal(placement: Placement, xyz: np.ndarray, gimbal: np.ndarray,
     for i in np.flatnonzero(known & ~placement.mapped):
         placement.rotations[i] = bias @ gimbal[i]
         placement.translations[i] = -placement.rotations[i] @ xyz[i]
+    return placement

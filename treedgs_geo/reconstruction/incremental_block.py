@@ -27,6 +27,8 @@ from .tracks import Block, triangulate
 MAPPED_SHARE = 0.35
 #: Rounds in which geotags are moved in time, and come to count less: a wrong one pulls those beside it.
 _ROUNDS = 3
+#: Points that three photos see, from which on a photo needs no others.
+_ENOUGH = 40
 
 
 class Joined(NamedTuple):
@@ -211,14 +213,14 @@ def from_gimbal(placement: Placement, store: FeatureStore, known: Known, sensor:
         return placement
     sensor = replace(sensor, camera=placement.camera)
     reach_px = 2 * np.tan(np.radians(GIMBAL_REACH_DEG)) * placement.camera.fx
-    rotations, translations = placement.rotations.copy(), placement.translations.copy()
-    rotations[~placed], translations[~placed] = np.nan, np.nan
-    block = from_matches(store, placed, rotations, translations, sensor)
+    rotations = np.where(placed[:, None, None], placement.rotations, np.nan)
+    translations = np.where(placed[:, None], placement.translations, np.nan)
     for share in (1.0, 0.3, 0.1):
         # Every match again: what was too far off before may fit now.
-        block = from_matches(store, block.is_posed, block.rotations, block.translations, sensor)
+        block = from_matches(store, np.isfinite(translations).all(axis=1), rotations, translations, sensor)
         triangulate(block, share * reach_px)
         adjust(block, known, frozenset(), least_sigma_px=max(0.05 * share * reach_px, 1.0))
+        rotations, translations = block.rotations, block.translations
     triangulate(block, 0.05 * reach_px)
     tied = block.is_posed & (np.bincount(block.image, minlength=len(placed)) >= MIN_OBSERVATIONS)
     rotations = np.where(tied[:, None, None], block.rotations, placement.rotations)
@@ -244,11 +246,11 @@ def _refine_strictly(block: Block, known: Known, free: frozenset[str]) -> Adjust
     return adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
 
 
-def _keep_proven(block: Block, enough: int = 40) -> None:
-    """Drop two-view points, except those of photos that would keep fewer than ``enough`` others."""
+def _keep_proven(block: Block) -> None:
+    """Drop two-view points, except those of photos that would keep fewer than :data:`_ENOUGH` others."""
     views = np.bincount(block.point, minlength=len(block.points))
     proven = views[block.point] >= 3
     count = np.bincount(block.image[proven], minlength=len(block.keypoints))
     needed = np.zeros(len(block.points), bool)
-    needed[block.point[~proven & (count[block.image] < enough)]] = True
+    needed[block.point[~proven & (count[block.image] < _ENOUGH)]] = True
     block.keep(proven | needed[block.point])

@@ -54,15 +54,13 @@ CROWNS_M, LOW_SHARE = 25.0, 0.07
 @dataclass(frozen=True)
 class Level:
     """name: in ``run.json`` and the report. stage: what progress calls it. neighbours: photos that a photo is matched
-    with. guided: own features, ``features`` a photo at most, matched where geotags and gimbals say, and placed by
-    them; otherwise COLMAP's, every feature with every other, and placed by a mapper. again: guided by the block of
-    the level before."""
+    with. guided: :data:`GUIDED_FEATURES` a photo at most, matched where geotags and gimbals say, and placed by them;
+    otherwise every feature with every other, and placed by a mapper. again: guided by the block of the level before."""
 
     name: str
     stage: str
     neighbours: int
     guided: bool = False
-    features: int = 0
     again: bool = False
 
 
@@ -70,8 +68,8 @@ def levels_of(neighbours: int, guidable: bool) -> list[Level]:
     """The levels that a block may take, the cheapest first. guidable: :func:`.prior_knowledge.can_guide`."""
     full = Level("full", "without a guide", neighbours)
     fewer = min(neighbours, GUIDED_NEIGHBOURS)
-    guided = Level("guided", "guided by geotags and gimbals", fewer, True, GUIDED_FEATURES)
-    fine = Level("fine", "guided by the block so far", neighbours, True, GUIDED_FEATURES, True)
+    guided = Level("guided", "guided by geotags and gimbals", fewer, True)
+    fine = Level("fine", "guided by the block so far", neighbours, True, True)
     return [guided, fine, full] if guidable else [full]
 
 
@@ -209,7 +207,7 @@ def at_level(
         timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
 
     with reporter.stage("features", 0.0, 0.30):
-        most = min(options.max_features, level.features) if level.guided else options.max_features
+        most = min(options.max_features, GUIDED_FEATURES) if level.guided else options.max_features
         store = FeatureStore(
             extract(stations.paths, most, options.max_image_size, work.threads, cache / "features", reporter)
         )

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+#: A camera agrees within so many standard deviations of its geotag, and so many metres for the model's own error.
+GATE_SD, SLACK_M = 4.0, 0.3
+#: Triples that are tried.
+TRIALS = 500
 _CAMERA_FROM_BODY = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 _NED_FROM_ENU = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
 
@@ -62,15 +66,11 @@ def fit_similarity_robust(
     target: np.ndarray,
     sd: np.ndarray,
     rng: np.random.Generator,
-    gate: float = 4.0,
-    slack_m: float = 0.3,
-    trials: int = 500,
 ) -> tuple[Similarity, np.ndarray] | None:
     """Similarity that most cameras agree with (RANSAC over triples, then refitted).
 
     Args:
         source: (N, 3) centres of a free model. target: (N, 3) geotags, metres. sd: (N,) of the geotags, metres.
-        gate: inlier limit in standard deviations. slack_m: added to it, for the model's own error.
 
     Returns:
         The similarity and the (N,) inlier mask; None when fewer than three cameras agree or they stand on one line.
@@ -78,10 +78,10 @@ def fit_similarity_robust(
     count = len(source)
     if count < 3:
         return None
-    limit = gate * sd + slack_m
+    limit = GATE_SD * sd + SLACK_M
     best: tuple[int, np.ndarray] | None = None
     spread = np.linalg.norm(target - target.mean(axis=0), axis=1).max()
-    for _ in range(trials):
+    for _ in range(TRIALS):
         pick = rng.choice(count, 3, replace=False)
         area = np.linalg.norm(np.cross(target[pick[1]] - target[pick[0]], target[pick[2]] - target[pick[0]]))
         if area < 0.01 * spread**2:

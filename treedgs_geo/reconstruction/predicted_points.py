@@ -8,8 +8,6 @@ direction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
@@ -20,15 +18,8 @@ from .tracks import Block
 #: Largest squared descriptor distance (SIFT bytes have norm 512): an angle of 0.7 rad.
 MAX_SQUARED = int(2 * (1 - np.cos(0.7)) * 512**2)
 CELL_PX = 16
-
-
-@dataclass(frozen=True)
-class PointMatches:
-    """point (K,), key (K,): known point and keypoint of the photo; distance (K,) squared descriptor distance."""
-
-    point: np.ndarray
-    key: np.ndarray
-    distance: np.ndarray
+#: A point is not looked for from further off the directions it was seen from.
+MAX_ANGLE_DEG = 40.0
 
 
 def find_points(
@@ -39,14 +30,12 @@ def find_points(
     translation: np.ndarray,
     radius_px: float,
     ratio: float,
-    max_angle_deg: float = 40.0,
-) -> PointMatches:
-    """Known points in photo i under a predicted pose, one to one.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Known points in photo i under a predicted pose, one to one: (K,) their numbers, (K,) keypoints of the photo.
 
     Args:
         rotation, translation: predicted world -> camera. radius_px: how far the prediction may be off. ratio: of
-        descriptor distances, best to second best inside the radius. max_angle_deg: a point is not looked for from
-        further off its seen directions.
+        descriptor distances, best to second best inside the radius.
     """
     camera = block.camera
     view = block.view(i, rotation, translation)
@@ -60,11 +49,10 @@ def find_points(
     centre = -rotation.T @ translation
     source, closeness = _nearest_seen(block.points, inside, block.centres, block.image, block.point, i, centre)
     usable = np.flatnonzero(inside & (source >= 0))
-    usable = usable[closeness[usable] > np.cos(np.radians(max_angle_deg))]
+    usable = usable[closeness[usable] > np.cos(np.radians(MAX_ANGLE_DEG))]
     keypoints = block.keypoints[i]
     if not len(usable) or not len(keypoints):
-        empty = np.empty(0, np.int64)
-        return PointMatches(empty, empty.copy(), empty.copy())
+        return np.empty(0, np.int64), np.empty(0, np.int64)
     rows = source[usable]
     described = np.empty((len(usable), 128), np.uint8)
     order = np.argsort(block.image[rows], kind="stable")
@@ -75,7 +63,7 @@ def find_points(
     ends = np.hstack([pixels[usable], pixels[usable]])
     best, distance = search(ends, described, squares(described), features, radius_px, ratio)
     found = one_to_one(best, distance)
-    return PointMatches(usable[found], features.order[best[found]], distance[found])
+    return usable[found], features.order[best[found]]
 
 
 #: Sectors of the circle by which features are sorted that have a direction, and so many on each side of the expected
@@ -160,18 +148,17 @@ def turn_to_points(
     centre: np.ndarray,
     tolerance: float,
     rng: np.random.Generator,
+    near: np.ndarray,
+    max_turn_deg: float,
     trials: int = 400,
-    max_turn_deg: float | None = None,
-    near: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """The rotation that most point-ray pairs agree with, the camera standing at ``centre`` (RANSAC over two pairs).
 
     With the position known from PPK only the rotation is sought, so that a tenth of right matches is enough.
 
     Args:
-        points: (K, 3) world. rays: (K, 3) unit, camera frame. tolerance: of the angle, radians. max_turn_deg, near:
-        only rotations
-            within this angle of ``near``.
+        points: (K, 3) world. rays: (K, 3) unit, camera frame. tolerance: of the angle, radians. near, max_turn_deg:
+            only rotations within this angle of ``near``.
 
     Returns:
         (3, 3) world -> camera and the (K,) inlier mask, None when fewer than 3 agree.
@@ -199,9 +186,8 @@ def turn_to_points(
             0, 2, 1
         )
     rotations = rotations[np.isfinite(rotations).all(axis=(1, 2))]
-    if near is not None and max_turn_deg is not None and len(rotations):
-        trace = np.einsum("nij,ij->n", rotations, near)
-        rotations = rotations[np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))) <= max_turn_deg]
+    trace = np.einsum("nij,ij->n", rotations, near)
+    rotations = rotations[np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))) <= max_turn_deg]
     if not len(rotations):
         return None
     off = np.linalg.norm(np.einsum("nij,kj->nki", rotations, world) - rays, axis=2)

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from ..core.machine import available_threads
 from .adjustment import Known
 from .cameras import Sensor
-from .predicted_points import PointMatches, find_points, turn_to_points
+from .predicted_points import find_points, turn_to_points
 from .sift import FeatureStore
 from .tracks import Block, build_tracks, triangulate
 
@@ -18,6 +18,8 @@ from .tracks import Block, build_tracks, triangulate
 MIN_OBSERVATIONS = 12
 #: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
 GIMBAL_REACH_DEG = 1.5
+#: Of descriptor distances, best to second best near where a point must be.
+RATIO = 0.8
 
 
 def from_matches(
@@ -56,12 +58,12 @@ def resect(
             (12.0, 0.75, 4.0, 0.2),
             (6.0, 0.75, 3.0, 0.4),
         ):
-            found = find_points(block, store.descriptors, i, rotation, translation, radius, ratio)
-            pixels = store.keypoints[i][found.key]
+            point, key = find_points(block, store.descriptors, i, rotation, translation, radius, ratio)
+            pixels = store.keypoints[i][key]
             rays = block.sensor.directions(pixels, i)
             tolerance = (tolerance_px + _slack_px(block, known, i)) / focal
             turned = turn_to_points(
-                block.moved(i, block.points[found.point], pixels),
+                block.moved(i, block.points[point], pixels),
                 rays,
                 known.xyz[i],
                 tolerance,
@@ -77,7 +79,7 @@ def resect(
             if inliers.sum() >= MIN_OBSERVATIONS:
                 joined[i] = True
                 block.rotations[i], block.translations[i] = rotation, translation
-                _add(block, i, found.point[inliers], found.key[inliers])
+                block.add(np.full(inliers.sum(), i), key[inliers], point[inliers])
     return joined
 
 
@@ -87,39 +89,24 @@ def _slack_px(block: Block, known: Known, i: int) -> float:
     return min(0.5 * block.camera.fx * float(np.linalg.norm(known.sd[i])) / distance, 30.0)
 
 
-def _append(block: Block, other: Block) -> None:
-    """Add another block's points and observations; keypoints that are taken are left alone."""
-    other.keep(~np.isin(_codes(other), _codes(block)))
-    block.image = np.concatenate([block.image, other.image])
-    block.key = np.concatenate([block.key, other.key])
-    block.point = np.concatenate([block.point, other.point + len(block.points)])
-    block.points = np.concatenate([block.points, other.points])
-
-
-def _add(block: Block, i: int, point: np.ndarray, key: np.ndarray) -> None:
-    block.image = np.concatenate([block.image, np.full(len(point), i)])
-    block.key = np.concatenate([block.key, key])
-    block.point = np.concatenate([block.point, point])
-
-
 def retriangulate(block: Block, store: FeatureStore) -> None:
     """Add the points that verified matches between posed photos give and the block does not have yet."""
     fresh = from_matches(store, block.is_posed, block.rotations, block.translations, block.sensor)
-    used = _codes(block)
-    taken = np.isin(_codes(fresh), used)
+    taken = np.isin(_codes(fresh), _codes(block))
     # A track of which any keypoint is already known would only double it.
     known = np.zeros(len(fresh.points), bool)
     known[fresh.point[taken]] = True
     fresh.keep(~known[fresh.point])
     triangulate(fresh, 15.0)
-    _append(block, fresh)
+    block.add(fresh.image, fresh.key, fresh.point + len(block.points))
+    block.points = np.concatenate([block.points, fresh.points])
 
 
 def _codes(block: Block) -> np.ndarray:
     return block.image.astype(np.int64) << 32 | block.key
 
 
-def extend(block: Block, store: FeatureStore, radius_px: float, ratio: float = 0.8) -> None:
+def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
     """Look for every point in every photo; join points that turn out to be the same feature.
 
     A point may be joined to another only if no photo sees both.
@@ -134,14 +121,14 @@ def extend(block: Block, store: FeatureStore, radius_px: float, ratio: float = 0
     same: list[tuple[int, int]] = []
     posed = np.flatnonzero(block.is_posed).tolist()
 
-    def work(i: int) -> PointMatches:
-        return find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, ratio)
+    def work(i: int) -> tuple[np.ndarray, np.ndarray]:
+        return find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, RATIO)
 
     # Threads of BLAS would wait busily on the cores that these photos need.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(available_threads()) as workers:
         matches = list(workers.map(work, posed))
     for i, found in zip(posed, matches, strict=True):
-        for point, key in zip(found.point.tolist(), found.key.tolist(), strict=True):
+        for point, key in zip(*(each.tolist() for each in found), strict=True):
             if seen[i, point]:
                 continue
             other = owner.get(i << 32 | key)
@@ -151,9 +138,7 @@ def extend(block: Block, store: FeatureStore, radius_px: float, ratio: float = 0
                 same.append((other, point))
     if added:
         image, key, point = np.array(added).T
-        block.image, block.key, block.point = (
-            np.concatenate([a, b]) for a, b in ((block.image, image), (block.key, key), (block.point, point))
-        )
+        block.add(image, key, point)
         seen[image, point] = True
     target = np.arange(count)
     for a, b in same:

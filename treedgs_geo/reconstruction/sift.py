@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -35,8 +35,7 @@ _BYTES_A_PIXEL = 64
 _SMALLEST_PX = 32
 
 
-@dataclass(frozen=True)
-class PhotoFeatures:
+class PhotoFeatures(NamedTuple):
     """keypoints: (K, 2) float64 pixels, the first pixel's centre at 0.5, 0.5. described: (K, 128) uint8. turned: (K,)
     float32 directions, radians from the first axis to the second. bright: (K,) bool, brighter than what is around."""
 
@@ -44,9 +43,6 @@ class PhotoFeatures:
     described: np.ndarray
     turned: np.ndarray
     bright: np.ndarray
-
-
-_NAMES = tuple(field.name for field in fields(PhotoFeatures))
 
 
 def features_of(grey: np.ndarray, most: int, own_sigma: float = OWN_SIGMA) -> PhotoFeatures:
@@ -77,11 +73,7 @@ def features_of(grey: np.ndarray, most: int, own_sigma: float = OWN_SIGMA) -> Ph
             bright = rows[kept, 3] < 0
             keypoints = rows[kept, :2].astype(float) * 2**octave + 0.5
             parts.append(PhotoFeatures(keypoints, out[:count], turned[:count], bright))
-    return PhotoFeatures(*(np.concatenate(each) for each in zip(*map(_arrays, parts), strict=True)))
-
-
-def _arrays(features: PhotoFeatures) -> tuple[np.ndarray, ...]:
-    return features.keypoints, features.described, features.turned, features.bright
+    return PhotoFeatures(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _octaves(image: np.ndarray, own_sigma: float) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
@@ -137,11 +129,10 @@ def extract(
         file = kept / f"{number}-{most}.npz"
         if file.exists():
             with np.load(file) as there:
-                return PhotoFeatures(*(there[name] for name in _NAMES))
+                return PhotoFeatures(**there)
         found = _of_file(path, most, largest_px)
         with atomic_path(file) as temporary, open(temporary, "wb") as target:
-            keypoints, described, turned, bright = _arrays(found)
-            np.savez(target, keypoints=keypoints, described=described, turned=turned, bright=bright)
+            np.savez(target, **found._asdict())
         return found
 
     room = free_memory() / (2 * _BYTES_A_PIXEL * largest_px**2)
@@ -165,7 +156,7 @@ def _of_file(path: Path, most: int, largest_px: int) -> PhotoFeatures:
     resized = cv2.resize(grey, (round(width * factor), round(height * factor)), interpolation=how)
     found = features_of(resized, most, max(factor, 1.0) * OWN_SIGMA)
     back = np.array([width / resized.shape[1], height / resized.shape[0]])
-    return replace(found, keypoints=found.keypoints * back)
+    return found._replace(keypoints=found.keypoints * back)
 
 
 class FeatureStore:

@@ -11,6 +11,9 @@ import numpy as np
 
 from .cameras import Camera, Sensor, View
 
+#: Points whose rays meet under a smaller angle are dropped.
+MIN_ANGLE_DEG = 1.5
+
 
 class Rays(NamedTuple):
     """starts (M, 3): where the camera stood when each observation was read, metres. directions (M, 3): unit vectors."""
@@ -130,6 +133,11 @@ class Block:
         chosen[self.point[order[np.arange(len(order)) - first < most]]] = True
         return chosen
 
+    def add(self, image: np.ndarray, key: np.ndarray, point: np.ndarray) -> None:
+        """Add observations, (M,) each."""
+        self.image, self.key = np.concatenate([self.image, image]), np.concatenate([self.key, key])
+        self.point = np.concatenate([self.point, point])
+
     def unpose(self, photos: np.ndarray) -> None:
         """Take the poses and observations of some photos, (N,) bool, out of the block."""
         self.rotations[photos], self.translations[photos] = np.nan, np.nan
@@ -210,7 +218,7 @@ def _unite(count: int, edges: np.ndarray) -> np.ndarray:
     return parent
 
 
-def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, rounds: int = 4) -> None:
+def triangulate(block: Block, limit_px: float) -> None:
     """Place the block's points from its poses; drop observations beyond ``limit_px`` and points seen under a small
     angle.
 
@@ -219,7 +227,7 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
     """
     block.keep(block.is_posed[block.image])
     rays = block.rays()
-    for _ in range(rounds):
+    for _ in range(4):
         if not len(block.point):
             return
         intersect(block, rays)
@@ -236,7 +244,7 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
     intersect(block, rays)
     error = np.linalg.norm(block.residuals(), axis=1)
     rays = rays.of(block.keep(np.isfinite(error) & (error <= limit_px)))
-    block.keep(_widest_deg(block, rays)[block.point] >= min_angle_deg)
+    block.keep(widest_angle_deg(block, rays)[block.point] >= MIN_ANGLE_DEG)
 
 
 def intersect(block: Block, rays: Rays | None = None) -> None:
@@ -266,14 +274,10 @@ def _ray_normals(
     return left, right
 
 
-def widest_angle_deg(block: Block) -> np.ndarray:
+def widest_angle_deg(block: Block, rays: Rays) -> np.ndarray:
     """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of
     intersection.
     """
-    return _widest_deg(block, block.rays())
-
-
-def _widest_deg(block: Block, rays: Rays) -> np.ndarray:
     mean = np.zeros((len(block.points), 3))
     np.add.at(mean, block.point, rays.directions)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
