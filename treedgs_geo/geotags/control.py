@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import numpy as np
+import pandas as pd
 import pyproj
 from PIL import Image
 
@@ -17,7 +17,7 @@ from ..core.errors import InputError
 from ..core.frames import same_datum, transform
 from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
-from .control_files import ControlRow, read_control_rows
+from .control_files import DEVIATIONS, PIXEL, PLACE, read_control_rows
 from .photos import shorten
 from .stations import Stations
 
@@ -78,81 +78,88 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     """
     path, reporter = Path(path), reporter or Reporter()
     crs, rows = read_control_rows(path)
-    rows = _with_labels(path, rows)
-    groups: dict[str, list[ControlRow]] = {}
-    for row in rows:
-        groups.setdefault(row.label, []).append(row)
-    labels = list(groups)
-    _check_places(path, groups)
-    xyz = _in_project(path, crs, np.array([group[0].place for group in groups.values()]), stations.crs)
-    _check_distance(path, [group[0] for group in groups.values()], xyz, stations)
+    rows["label"] = _labels(path, rows)
+    rows["line"] = rows.index
+    points = rows.drop_duplicates("label").set_index("label")
+    _refuse_contradictions(path, rows)
+    xyz = _in_project(path, crs, points[PLACE].to_numpy(), stations.crs)
+    _check_distance(path, points, xyz, stations)
     _check_heights(path, xyz, stations, reporter)
-    sd = np.array([_deviations(group) for group in groups.values()])
-    check = np.array([_use(path, group) for group in groups.values()], bool)
+    of_point = rows.groupby("label", sort=False)
+    sd = np.where(of_point[DEVIATIONS].max().isna(), CONTROL_SD_M, of_point[DEVIATIONS].max())
+    check = of_point["is_check"].first().fillna(False).to_numpy(bool)
 
     marks = _marks(path, rows, stations, reporter)
-    seen = Counter(row.label for row, _ in marks)
-    lost = [label for label in labels if seen[label] < 2]
-    if len(lost) == len(labels):
+    seen = marks["label"].value_counts().reindex(points.index, fill_value=0)
+    lost = seen.index[seen < 2].tolist()
+    if len(lost) == len(points):
         raise InputError(
-            f"{path}: none of its {len(labels)} points is marked in two photos of this flight, expected two marks or "
+            f"{path}: none of its {len(points)} points is marked in two photos of this flight, expected two marks or "
             "more a point; mark them in more photos."
         )
     if lost:
         reporter.warn(
-            f"{path.name}: {len(lost)} of {len(labels)} points are marked in fewer than two photos and left out: "
+            f"{path.name}: {len(lost)} of {len(points)} points are marked in fewer than two photos and left out: "
             f"{shorten(lost)}."
         )
-    kept = [label for label in labels if seen[label] >= 2]
-    chosen = np.array([seen[label] >= 2 for label in labels])
-    number = {label: i for i, label in enumerate(kept)}
-    used = [(row, photo) for row, photo in marks if seen[row.label] >= 2]
+    chosen = (seen >= 2).to_numpy()
+    kept = points.index[chosen]
+    marks = marks[marks["label"].isin(kept)]
     reporter.info(
-        f"{path.name}: {int((~check[chosen]).sum())} control and {int(check[chosen].sum())} check points, {len(used)} "
+        f"{path.name}: {int((~check[chosen]).sum())} control and {int(check[chosen].sum())} check points, {len(marks)} "
         "marks."
     )
     return ControlPoints(
-        kept,
+        kept.tolist(),
         xyz[chosen],
         sd[chosen],
         check[chosen],
-        np.array([number[row.label] for row, _ in used]),
-        np.array([photo for _, photo in used]),
-        np.array([row.pixel for row, _ in used], float),
+        kept.get_indexer(marks["label"]),
+        marks["number"].to_numpy(int),
+        marks[PIXEL].to_numpy(float),
     )
 
 
-def _with_labels(path: Path, rows: list[ControlRow]) -> list[ControlRow]:
-    """The rows with a label each: points without one are known by their coordinates.
+def _labels(path: Path, rows: pd.DataFrame) -> list[str]:
+    """A label of each row: points without one are known by their coordinates.
 
     Raises:
         InputError: two labels for the same coordinates.
     """
-    named: dict[tuple[float, float, float], ControlRow] = {}
-    for row in rows:
-        before = named.setdefault(row.place, row) if row.label else None
-        if before is not None and before.label != row.label:
+    places = list(zip(*(rows[axis] for axis in PLACE), strict=True))
+    named: dict[tuple[float, float, float], tuple[int, str]] = {}
+    for line, place, label in zip(rows.index, places, rows["label"], strict=True):
+        before, other = named.setdefault(place, (line, label)) if label else (line, label)
+        if other != label:
             raise InputError(
-                f"{path}, lines {before.line} and {row.line}: points {before.label!r} and {row.label!r} have the same "
-                "coordinates; correct one of them, or give them one label."
+                f"{path}, lines {before} and {line}: points {other!r} and {label!r} have the same coordinates; correct "
+                "one of them, or give them one label."
             )
-    found, taken = [], {row.label for row in rows}
-    for row in rows:
-        if not row.label and row.place not in named:
-            label = next(f"point {n}" for n in range(1, len(rows) + 2) if f"point {n}" not in taken)
-            taken.add(label)
-            named[row.place] = replace(row, label=label)
-        found.append(row if row.label else replace(row, label=named[row.place].label))
-    return found
+    free = (f"point {n}" for n in range(1, 2 * len(rows) + 2) if f"point {n}" not in set(rows["label"]))
+    return [
+        label or named.setdefault(place, (0, next(free) if place not in named else ""))[1]
+        for place, label in zip(places, rows["label"], strict=True)
+    ]
 
 
-def _check_places(path: Path, groups: dict[str, list[ControlRow]]) -> None:
-    for label, (first, *others) in groups.items():
-        other = next((row for row in others if row.place != first.place), None)
-        if other is not None:
+def _refuse_contradictions(path: Path, rows: pd.DataFrame) -> None:
+    """Rows of one point with other coordinates, or another use, than the first that says them.
+
+    Raises:
+        InputError: the two rows.
+    """
+    for label, group in rows.groupby("label", sort=False):
+        moved = (group[PLACE] != group[PLACE].iloc[0]).any(axis=1)
+        if moved.any():
             raise InputError(
-                f"{path}, lines {first.line} and {other.line}: point {label!r} has two different coordinates; correct "
-                "one, or give it another label."
+                f"{path}, lines {group.index[0]} and {moved.idxmax()}: point {label!r} has two different coordinates; "
+                "correct one, or give it another label."
+            )
+        says = group["is_check"].dropna()
+        if says.nunique() > 1:
+            raise InputError(
+                f"{path}, lines {says.index[0]} and {(says != says.iloc[0]).idxmax()}: point {label!r} is control in "
+                "one and check in the other; decide for one."
             )
 
 
@@ -168,7 +175,7 @@ def _in_project(path: Path, crs: pyproj.CRS | None, places: np.ndarray, project:
     return lonlat_to_project(project, places[:, 0], places[:, 1], places[:, 2], frame)
 
 
-def _check_distance(path: Path, rows: list[ControlRow], xyz: np.ndarray, stations: Stations) -> None:
+def _check_distance(path: Path, points: pd.DataFrame, xyz: np.ndarray, stations: Stations) -> None:
     placed = stations.xyz[stations.is_placed][:, :2]
     away = np.array([np.linalg.norm(placed - place, axis=1).min(initial=np.inf) for place in xyz[:, :2]])
     worst = int(np.argmax(away))
@@ -183,8 +190,8 @@ def _check_distance(path: Path, rows: list[ControlRow], xyz: np.ndarray, station
         )
         hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, all would lie there)" if zone is not None else ""
     raise InputError(
-        f"{path}, line {rows[worst].line}: point {rows[worst].label!r} lies {away[worst] / 1000:.0f} km from the "
-        f"nearest photo, expected it under the flight{hint}; check the coordinates, their order and their CRS."
+        f"{path}, line {points['line'].iloc[worst]}: point {points.index[worst]!r} lies {away[worst] / 1000:.0f} km "
+        f"from the nearest photo, expected it under the flight{hint}; check the coordinates, their order and their CRS."
     )
 
 
@@ -204,60 +211,41 @@ def _check_heights(path: Path, xyz: np.ndarray, stations: Stations, reporter: Re
         )
 
 
-def _deviations(rows: list[ControlRow]) -> np.ndarray:
-    """(3,) E, N, U metres of one point: the largest that its rows give, else :data:`CONTROL_SD_M`."""
-    given = np.fmax.reduce([np.array(row.sd_m) for row in rows])
-    return np.where(np.isfinite(given), given, CONTROL_SD_M)
-
-
-def _use(path: Path, rows: list[ControlRow]) -> bool:
-    """True for a check point."""
-    says = [row for row in rows if row.is_check is not None]
-    other = next((row for row in says if row.is_check != says[0].is_check), None)
-    if other is not None:
-        raise InputError(
-            f"{path}, lines {says[0].line} and {other.line}: point {other.label!r} is control in one and check in the "
-            "other; decide for one."
-        )
-    return bool(says and says[0].is_check)
-
-
-def _marks(path: Path, rows: list[ControlRow], stations: Stations, reporter: Reporter) -> list[tuple[ControlRow, int]]:
-    """The rows whose photo is there, with its number."""
-    found, missing = [], []
-    sizes: dict[int, tuple[int, int]] = {}
-    before: dict[tuple[str, int], int] = {}
+def _marks(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter) -> pd.DataFrame:
+    """The rows whose photo is there, with its ``number``."""
     named = _photos_by_name(stations)
-    for row in rows:
-        photo = _photo_number(path, row, stations, named)
-        if photo is None:
-            missing.append(row.photo)
-            continue
-        if photo not in sizes:
-            with Image.open(stations.paths[photo]) as image:
-                sizes[photo] = image.size
-        width, height = sizes[photo]
-        if not (0 <= row.pixel[0] <= width and 0 <= row.pixel[1] <= height):
+    numbers = [_photo_number(path, line, photo, stations, named) for line, photo in rows["photo"].items()]
+    rows = rows.assign(number=numbers)
+    missing, found = rows[rows["number"] < 0], rows[rows["number"] >= 0]
+    sizes = {}
+    for photo in found["number"].unique():
+        with Image.open(stations.paths[photo]) as image:
+            sizes[photo] = image.size
+    for line, row in found.iterrows():
+        width, height = sizes[row["number"]]
+        if not (0 <= row["u"] <= width and 0 <= row["v"] <= height):
             raise InputError(
-                f"{path}, line {row.line}: pixel {row.pixel[0]:g}, {row.pixel[1]:g} lies outside of {row.photo} "
+                f"{path}, line {line}: pixel {row['u']:g}, {row['v']:g} lies outside of {row['photo']} "
                 f"({width} x {height} px); mark the point in the photo as it is in the folder, neither reduced nor "
                 "turned."
             )
-        line = before.setdefault((row.label, photo), row.line)
-        if line != row.line:
-            raise InputError(
-                f"{path}, lines {line} and {row.line}: point {row.label!r} is marked twice in {row.photo}; keep one."
-            )
-        found.append((row, photo))
-    if not found:
+    again = found.duplicated(["label", "number"])
+    if again.any():
+        row = found.loc[again.idxmax()]
+        first = found.index[(found["label"] == row["label"]) & (found["number"] == row["number"])][0]
         raise InputError(
-            f"{path}: names none of the {len(stations)} photos (it has {rows[0].photo!r}, the folder "
+            f"{path}, lines {first} and {row['line']}: point {row['label']!r} is marked twice in {row['photo']}; keep "
+            "one."
+        )
+    if found.empty:
+        raise InputError(
+            f"{path}: names none of the {len(stations)} photos (it has {rows['photo'].iloc[0]!r}, the folder "
             f"{stations.names[0]!r}); give the file of these photos."
         )
-    if missing:
+    if len(missing):
         reporter.warn(
             f"{path.name}: {len(missing)} of {len(rows)} marks are in photos that are not there or not used, and are "
-            f"left out: {shorten(list(dict.fromkeys(missing)))}."
+            f"left out: {shorten(missing['photo'].unique().tolist())}."
         )
     return found
 
@@ -272,16 +260,16 @@ def _photos_by_name(stations: Stations) -> list[dict[str, list[int]]]:
     return found
 
 
-def _photo_number(path: Path, row: ControlRow, stations: Stations, named: list[dict[str, list[int]]]) -> int | None:
-    """Number of the row's photo, ``None`` when it is not there."""
-    asked = PurePosixPath(row.photo.replace("\\", "/").lower())
+def _photo_number(path: Path, line: int, photo: str, stations: Stations, named: list[dict[str, list[int]]]) -> int:
+    """Number of a row's photo, -1 when it is not there."""
+    asked = PurePosixPath(photo.replace("\\", "/").lower())
     for names, key in zip(named, (str(asked), asked.name, asked.name), strict=True):
         hits = names.get(key, [])
         if len(hits) > 1:
             raise InputError(
-                f"{path}, line {row.line}: photo {row.photo!r} is both {stations.names[hits[0]]} and "
+                f"{path}, line {line}: photo {photo!r} is both {stations.names[hits[0]]} and "
                 f"{stations.names[hits[1]]}; write its folder before it."
             )
         if hits:
             return hits[0]
-    return None
+    return -1

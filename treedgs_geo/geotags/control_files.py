@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,47 +25,39 @@ _EXPECTED = (
 )
 
 
-@dataclass(frozen=True)
-class ControlRow:
-    """One point marked in one photo, as the file has it.
-
-    label: empty where the file gives none. place: x, y, z in the file's CRS. photo: its name. pixel: u, v. sd_m: E, N,
-    U, NaN where the file says nothing. is_check: ``None`` where the file says nothing.
-    """
-
-    line: int
-    label: str
-    place: tuple[float, float, float]
-    photo: str
-    pixel: tuple[float, float]
-    sd_m: tuple[float, float, float]
-    is_check: bool | None
+#: Coordinates in the file's CRS, pixels, and standard errors E, N, U, metres.
+PLACE, PIXEL, DEVIATIONS = ["x", "y", "z"], ["u", "v"], ["sd_e", "sd_n", "sd_u"]
 
 
-def read_control_rows(path: Path) -> tuple[pyproj.CRS | None, list[ControlRow]]:
-    """The CRS that the file names (``None``: that of the project) and its rows.
+def read_control_rows(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
+    """The CRS that the file names (``None``: that of the project) and its rows, one for each point marked in a photo:
+    ``label`` (empty where the file gives none), :data:`PLACE`, ``photo`` (its name), :data:`PIXEL`, :data:`DEVIATIONS`
+    (NaN) and ``is_check`` (``None`` where the file says nothing), by their lines.
 
     Raises:
         InputError: no such file, neither of the two formats, a row that cannot be read. CRSError: an unknown CRS.
     """
     refuse_other_formats(path)
     if {"photo", "u"} & set(columns(read_heading(path), "photo", "u")):
-        return _of_csv(path)
-    filled = [(n, line.rstrip()) for n, line in numbered_lines(path, _EXPECTED) if line.lstrip()[:1] != "#"]
-    crs, rows = _of_gcp_list(path, filled)
-    if not rows:
+        crs, rows = _of_csv(path)
+    else:
+        crs, rows = _of_gcp_list(path)
+    if rows.empty:
         raise InputError(f"{path}: holds no control point; {_EXPECTED}.")
+    named = np.array([bool(_CHECK_LABEL.search(label)) for label in rows["label"]])
+    rows.loc[named & rows["is_check"].isna(), "is_check"] = True
     return crs, rows
 
 
-def _of_gcp_list(path: Path, filled: list[tuple[int, str]]) -> tuple[pyproj.CRS | None, list[ControlRow]]:
+def _of_gcp_list(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
+    filled = [(n, line.rstrip()) for n, line in numbered_lines(path, _EXPECTED) if line.lstrip()[:1] != "#"]
     if not filled:
-        return None, []
+        return None, pd.DataFrame()
     try:
         crs = crs_of_line(filled[0][1], f"{path}, line {filled[0][0]}")
     except CRSError as problem:
         raise CRSError(f"{str(problem).rstrip('.')} in a gcp_list.txt; {_EXPECTED}.") from None
-    rows = []
+    rows = {}
     for number, line in filled[1:]:
         # Names of photos may hold blanks where tabs part the columns.
         cells = [cell.strip() for cell in line.split("\t")] if line.count("\t") >= 5 else line.split()
@@ -76,42 +67,35 @@ def _of_gcp_list(path: Path, filled: list[tuple[int, str]]) -> tuple[pyproj.CRS 
                 f"{path}, line {number}: found {line.strip()[:70]!r}, expected x y z px py photo [label]; correct the "
                 "row (a height that is not known makes no control point)."
             )
-        x, y, z, u, v = numbers
-        label, more = cells[6] if len(cells) > 6 else "", {cell.lower() for cell in cells[7:]}
-        check = True if more & {"check", "checkpoint"} else None
-        rows.append(ControlRow(number, label, (x, y, z), cells[5], (u, v), (np.nan,) * 3, _says_check(label, check)))
-    return crs, rows
+        said = True if {cell.lower() for cell in cells[7:]} & {"check", "checkpoint"} else None
+        rows[number] = [*numbers, cells[5], cells[6] if len(cells) > 6 else "", said]
+    found = pd.DataFrame.from_dict(rows, "index", columns=[*PLACE, *PIXEL, "photo", "label", "is_check"])
+    return crs, found.assign(is_check=found["is_check"].astype(object), **dict.fromkeys(DEVIATIONS, np.nan))
 
 
-def _of_csv(path: Path) -> tuple[pyproj.CRS | None, list[ControlRow]]:
+def _of_csv(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
     table = read_table(path, comments=True)
-    deviations = ("sd_e", "sd_n", "sd_u")
-    has = columns(table, "point", "photo", "u", "v", "kind", *_PLACE, "altitude", "epsg", *deviations)
+    has = columns(table, "point", "photo", "u", "v", "kind", *_PLACE, "altitude", "epsg", *DEVIATIONS)
     require(path, table, has, (("easting", "lon"), ("northing", "lat"), "altitude", "photo", "u", "v"))
     geographic = {"lon", "lat"} <= set(has)
     place = (*(("lon", "lat") if geographic else ("easting", "northing")), "altitude")
-    xyz = np.column_stack([numbers(path, table, has[key].name, required=True) for key in place])
-    pixels = np.column_stack([numbers(path, table, has[key].name, required=True) for key in "uv"])
-    sd = np.full((len(table), 3), np.nan)
-    for k, key in enumerate(deviations):
+    rows = pd.DataFrame(index=table.index)
+    for name, key in zip([*PLACE, *PIXEL], (*place, "u", "v"), strict=True):
+        rows[name] = numbers(path, table, has[key].name, required=True)
+    for key in DEVIATIONS:
+        rows[key] = numbers(path, table, has[key].name) if key in has else np.nan
         if key in has:
-            values = numbers(path, table, has[key].name)
-            refuse_bounds(path, values, f"standard deviation {has[key].name}", key)
-            sd[:, k] = values
-    bare = table[has["photo"].name].isna()
+            refuse_bounds(path, rows[key], f"standard deviation {has[key].name}", key)
+    rows["photo"] = table[has["photo"].name]
+    bare = rows["photo"].isna()
     if bare.any():
         raise InputError(f"{path}, {line_of(bare)}: has no photo; complete or delete the row.")
-    rows = []
-    for k, line in enumerate(table.index):
-        cell = {key: table[column.name].iloc[k] or "" for key, column in has.items()}
-        check = _kind(path, line, cell.get("kind", ""))
-        label, (x, y, z), (u, v), (e, n, up) = (
-            cell.get("point", ""),
-            xyz[k].tolist(),
-            pixels[k].tolist(),
-            sd[k].tolist(),
-        )
-        rows.append(ControlRow(line, label, (x, y, z), cell["photo"], (u, v), (e, n, up), _says_check(label, check)))
+    rows["label"] = table[has["point"].name].fillna("") if "point" in has else ""
+    kind = table[has["kind"].name] if "kind" in has else pd.Series(None, table.index, object)
+    rows["is_check"] = kind.str.lower().map(_KINDS).astype(object)
+    odd = kind.notna() & rows["is_check"].isna()
+    if odd.any():
+        raise InputError(f"{path}, {line_of(odd)}: kind {kind[odd.idxmax()]!r}, expected control or check.")
     return _csv_crs(path, table, has.get("epsg"), geographic), rows
 
 
@@ -126,15 +110,3 @@ def _csv_crs(path: Path, table: pd.DataFrame, column: FoundColumn | None, geogra
         )
     found = epsg_crs(codes.iloc[0], f"{path}, line {codes.index[0]}")
     return pyproj.CRS.from_epsg(4326) if found is None and geographic else found
-
-
-def _kind(path: Path, number: int, text: str) -> bool | None:
-    if not text:
-        return None
-    if text.lower() not in _KINDS:
-        raise InputError(f"{path}, line {number}: kind {text!r}, expected control or check.")
-    return _KINDS[text.lower()]
-
-
-def _says_check(label: str, said: bool | None) -> bool | None:
-    return True if said is None and _CHECK_LABEL.search(label) else said
