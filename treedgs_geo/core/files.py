@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import re
@@ -89,23 +90,23 @@ def keep_beside(temporary: Path, target: Path) -> Path:
     Raises:
         OSError: that neither.
     """
-    for number in range(1, 1000):
-        kept = target.with_name(f"{target.stem}.new{number if number > 1 else ''}{target.suffix}")
-        if not kept.exists():
-            break
+    kept = free_name(target, ".new")
     if temporary.is_file():
         os.chmod(temporary, 0o666 & ~_umask())
     os.replace(temporary, kept)
     return kept
 
 
+def free_name(target: Path, mark: str = "") -> Path:
+    """``target`` with a mark, and a number where that is taken: ``NAME.new.csv``, ``NAME.new2.csv``."""
+    names = (f"{target.stem}{mark}{number}{target.suffix}" for number in itertools.chain([""], itertools.count(2)))
+    return next(path for path in map(target.with_name, names) if not path.exists())
+
+
 @contextmanager
 def put_beside(target: Path) -> Iterator[tuple[Path, Path]]:
     """Yield a path to write to and the free name, ``target`` or a numbered one, that it gets if the block succeeds."""
-    number, kept = 1, target
-    while kept.exists():
-        number += 1
-        kept = target.with_name(f"{target.stem}{number}{target.suffix}")
+    kept = free_name(target)
     with atomic_path(kept) as temporary:
         yield temporary, kept
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import sqlite3
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from importlib.resources import files
@@ -100,9 +102,8 @@ def move_aside(path: Path) -> Path:
     except sqlite3.Error as problem:
         if "locked" in str(problem) or "busy" in str(problem):
             raise OutputError(_sentence(path, problem)) from None
-    number = 1
-    while (kept := path.with_name(f"{path.stem}.damaged{number}{path.suffix}")).exists():
-        number += 1
+    names = (path.with_name(f"{path.stem}.damaged{number}{path.suffix}") for number in itertools.count(1))
+    kept = next(name for name in names if not name.exists())
     put_in_place(path, kept)
     for ending in ("-wal", "-shm", "-journal"):
         Path(f"{path}{ending}").unlink(missing_ok=True)
@@ -137,7 +138,7 @@ def style_text_after(geopackage: Path, layer: str, before: str) -> str | None:
     return None
 
 
-def put_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
+def put_style(geopackage: Path, layer: str, qml: str) -> None:
     """Store ``qml`` as the layer's default style inside the GeoPackage, where QGIS looks for it."""
     with closing(sqlite3.connect(geopackage, timeout=WAIT_S)) as connection, connection:
         connection.execute(
@@ -149,8 +150,8 @@ def put_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") ->
         connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (layer,))
         connection.execute(
             "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column, styleName, "
-            "styleQML, styleSLD, useAsDefault, description, owner) VALUES ('', '', ?, ?, ?, ?, '', 1, ?, '')",
-            (layer, geometry, layer, qml, f"TreeDGS {layer}"),
+            "styleQML, styleSLD, useAsDefault, description, owner) VALUES ('', '', ?, 'geom', ?, ?, '', 1, ?, '')",
+            (layer, layer, qml, f"TreeDGS {layer}"),
         )
         connection.execute(
             "INSERT OR IGNORE INTO gpkg_contents (table_name, data_type, identifier) "
@@ -202,23 +203,12 @@ def _sentence(path: Path, problem: Exception) -> str:
 
 
 def _holders(path: Path) -> list[str]:
-    """Other programs that have the file open, ``name (process N)``; Linux only, empty elsewhere."""
-    wanted = {os.path.realpath(path) + ending for ending in ("", "-wal", "-shm", "-journal")}
-    found = []
-    with suppress(OSError):
-        for process in os.listdir("/proc"):
-            if not process.isdigit() or int(process) == os.getpid():
-                continue
-            with suppress(OSError):
-                folder = f"/proc/{process}/fd"
-                if any(_link(f"{folder}/{name}") in wanted for name in os.listdir(folder)):
-                    name = Path(f"/proc/{process}/comm").read_text(encoding="utf-8", errors="replace").strip()
-                    found.append(f"{name}, process {process}")
+    """Other programs that have the file open, ``name, process N``; Linux only, empty elsewhere."""
+    import psutil
+
+    wanted, found = {os.path.realpath(path) + ending for ending in ("", "-wal", "-shm", "-journal")}, []
+    for process in psutil.process_iter() if sys.platform == "linux" else ():
+        with suppress(psutil.Error, OSError):
+            if process.pid != os.getpid() and not wanted.isdisjoint(each.path for each in process.open_files()):
+                found.append(f"{process.name()}, process {process.pid}")
     return found
-
-
-def _link(path: str) -> str:
-    try:
-        return os.readlink(path)
-    except OSError:
-        return ""

@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import importlib
 import json
-import queue
 import signal
 import subprocess
 import sys
-import threading
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from graphlib import TopologicalSorter
 from importlib.resources import files
-from typing import IO, Any
+from typing import Any
 
 from .children import python_command
 from .files import read_json
@@ -53,69 +53,53 @@ def compile_ahead(reporter: Reporter | None = None, processes: int | None = None
     A module waits for those whose functions it calls, so that nothing is compiled twice and no two processes write
     the same cache file.
     """
-    reporter, modules = reporter or Reporter(), listed()
-    found, done, left = Compiled(0, 0, []), set[str](), dict(modules)
+    reporter, modules, found = reporter or Reporter(), listed(), Compiled(0, 0, [])
     usual = min(available_threads(), MAX_PROCESSES, int(free_memory() / PROCESS_BYTES))
-    children = [_Child() for _ in range(processes or max(usual, 1))]
-    answers: queue.Queue[tuple[_Child, str]] = queue.Queue()
-    for child in children:
-        threading.Thread(target=child.listen, args=(answers,), daemon=True).start()
-    whole = sum(entry["weight"] for entry in modules.values())
+    count = processes or max(usual, 1)
+    order = TopologicalSorter({name: entry["after"] for name, entry in modules.items()})
+    order.prepare()
+    idle = [_child() for _ in range(count)]
+    started = list(idle)
+
+    def compiled(module: str) -> dict[str, Any]:
+        child = idle.pop()
+        try:
+            child.stdin.write(module + "\n")  # type: ignore[union-attr]
+            child.stdin.flush()  # type: ignore[union-attr]
+            answer = json.loads(child.stdout.readline())  # type: ignore[union-attr]
+        except (OSError, ValueError):
+            child = _child()
+            started.append(child)
+            reason = f"{module}: its process ended early, most likely for want of memory"
+            answer = {"compiled": 0, "kept": 0, "failed": [reason]}
+        idle.append(child)
+        return answer
+
+    workers = ThreadPoolExecutor(count)
+    running: dict[Future[dict[str, Any]], str] = {}
+    whole, done = sum(entry["weight"] for entry in modules.values()), 0.0
     try:
-        while len(done) < len(modules):
-            for child in (child for child in children if not child.module):
-                ready = [name for name, entry in left.items() if done.issuperset(entry["after"])]
-                if ready:
-                    child.take(max(ready, key=lambda name: modules[name]["weight"]))
-                    del left[child.module]
-            child, line = answers.get()
-            if line:
-                answer = json.loads(line)
+        while order.is_active():
+            heaviest_first = sorted(order.get_ready(), key=lambda name: -modules[name]["weight"])
+            running |= {workers.submit(compiled, name): name for name in heaviest_first}
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                name, answer = running.pop(future), future.result()
                 found.compiled, found.kept = found.compiled + answer["compiled"], found.kept + answer["kept"]
                 found.failed += answer["failed"]
-            else:
-                found.failed.append(f"{child.module or 'a process'}: ended early, most likely for want of memory")
-                child.end()
-                children.remove(child)
-            if child.module:
-                done.add(child.module)
-                reporter.progress(sum(modules[name]["weight"] for name in done) / whole, child.module)
-                child.module = ""
-            if not children:
-                break
+                done += modules[name]["weight"]
+                reporter.progress(done / whole, name)
+                order.done(name)
     finally:
-        for child in children:
-            child.end()
+        workers.shutdown(wait=False, cancel_futures=True)
+        for child in started:
+            child.kill()
+            child.wait()
     return found
 
 
-class _Child:
-    """A process that compiles. module: what it works on, '' while it waits."""
-
-    def __init__(self) -> None:
-        self.module = ""
-        self.process = subprocess.Popen(
-            python_command(__name__), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
-        )
-
-    def take(self, module: str) -> None:
-        self.module = module
-        stdin: IO[str] = self.process.stdin  # type: ignore[assignment]
-        try:
-            stdin.write(module + "\n")
-            stdin.flush()
-        except OSError:  # it has ended: its last, empty answer says so
-            pass
-
-    def listen(self, answers: queue.Queue) -> None:
-        """Put its lines on the queue, and an empty one when it ends."""
-        for line in self.process.stdout or ():
-            answers.put((self, line))
-        answers.put((self, ""))
-
-    def end(self) -> None:
-        self.process.kill()
-        self.process.wait()
+def _child() -> subprocess.Popen[str]:
+    command = python_command(__name__)
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8")
 
 
 def described(kind: Any) -> Any:
