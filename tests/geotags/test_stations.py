@@ -57,7 +57,7 @@ def test_gaps_floats_and_the_outside() -> None:
     asked = np.array([-7.0, 0.1, 0.3, 2.0, 3.5, 50.0, 100.1, 150.1, 151.0])
     found = interpolate(_track(times, quality), path, asked)
     # the last fix was held for a moment only: it is not believed
-    assert found.quality == ["none", "fix", "float", "float", "fix", "none", "fix", "float", "none"]
+    assert found.quality.tolist() == ["none", "fix", "float", "float", "fix", "none", "fix", "float", "none"]
     assert np.isnan(found.xyz[[0, 5, 8]]).all() and (found.sd[2] >= 0.2).all()
     assert found.sd[3].max() > found.sd[2].max(), "a gap costs more than a float epoch"
     np.testing.assert_allclose(found.xyz[[1, 4, 6], 0], asked[[1, 4, 6]], atol=1e-6)

@@ -18,7 +18,7 @@ from .frames import horizontal, same_datum, suggest_utm, transform, vertical_of
 from .map_scale import ground_scale
 
 
-def project_crs(text: str) -> pyproj.CRS:
+def project_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None = None) -> pyproj.CRS:
     """The user's project CRS, checked: projected, axes in metres.
 
     Raises:
@@ -26,10 +26,11 @@ def project_crs(text: str) -> pyproj.CRS:
             :func:`.frames.suggest_utm`) or not in metres.
     """
     try:
-        crs = pyproj.CRS.from_user_input(text)
+        found = pyproj.CRS.from_user_input(crs)
     except pyproj.exceptions.CRSError:
-        raise CRSError(f"--crs: {text!r} is not a coordinate reference system; give one like EPSG:32615.") from None
-    return check_projected(crs, "--crs")
+        hint = f"EPSG:{suggest_utm(*lon_lat).to_epsg()}" if lon_lat else "EPSG:32615"
+        raise CRSError(f"--crs: {crs!r} is not a coordinate reference system; give one like {hint}.") from None
+    return check_projected(found, "--crs", lon_lat)
 
 
 def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | None = None) -> pyproj.CRS:

@@ -59,11 +59,14 @@ def check_agreement(
             f"{source}: its positions are {np.median(exif[known]):.0f} m (median) from the GPS positions in the "
             f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}."
         )
-    height = _nearest(
-        (
-            np.abs(stations.xyz[:, 2] - marked[:, 2]),
-            _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
-            _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
+    # The nearest witness counts, where there is one.
+    height = np.nan_to_num(
+        np.fmin.reduce(
+            [
+                np.abs(stations.xyz[:, 2] - marked[:, 2]),
+                _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
+                _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
+            ]
         )
     )
     if stations.is_placed.any():
@@ -99,13 +102,6 @@ def _believed_side(stations: Stations, own: Stations, marked: np.ndarray, off_m:
     if np.mean(right[jumped & known]) < 0.8 or np.median(away[~jumped & known]) < 0.6 * size:
         return off_m
     return np.where(jumped, np.where(right, 0.0, off_m), np.where(stations.is_placed, size, 0.0))
-
-
-def _nearest(distances) -> np.ndarray:
-    """(N,) the smallest known of several (N,) distances, 0 where none is known."""
-    table = np.array([np.where(np.isfinite(d), d, np.inf) for d in distances])
-    best = table.min(axis=0)
-    return np.where(np.isfinite(best), best, 0.0)
 
 
 def _within_flight(difference: np.ndarray, stations: Stations, off_m: np.ndarray) -> np.ndarray:

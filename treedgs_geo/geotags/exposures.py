@@ -104,6 +104,14 @@ def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
     return inside
 
 
+def on_map(
+    known: Marks | Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, rows: np.ndarray | slice = slice(None)
+) -> np.ndarray:
+    """(K, 3) positions of marks or epochs in the project CRS. source: the geotags' frame, if not the project's."""
+    lon, lat, height = (values[rows] for values in (known.lon_deg, known.lat_deg, known.height_m))
+    return lonlat_to_project(crs, lon, lat, height, source, decimal_year(known.gps_s))
+
+
 def antenna_at(
     marks: Marks, rows: np.ndarray, tracks: list[Trajectory], crs: pyproj.CRS, source: pyproj.CRS | None, delay_s: float
 ) -> Interpolated:
@@ -112,7 +120,7 @@ def antenna_at(
     solutions = [
         interpolate(
             track,
-            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s)),
+            on_map(track, crs, source),
             gps,
             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
             own=turned_to_grid(track.velocity_enu, _convergence(crs, track)),
@@ -128,14 +136,11 @@ def antenna_at(
                 f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
                 "keep only the one to use, or name it with --geotags."
             )
-    xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
-    off_m, velocity = np.zeros(len(rows)), np.full((len(rows), 3), np.nan)
+    found = Interpolated.nothing(len(rows))
     for solution, mask in zip(solutions, covered, strict=True):
-        xyz[mask], sd[mask], off_m[mask] = solution.xyz[mask], solution.sd[mask], solution.off_m[mask]
-        velocity[mask] = solution.velocity[mask]
-        quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
-    xyz += turned_to_grid(marks.offset_enu[rows], _convergence(crs, tracks[0]))
-    return Interpolated(xyz, sd, quality, off_m, velocity)
+        found.put(mask, Interpolated(*(values[mask] for values in solution)))
+    found.xyz[:] += turned_to_grid(marks.offset_enu[rows], _convergence(crs, tracks[0]))
+    return found
 
 
 def in_time(
@@ -159,12 +164,10 @@ def in_time(
     if len(over) != 1:
         return tracks, 0.0
     track = tracks[over[0]]
-    path = lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s))
-    seen = (marks.flag[rows] != 0) & (marks.lat_deg[rows] != 0)
+    path, seen = on_map(track, crs, source), marks.is_placed[rows]
     witness, least_s, whose = own, EXIF_MIN_S, "the photos' own GPS positions"
     if seen.sum() >= MIN_WITNESSES:
-        lon, lat, height = (values[rows] for values in (marks.lon_deg, marks.lat_deg, marks.height_m))
-        camera = lonlat_to_project(crs, lon, lat, height, source, decimal_year(marks.gps_s))
+        camera = on_map(marks, crs, source, rows)
         witness = (camera - turned_to_grid(marks.offset_enu[rows], _convergence(crs, track)))[:, :2]
         witness[~seen] = np.nan
         precise = np.nan_to_num(np.median(marks.sd[rows][seen].max(axis=1)), nan=np.inf) <= PRECISE_M

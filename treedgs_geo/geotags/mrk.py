@@ -43,6 +43,11 @@ class Marks:
     flag: np.ndarray
     notes: tuple[str, ...] = ()
 
+    @property
+    def is_placed(self) -> np.ndarray:
+        """(M,) bool: has a position."""
+        return (self.flag != 0) & (self.lat_deg != 0)
+
 
 def read_mrk(path: Path) -> Marks:
     """Read a MRK file. A last line cut short by a power-off is dropped with a note.

@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ..core.progress import Reporter
 from .photos import Photo, shorten
@@ -62,17 +64,8 @@ def _elsewhere(photos: list[Photo], reporter: Reporter) -> list[Photo]:
     if not len(known):
         return photos
     metres = places[known] * 111200.0 * [np.cos(np.radians(np.median(places[known, 1]))), 1.0]
-    cells = [tuple(cell) for cell in np.floor(metres / _GAP_M).astype(int)]
-    left, group = set(cells), dict[tuple, int]()
-    while left:
-        reached, number = [min(left)], len(set(group.values()))
-        while reached:
-            cell = reached.pop()
-            if cell in left:
-                left.remove(cell)
-                group[cell] = number
-                reached += [(cell[0] + i, cell[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    groups = np.array([group[cell] for cell in cells])
+    cells, cell = np.unique(np.floor(metres / _GAP_M), axis=0, return_inverse=True)
+    groups = connected_components(cKDTree(cells).sparse_distance_matrix(cKDTree(cells), 1.5))[1][cell.ravel()]
     main = int(np.bincount(groups).argmax())
     middle = np.median(metres[groups == main], axis=0)
     for other in np.unique(groups[groups != main]):

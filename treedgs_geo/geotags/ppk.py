@@ -72,16 +72,9 @@ def solve(files: list[Path], base: Path | None, base_position: str | None, folde
     """
     found = [header for header in map(read_rinex_header, files) if header is not None]
     rover, station = _roles([f for f in found if f.kind == "observation"], base)
+    beside = sorted(p for p in base.parent.iterdir() if p.is_file()) if base is not None else []
+    found += [header for header in map(read_rinex_header, beside) if header is not None]
     navigation = [f.path for f in found if f.kind == "navigation"]
-    if base is not None:
-        navigation += [
-            p
-            for p in sorted(base.parent.iterdir())
-            if p.is_file()
-            and p not in navigation
-            and (header := read_rinex_header(p)) is not None
-            and header.kind == "navigation"
-        ]
     if not navigation:
         raise GeotagError(
             f"{rover.path}: has no navigation file (.nav, .yyN, .yyP) beside it, expected the broadcast "
@@ -152,7 +145,7 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
                 f"({', '.join(f.path.name for f in left) or 'none'}); keep only this flight's."
             )
         return left[0], station
-    bases = [f for f in observations if _says(f.path, "base")]
+    bases = [f for f in observations if "base" in f.path.name.lower() or "base" in f.path.parent.name.lower()]
     rovers = [f for f in observations if f not in bases]
     if len(bases) == 1 and len(rovers) == 1:
         return rovers[0], bases[0]
@@ -162,10 +155,6 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
         f"is unclear (found {names or 'no observation file'}), expected one rover and one base; name the base's file "
         "with --base."
     )
-
-
-def _says(path: Path, word: str) -> bool:
-    return word in path.name.lower() or word in path.parent.name.lower()
 
 
 def _base_position(station: Rinex, given: str | None, reporter: Reporter) -> tuple[float, float, float]:

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 import pyproj
 
-from ..core.crs import check_projected, horizontal, lonlat_to_project, suggest_utm
+from ..core.crs import horizontal, lonlat_to_project, project_crs
 from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
 from ..core.frames import usual_crs, vertical_of
 from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
 from .agreement import check_agreement
-from .datum import check_frame, decimal_year, geotags_frame
-from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare
+from .datum import check_frame, geotags_frame
+from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare, on_map
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import read_mrk
 from .own_tags import without_faults
@@ -30,7 +30,7 @@ from .sharpness import find_defects
 from .sources import GeotagFiles, find_geotags
 from .stations import Stations
 from .tables import NamedPositions, read_position_table
-from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M
+from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M, Interpolated
 from .velocity import with_velocities
 
 #: Standard deviation of a navigation-grade (EXIF) position, E, N, U metres.
@@ -78,10 +78,11 @@ def read_stations(
     reporter = reporter or Reporter()
     found = without_faults(read_photos(Path(photos), reporter), reporter)
     own = _middle(found)
-    project = _usual(own, Path(photos), reporter) if crs is None else _checked_crs(crs, own)
+    project = _usual(own, Path(photos), reporter) if crs is None else project_crs(crs, own)
     source = geotags_frame(frame)
-    if own is not None and source is not None:
-        check_lon_lat(source, *own, "--geotags-crs")
+    for named, option in ((project if crs is not None else None, "--crs"), (source, "--geotags-crs")):
+        if own is not None and named is not None:
+            check_lon_lat(named, *own, option)
     if check_photos:
         found = _without_defects(found, Path(photos), reporter)
     stations = _from_exif(found, project)
@@ -100,7 +101,7 @@ def read_stations(
         _note_unplaced(stations, reporter)
         return with_velocities(stations, found, np.full_like(stations.xyz, np.nan))
     files = find_geotags(Path(geotags), Path(photos))
-    written, track = stations, _Track.of_nothing(len(stations))
+    written, track, marked = stations, Interpolated.nothing(len(stations)), np.full_like(stations.xyz, np.nan)
     if files.tables:
         stations = _from_table(stations, read_position_table(files.tables[0], project, source), reporter)
     else:
@@ -117,29 +118,17 @@ def read_stations(
                     if files.pos
                     else f"{files.rinex[0].name}: RINEX left alone."
                 )
-            stations = _from_marks(stations, found, files, project, source, camera_delay_ms / 1000, reporter, track)
+            stations, track, marked = _from_marks(
+                stations, found, files, project, source, camera_delay_ms / 1000, reporter
+            )
     check_place(project, stations.xyz, str(files.tables[0] if files.tables else geotags), reporter, photos=True)
-    stations = check_agreement(stations, written, track.marked, track.off_m, Path(geotags), reporter)
+    stations = check_agreement(stations, written, marked, track.off_m, Path(geotags), reporter)
     if not stations.is_placed.any():
         raise GeotagError(
             f"{geotags}: gives none of the {len(found)} photos a position; check that it belongs to this flight."
         )
     _note_unplaced(stations, reporter)
     return with_velocities(stations, found, track.velocity)
-
-
-@dataclass(frozen=True)
-class _Track:
-    """What marks and trajectory say beside the positions, filled photo by photo. marked: (N, 3) as the MRK has it,
-    NaN unknown. off_m: (N,) jump of the path there. velocity: (N, 3) along the path, project axes, m/s, NaN unknown."""
-
-    marked: np.ndarray
-    off_m: np.ndarray
-    velocity: np.ndarray
-
-    @staticmethod
-    def of_nothing(count: int) -> _Track:
-        return _Track(np.full((count, 3), np.nan), np.zeros(count), np.full((count, 3), np.nan))
 
 
 def _usual(lon_lat: tuple[float, float] | None, photos: Path, reporter: Reporter) -> pyproj.CRS:
@@ -151,18 +140,6 @@ def _usual(lon_lat: tuple[float, float] | None, photos: Path, reporter: Reporter
     crs = usual_crs(*lon_lat)
     reporter.info(f"Project CRS: EPSG:{crs.to_epsg()}, {crs.name}: usual where the photos lie; --crs takes another.")
     return crs
-
-
-def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:
-    try:
-        project = pyproj.CRS.from_user_input(crs)
-    except pyproj.exceptions.CRSError:
-        hint = f"EPSG:{suggest_utm(*lon_lat).to_epsg()}" if lon_lat else "EPSG:32615"
-        raise CRSError(f"--crs: {crs!r} is not a coordinate reference system; give one like {hint}.") from None
-    check_projected(project, "--crs", lon_lat)
-    if lon_lat is not None:
-        check_lon_lat(project, *lon_lat, "--crs")
-    return project
 
 
 def _middle(photos: list[Photo]) -> tuple[float, float] | None:
@@ -291,8 +268,9 @@ def _from_marks(
     source: pyproj.CRS | None,
     delay_s: float,
     reporter: Reporter,
-    track_says: _Track,
-) -> Stations:
+) -> tuple[Stations, Interpolated, np.ndarray]:
+    """The stations by their marks; the cameras by the path or by the marks alone; (N, 3) positions as the MRK has them,
+    NaN where they are unknown or not asked for."""
     marks = [read_mrk(path) for path in files.mrk] or [marks_of_events(path, reporter) for path in files.events]
     if not marks:
         raise GeotagError(
@@ -317,7 +295,7 @@ def _from_marks(
                 f"{track.datum}."
             )
         check_frame(track, crs, source, reporter)
-    xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
+    found, marked = Interpolated.nothing(len(stations)), np.full_like(stations.xyz, np.nan)
     utc = stations.utc.copy()
     for each, group in assign_marks(marks, photos):
         pairing = pair_photos([photos[i] for i in group], each)
@@ -338,22 +316,16 @@ def _from_marks(
                 tracks, late_s = in_time(each, own, tracks, stations.xyz[paired, :2], crs, source, delay_s, reporter)
             solved = antenna_at(each, own, tracks, crs, source, delay_s)
             late_m = late_s * np.abs(np.nan_to_num(solved.velocity))
-            xyz[paired], sd[paired], track_says.off_m[paired] = solved.xyz, np.hypot(solved.sd, late_m), solved.off_m
-            track_says.velocity[paired] = solved.velocity
-            seen = np.flatnonzero((each.flag[own] != 0) & (each.lat_deg[own] != 0))
-            if files.mrk and len(seen):
-                lon, lat, height = (values[own[seen]] for values in (each.lon_deg, each.lat_deg, each.height_m))
-                track_says.marked[paired[seen]] = lonlat_to_project(
-                    crs, lon, lat, height, source, decimal_year(each.gps_s)
-                )
-            for i, value, late in zip(paired, solved.quality, late_m.max(axis=1), strict=True):
-                quality[i] = "float" if value == "fix" and late > LATE_M else value
+            solved.quality[(solved.quality == "fix") & (late_m.max(axis=1) > LATE_M)] = "float"
+            found.put(paired, solved._replace(sd=np.hypot(solved.sd, late_m)))
+            seen = each.is_placed[own]
+            if files.mrk and seen.any():
+                marked[paired[seen]] = on_map(each, crs, source, own[seen])
         else:
-            lon, lat, height = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
-            xyz[paired] = lonlat_to_project(crs, lon, lat, height, source, decimal_year(each.gps_s))
+            found.xyz[paired] = on_map(each, crs, source, own)
             for i, row in zip(paired, own, strict=True):
-                quality[i], sd[i] = _grade(each.flag[row], each.sd[row], "single")
-    if tracks and not np.isfinite(xyz).any():
+                found.quality[i], found.sd[i] = _grade(each.flag[row], each.sd[row], "single")
+    if tracks and not np.isfinite(found.xyz).any():
         track, each = tracks[0], marks[0]
         first, last = gps_to_utc(track.gps_s[[0, -1]])
         raise GeotagError(
@@ -361,7 +333,9 @@ def _from_marks(
             f"{each.path.name} start at "
             f"{describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this flight."
         )
-    return replace(stations, xyz=xyz, sd=sd, quality=quality, utc=utc, flight=split_flights(stations.names, utc))
+    flight, quality = split_flights(stations.names, utc), found.quality.tolist()
+    stations = replace(stations, xyz=found.xyz, sd=found.sd, quality=quality, utc=utc, flight=flight)
+    return stations, found, marked
 
 
 def _note_unplaced(stations: Stations, reporter: Reporter) -> None:

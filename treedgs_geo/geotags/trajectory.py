@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -21,18 +21,28 @@ SINGLE_FLOOR_M = np.array([1.5, 1.5, 3.0])
 MIN_FIX_S = 5.0
 
 
-@dataclass(frozen=True)
-class Interpolated:
-    """Antenna at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality
-    fix|float|single|none. off_m: (N,) how far the path jumps there in a way that no drone flies, 0 = it does not.
+class Interpolated(NamedTuple):
+    """Antenna or camera at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality (N,)
+    texts fix|float|single|none. off_m: (N,) how far the path jumps there in a way that no drone flies, 0 = it does not.
     velocity: (N, 3) m/s on the axes of xyz, NaN = unknown.
     """
 
     xyz: np.ndarray
     sd: np.ndarray
-    quality: list[str]
+    quality: np.ndarray
     off_m: np.ndarray
     velocity: np.ndarray
+
+    @classmethod
+    def nothing(cls, count: int) -> Interpolated:
+        """Nothing known of ``count`` instants, to be filled."""
+        xyz, sd, velocity = (np.full((count, 3), np.nan) for _ in range(3))
+        return cls(xyz, sd, np.full(count, "none", object), np.zeros(count), velocity)
+
+    def put(self, at: np.ndarray, other: Interpolated) -> None:
+        """Fill in what another one has for the instants ``at``."""
+        for mine, theirs in zip(self, other, strict=True):
+            mine[at] = theirs
 
 
 def interpolate(
@@ -50,10 +60,7 @@ def interpolate(
         own: (T, 3) the solution's own velocities on the axes of xyz, m/s.
     """
     times = trajectory.gps_s
-    count = len(gps_s)
-    position = np.full((count, 3), np.nan)
-    sd = np.full((count, 3), np.nan)
-    quality = ["none"] * count
+    found = Interpolated.nothing(len(gps_s))
     right = np.clip(np.searchsorted(times, gps_s), 1, len(times) - 1)
     left = right - 1
     # An exposure exactly at an epoch (an _events.pos) rests on that epoch alone, also after a gap.
@@ -62,12 +69,12 @@ def interpolate(
     gap = times[right] - times[left]
     inside = (gps_s >= times[0]) & (gps_s <= times[-1]) & (gap <= 10.0)
     if not inside.any():
-        return Interpolated(position, sd, quality, np.zeros(count), np.full((count, 3), np.nan))
+        return found
     # The rows of an _events.pos are too far apart to tell how long a fix was held.
     believed = trusted_quality(times, trajectory.quality) if np.isfinite(max_gap_s) else trajectory.quality
     offset = path_offsets(times, xyz, believed == FIX)
     jumps, off = np.linalg.norm(np.diff(offset, axis=0), axis=1), np.linalg.norm(offset, axis=1)
-    off_m = np.where(inside, np.maximum(off[left], off[right]), 0.0)
+    found.off_m[inside] = np.maximum(off[left], off[right])[inside]
     # Flights are interpolated apart, and so are the two sides of a jump: a curve through a battery change would
     # overshoot on both sides.
     segment = np.concatenate([[0], np.cumsum((np.diff(times) > 10.0) | (jumps > 0))])
@@ -75,25 +82,24 @@ def interpolate(
         epochs = np.flatnonzero(segment == part)
         wanted = inside & (segment[left] == part)
         if len(epochs) == 1:
-            position[wanted] = xyz[epochs[0]]
+            found.xyz[wanted] = xyz[epochs[0]]
         else:
-            position[wanted] = PchipInterpolator(times[epochs], xyz[epochs])(gps_s[wanted])
+            found.xyz[wanted] = PchipInterpolator(times[epochs], xyz[epochs])(gps_s[wanted])
     for i in np.flatnonzero(inside):
         pair = [left[i], right[i]]
         worst = int(np.max(believed[pair])) if (believed[pair] > 0).all() else 5
         spread = trajectory.sd[pair]
         own_sd = np.max(spread, axis=0) if np.isfinite(spread).all() else np.zeros(3)
         if worst == FIX and gap[i] <= max_gap_s:
-            quality[i], floor = "fix", FIX_FLOOR_M
+            found.quality[i], floor = "fix", FIX_FLOOR_M
         elif worst in (FIX, FLOAT, 6):
-            quality[i], floor = "float", FLOAT_FLOOR_M
+            found.quality[i], floor = "float", FLOAT_FLOOR_M
         else:
-            quality[i], floor = "single", SINGLE_FLOOR_M
-        sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
-    velocity = np.full((count, 3), np.nan)
+            found.quality[i], floor = "single", SINGLE_FLOOR_M
+        found.sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
     near = np.flatnonzero(inside & (gap <= MAX_GAP_S))
-    velocity[near] = path_velocities(times, xyz, trajectory.quality, segment, gps_s[near], own)
-    return Interpolated(position, sd, quality, off_m, velocity)
+    found.velocity[near] = path_velocities(times, xyz, trajectory.quality, segment, gps_s[near], own)
+    return found
 
 
 def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:
