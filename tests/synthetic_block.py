@@ -27,6 +27,12 @@ def ring(count: int = 10, height: float = 60.0, pitch: float = -60.0, camera: Ca
     return views
 
 
+def still_sensor(camera: Camera, count: int) -> Sensor:
+    """One flight of photos that are exposed at once."""
+    zero = np.zeros((count, 3))
+    return Sensor(camera, np.zeros(count, int), np.zeros(1), zero, 0.0, zero.copy())
+
+
 def block_of(views: list[View], points: np.ndarray, noise_px: float, rng: np.random.Generator) -> Block:
     """Every point seen by every view that frames it."""
     keypoints, image, key, point = [], [], [], []
@@ -37,7 +43,7 @@ def block_of(views: list[View], points: np.ndarray, noise_px: float, rng: np.ran
         image.append(np.full(len(seen), i))
         key.append(np.arange(len(seen)))
         point.append(seen)
-    sensor = Sensor.fixed(views[0].camera, len(views))
+    sensor = still_sensor(views[0].camera, len(views))
     travel = np.array([view.readout_travel_m for view in views])
     return Block(
         replace(sensor, velocity_m_s=travel, readout_s=1.0) if travel.any() else sensor,

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pycolmap
 import pytest
 from synthetic_block import block_of, ring
 
@@ -200,8 +201,9 @@ def test_model_round_trip(tmp_path: Path) -> None:
     assert [v.name for v in loaded] == ["0.png", "1.png", "2.png"] and loaded[2].flight == 1
     np.testing.assert_allclose(loaded[1].rotation, views[1].rotation, atol=1e-9)
     np.testing.assert_allclose(again.origin, frame.origin)
-    sparse = load_points(tmp_path / "sfm")
-    assert len(sparse.xyz) == len(points) and (sparse.rgb == [200, 20, 10]).all() and sparse.error_px.max() < 1e-6
+    sparse = pycolmap.Reconstruction(tmp_path / "sfm").points3D.values()
+    assert len(load_points(tmp_path / "sfm")) == len(sparse) == len(points)
+    assert all(point.color.tolist() == [200, 20, 10] and point.error < 1e-6 for point in sparse)
 
 
 @pytest.mark.parametrize(("unchecked", "loaded"), [(80, 120), (150, 200)])
@@ -218,8 +220,9 @@ def test_points_that_only_two_photos_show_count_where_few_others_do(
         cv2.imwrite(str(tmp_path / view.name), np.zeros((960, 1280, 3), np.uint8))
     names, frame = [v.name for v in views], LocalFrame(pyproj.CRS.from_epsg(6344), np.zeros(3))
     save_model(tmp_path / "sfm", block, names, [tmp_path / n for n in names], np.zeros(4, int), frame, {}, {})
-    found = load_points(tmp_path / "sfm")
-    assert len(found.xyz) == loaded and (found.track_length.min() >= 3) == (loaded == 120)
+    found, kept = load_points(tmp_path / "sfm"), pycolmap.Reconstruction(tmp_path / "sfm").points3D.values()
+    three = [point.xyz for point in kept if point.track.length() >= 3]
+    assert len(found) == loaded and (sorted(found.tolist()) == sorted(map(list, three))) == (loaded == 120)
 
 
 @pytest.mark.parametrize("travel_m", [0.0, 0.16])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
+from treedgs_geo.core import steps
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction import matching_strategy, outlier_photos
@@ -18,7 +19,7 @@ from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
 from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
 from treedgs_geo.reconstruction.incremental_block import Joined
-from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
+from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.sift import FeatureStore, PhotoFeatures
 
@@ -258,7 +259,7 @@ def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
             if kind in ("warn", "info", "stage"):
                 said.append((kind, body.get("message", body.get("name"))))
 
-    held = Held(Ear())
+    held = steps.Collector(Ear(), held=True)
     with held.stage("matching"):
         held.warn("a photo is left out")
         held.progress(0.5)

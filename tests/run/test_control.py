@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -58,7 +57,7 @@ def handed(monkeypatch) -> list[dict]:
 
     monkeypatch.setattr("treedgs_geo.run.photos.reconstruct_photos", reconstruct)
     monkeypatch.setattr("treedgs_geo.run.photos.load_views", lambda *_: (None, []))
-    monkeypatch.setattr("treedgs_geo.run.photos.load_points", lambda _: SimpleNamespace(xyz=np.zeros((0, 3))))
+    monkeypatch.setattr("treedgs_geo.run.photos.load_points", lambda _: np.zeros((0, 3)))
     return calls
 
 

@@ -108,10 +108,6 @@ class Workspace:
         """Absolute path of a workspace file."""
         return self.folder / name
 
-    def is_done(self, stage: str, key: str, outputs: list[Path]) -> bool:
-        """True when the stage ran with the same key and its outputs are as it left them."""
-        return self.ran(stage, key) and not self.damage(stage, outputs)
-
     def ran(self, stage: str, key: str) -> bool:
         """True when the stage ended well with the same key."""
         entry = self._entry(stage)

@@ -160,12 +160,6 @@ class Sensor:
     readout_s: float
     extra_travel_m: np.ndarray
 
-    @classmethod
-    def fixed(cls, camera: Camera, count: int) -> Sensor:
-        """One flight of photos that are exposed at once."""
-        zero = np.zeros((count, 3))
-        return cls(camera, np.zeros(count, int), np.zeros(1), zero, 0.0, zero.copy())
-
     @property
     def travel_m(self) -> np.ndarray:
         """(N, 3) how far the camera moves from the first row to the last, world frame."""

@@ -29,15 +29,14 @@ class Posterior:
     """Standard errors, :data:`SYSTEMATIC` included. NaN where a number was held.
 
     scale: relative, of lengths across the line of sight at the ground (and so of diameters). focal: relative.
-    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose. poses_px:
-    (N,) of a place on the ground in each photo against the others (``_poses_px``), NaN where none is seen. late_s,
-    late_sd_s: (F,) seconds by which the geotags of a flight are too early for its exposures; held ones included.
+    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). poses_px: (N,) of a place on the ground in each
+    photo against the others (``_poses_px``), NaN where none is seen. late_s, late_sd_s: (F,) seconds by which the
+    geotags of a flight are too early for its exposures; held ones included.
     """
 
     scale: float
     focal: float
     shared_sd: np.ndarray
-    centres_m: np.ndarray
     poses_px: np.ndarray
     late_s: np.ndarray
     late_sd_s: np.ndarray
@@ -82,7 +81,6 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
         float(np.hypot(scale, drifting[0])),
         float(shared[LOG_F]),
         shared,
-        sd[centres],
         SYSTEMATIC * _poses_px(adjusted, covariance),
         problem.flight_error(state, weights.tags)[:, 3],
         SYSTEMATIC * problem.flight_error_sd(weights.tags, of_centres)[:, 3],

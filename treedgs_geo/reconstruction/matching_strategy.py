@@ -14,6 +14,7 @@ from ..core.errors import ReconstructionError
 from ..core.files import fingerprint
 from ..core.machine import available_threads
 from ..core.progress import Reporter
+from ..core.steps import Collector
 from ..geotags.own_tags import OVERHEAD_DEG
 from ..geotags.stations import Stations
 from .checks import check_block
@@ -107,29 +108,6 @@ def not_enough(level: Level, report: dict[str, Any]) -> str:
     return ""
 
 
-class Held(Reporter):
-    """Passes progress on and keeps messages back until it is clear that the work they tell of is used."""
-
-    def __init__(self, inner: Reporter) -> None:
-        super().__init__()
-        self._inner = inner
-        self._kept: list[tuple[str, dict[str, Any]]] = []
-
-    def _emit(self, kind: str, body: dict[str, Any]) -> None:
-        if kind in ("warn", "info"):
-            self._kept.append((kind, body))
-        elif kind == "progress":
-            self._inner.progress(body["fraction"], body["message"])
-        else:
-            self._inner._emit(kind, body)
-
-    def release(self) -> None:
-        """The messages, in their order."""
-        for kind, body in self._kept:
-            self._inner._emit(kind, body)
-        self._kept.clear()
-
-
 @dataclass(frozen=True)
 class Work:
     """One reconstruction, whatever the level."""
@@ -158,7 +136,7 @@ class Work:
 
 def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
     """The first level whose block is good enough, or else the best; its block and report; why others were not."""
-    found: tuple[Level, Joined, dict[str, Any], Held] | None = None
+    found: tuple[Level, Joined, dict[str, Any], Collector] | None = None
     reasons, at = list[str](), 0.0
     for level in levels:
         former = found[1] if found else None
@@ -166,7 +144,7 @@ def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, J
             continue
         if reasons:
             reporter.info(f"Photos are matched anew, {level.stage}: {reasons[-1]}.")
-        held, is_last = Held(reporter), level is levels[-1]
+        held, is_last = Collector(reporter, held=True), level is levels[-1]
         end = 1.0 if is_last else at + FIRST_PART * (1 - at)
         with reporter.stage(level.stage, at, end):
             try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,16 +28,6 @@ LARGE_PX = 3000
 
 #: A sparse point that so many photos show is checked; where so few are, those of two photos count too.
 CHECKED_PHOTOS, MIN_CHECKED_SHARE, MIN_CHECKED = 3, 0.2, 100
-
-
-@dataclass(frozen=True)
-class SparsePoints:
-    """xyz (P, 3) local metres, rgb (P, 3) uint8, error_px (P,) mean reprojection error, track_length (P,) int."""
-
-    xyz: np.ndarray
-    rgb: np.ndarray
-    error_px: np.ndarray
-    track_length: np.ndarray
 
 
 def save_model(
@@ -142,8 +131,8 @@ def load_views(
     return frame, sorted(views, key=lambda view: view.name)
 
 
-def load_points(sfm_folder: Path) -> SparsePoints:
-    """The sparse points in the local frame that three photos show; all, where these are few. What two photos match
+def load_points(sfm_folder: Path) -> np.ndarray:
+    """(P, 3) sparse points in the local frame that three photos show; all, where these are few. What two photos match
     wrongly along an epipolar line lies metres off, and no third one contradicts it.
 
     Raises:
@@ -153,9 +142,4 @@ def load_points(sfm_folder: Path) -> SparsePoints:
     checked = [p for p in points if p.track.length() >= CHECKED_PHOTOS]
     if len(checked) >= max(MIN_CHECKED_SHARE * len(points), MIN_CHECKED):
         points = checked
-    return SparsePoints(
-        np.array([p.xyz for p in points], float).reshape(-1, 3),
-        np.array([p.color for p in points], np.uint8).reshape(-1, 3),
-        np.array([p.error for p in points], float),
-        np.array([p.track.length() for p in points], int),
-    )
+    return np.array([p.xyz for p in points], float).reshape(-1, 3)

@@ -196,7 +196,7 @@ def _reconstruct(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
 def _load_block(job: PhotoJob, report: dict[str, Any]) -> None:
     sfm, files = job.path(names.SFM), dict(zip(job.stations.names, job.stations.paths, strict=True))
     frame, views = load_views(sfm, job.settings.photos, files)
-    job.aligned = Aligned(frame, views, load_points(sfm).xyz, report)
+    job.aligned = Aligned(frame, views, load_points(sfm), report)
 
 
 RECONSTRUCT = Stage(

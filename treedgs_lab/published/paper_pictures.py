@@ -216,7 +216,7 @@ def sparse_near(plot: PlotFiles, reference: Reference) -> list[np.ndarray]:
     if plot.workspace_in is None:
         return [np.empty((0, 3))] * len(reference)
     frame, _ = scene(plot)
-    xyz = frame.to_project(load_points(plot.workspace_in / "sfm").xyz)
+    xyz = frame.to_project(load_points(plot.workspace_in / "sfm"))
     dtm = read_dtm(plot.workspace_in / "dtm.tif", frame.crs)
     return [near_stem(xyz, dtm, xy)[1] for xy in reference.xy]
 

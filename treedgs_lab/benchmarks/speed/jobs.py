@@ -48,7 +48,7 @@ def chain_scene(job: dict[str, Any]) -> tuple[TruePlot, Site, np.ndarray]:
     """A plot; cameras, ground and area as the chain would have them (nothing true but the scoring); and the sparse
     points (N, 3), local."""
     plot, sfm = Path(job["plot"]), Path(job["sfm"])
-    site, points = site_of(plot, sfm.parent), load_points(sfm).xyz
+    site, points = site_of(plot, sfm.parent), load_points(sfm)
     frame = site.frame
     low_x, low_y, high_x, high_y = site.area.bounds(8.0)
     corners = frame.to_project(np.array([[low_x, low_y, 0.0], [high_x, high_y, 0.0]]))
