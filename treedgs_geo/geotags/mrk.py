@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from ..core.errors import GeotagError
 from ..core.tables import numbered_lines
@@ -71,18 +72,17 @@ def read_mrk(path: Path) -> Marks:
             ) from None
     if not rows:
         raise GeotagError(f"{path}: holds no exposure, expected one line a photo; copy the file again from the drone.")
-    table = np.array(rows)
-    index = table[:, 0].astype(int)
+    table = pd.DataFrame(rows)
+    index = table["index"].to_numpy(int)
     if len(np.unique(index)) < len(index):
         doubled = index[np.flatnonzero(np.diff(np.sort(index)) == 0)[0]]
         raise GeotagError(f"{path}: exposure number {doubled} appears twice; give the unedited file of one flight.")
-    week, tow = table[:, 2], table[:, 1]
-    if np.isnan(week).any():
+    if table["week"].isna().any():
         raise GeotagError(
             f"{path}: has no [GPS week] column, so the date of its times is unknown; "
             "give the MRK as the drone wrote it."
         )
-    gps = week_tow_to_gps(week, tow)
+    gps = week_tow_to_gps(table["week"], table["tow"])
     if (np.diff(gps) < -WEEK_S / 2).any():
         # The receiver wrote the old week number past midnight on Saturday.
         gps = gps + WEEK_S * np.concatenate([[0], np.cumsum(np.diff(gps) < -WEEK_S / 2)])
@@ -90,18 +90,16 @@ def read_mrk(path: Path) -> Marks:
         path,
         index,
         gps,
-        np.column_stack([table[:, 4], table[:, 3], -table[:, 5]]) / 1000,
-        table[:, 7],
-        table[:, 6],
-        table[:, 8],
-        table[:, [10, 9, 11]],
-        table[:, 12].astype(int),
+        table[["E", "N", "V"]].to_numpy() * [1, 1, -1] / 1000,
+        *(table[name].to_numpy() for name in ("Lon", "Lat", "Ellh")),
+        table[["sd_e", "sd_n", "sd_u"]].to_numpy(),
+        table["Q"].fillna(-1).to_numpy(int),
         tuple(notes),
     )
 
 
-def _parse_line(line: str) -> list[float]:
-    """idx, tow, week, N, E, V, lat, lon, h, sdN, sdE, sdU, flag; absent optional values are NaN (flag -1)."""
+def _parse_line(line: str) -> dict[str, float]:
+    """index, tow, week, sd_n, sd_e, sd_u and what is tagged; absent optional values are NaN."""
     start = _START.match(line)
     if not start:
         raise ValueError("found no exposure number and GPS time")
@@ -120,19 +118,6 @@ def _parse_line(line: str) -> list[float]:
     if max(abs(values[key]) for key in "NEV") > 20000:
         raise ValueError("found an antenna offset above 20 m")
     sd = _SD.search(line)
-    deviations = [float(part) for part in sd.groups()] if sd else [float("nan")] * 3
-    week = float(start[3]) if start[3] else float("nan")
-    flag = values["Q"] if not np.isnan(values["Q"]) else -1.0
-    return [
-        float(start[1]),
-        tow,
-        week,
-        values["N"],
-        values["E"],
-        values["V"],
-        values["Lat"],
-        values["Lon"],
-        values["Ellh"],
-        *deviations,
-        flag,
-    ]
+    deviations = [float(part) for part in sd.groups()] if sd else [np.nan] * 3
+    values |= dict(zip(("sd_n", "sd_e", "sd_u"), deviations, strict=True))
+    return values | {"index": float(start[1]), "tow": tow, "week": float(start[3] or "nan")}

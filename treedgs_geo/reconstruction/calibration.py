@@ -88,17 +88,8 @@ def _scaled(camera: Camera, shares: tuple[float, ...]) -> dict[str, float]:
     """Standard deviations of the parameters from shares of the focal length and of the longer side."""
     focal, centre, k1, k2, k3, tangential = shares
     middle = centre * max(camera.width, camera.height)
-    return {
-        "fx": focal * camera.fx,
-        "fy": focal * camera.fy,
-        "cx": middle,
-        "cy": middle,
-        "k1": k1,
-        "k2": k2,
-        "p1": tangential,
-        "p2": tangential,
-        "k3": k3,
-    }
+    values = focal * camera.fx, focal * camera.fy, middle, middle, k1, k2, tangential, tangential, k3
+    return dict(zip(PARAMETERS, values, strict=True))
 
 
 def calibration_of(photos: list[Photo], file: Path | None = None) -> Calibration:

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from .cameras import Camera, Sensor, View
 
@@ -187,35 +189,15 @@ def build_tracks(
     if not edges:
         empty = np.empty(0, np.int64)
         return empty, empty.copy(), empty.copy()
-    roots = _unite(int(offsets[-1]), np.concatenate(edges))
-    nodes = np.flatnonzero(np.bincount(roots, minlength=len(roots))[roots] > 1)
+    ends, count = np.concatenate(edges).T, int(offsets[-1])
+    label = connected_components(coo_array((np.ones(len(ends[0]), bool), ends), (count, count)), directed=False)[1]
+    nodes = np.flatnonzero(np.bincount(label)[label] > 1)
     image = np.searchsorted(offsets, nodes, side="right") - 1
-    _, track = np.unique(roots[nodes], return_inverse=True)
+    _, track = np.unique(label[nodes], return_inverse=True)
     pair = track.astype(np.int64) * len(keypoints) + image
     _, place, repeated = np.unique(pair, return_inverse=True, return_counts=True)
     single = repeated[place] == 1
     return image[single], (nodes - offsets[image])[single], track[single]
-
-
-@numba.njit(cache=True)
-def _unite(count: int, edges: np.ndarray) -> np.ndarray:
-    parent = np.arange(count)
-    for e in range(len(edges)):
-        a, b = edges[e, 0], edges[e, 1]
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = parent[b]
-        if a != b:
-            parent[max(a, b)] = min(a, b)
-    for i in range(count):
-        root = i
-        while parent[root] != root:
-            root = parent[root]
-        parent[i] = root
-    return parent
 
 
 def triangulate(block: Block, limit_px: float) -> None:
