@@ -52,7 +52,6 @@ def require(
     found: Mapping[str, FoundColumn],
     needed: Iterable[str | tuple[str, ...]],
     units: Mapping[str, str] | None = None,
-    known: Iterable[str] = (),
 ) -> None:
     """Refuse a table with everything that it lacks in one sentence. needed: quantities, or several of which one will
     do. units: quantity -> option that says its unit (empty: there is none); those in ``found`` without a unit are
@@ -76,7 +75,7 @@ def require(
                 f"column {found[key].name!r} does not say its unit: rename it {QUANTITIES[key].examples}{way}"
             )
     if problems:
-        used = {column.name for column in found.values()} | set(known)
+        used = {column.name for column in found.values()}
         other = [name for name in table.columns if name not in used]
         unknown = f" (not known here: {', '.join(other)})" if lacks and other else ""
         raise InputError(f"{path}: found columns {', '.join(table.columns)}{unknown}; {'; '.join(problems)}.")

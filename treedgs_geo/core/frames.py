@@ -121,7 +121,7 @@ def transform(
     if to_wgs84 and of_itrf:
         # Since 2001 WGS 84 follows the ITRF within two centimetres; PROJ's database has no link between them.
         source = pyproj.CRS("EPSG:4979")
-    flat = pyproj.Transformer.from_crs(_flat(source), "EPSG:4326", always_xy=True)
+    flat = pyproj.Transformer.from_crs(horizontal(source).to_2d(), "EPSG:4326", always_xy=True)
     lon, lat = flat.transform(*np.median(points[known, :2], axis=0))
     operation: Any = _operation(source.to_wkt(), target.to_wkt(), round(float(lon), 1), round(float(lat), 1), where)
     time = np.full(int(known.sum()), np.inf if year is None else float(year))
@@ -136,10 +136,6 @@ def transform(
 
 def _with_heights(crs: pyproj.CRS) -> pyproj.CRS:
     return crs if crs.is_compound or len(crs.axis_info) == 3 else crs.to_3d()
-
-
-def _flat(crs: pyproj.CRS) -> pyproj.CRS:
-    return crs.sub_crs_list[0] if crs.is_compound else crs.to_2d()
 
 
 @lru_cache(maxsize=64)

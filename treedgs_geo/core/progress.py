@@ -195,16 +195,17 @@ class BarReporter(Reporter):
         self._bar.close()
 
 
-def make_reporter(style: str, stream: TextIO | None = None) -> Reporter:
+def make_reporter(style: str) -> Reporter:
     """``auto`` (bar on a terminal, else plain), ``bar``, ``plain``, ``json`` (on stdout) or ``quiet``."""
     if style == "quiet":
         return Reporter()
     if style == "json":
-        return JsonReporter(stream or sys.stdout)
-    stream = stream or sys.stderr
-    if style == "bar" or style == "auto" and stream.isatty():
-        return BarReporter(stream)
-    return PlainReporter(stream)
+        return JsonReporter(sys.stdout)
+    return (
+        BarReporter(sys.stderr)
+        if style == "bar" or style == "auto" and sys.stderr.isatty()
+        else PlainReporter(sys.stderr)
+    )
 
 
 def _duration(seconds: float) -> str:

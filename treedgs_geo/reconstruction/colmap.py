@@ -44,10 +44,10 @@ def camera_from_colmap(camera) -> Camera:
     raise ValueError(f"camera model {name} is not supported, use OPENCV")
 
 
-def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None):
+def to_colmap(block: Block, names: list[str], colours: np.ndarray):
     """The block as a pycolmap reconstruction: image ids 1..N in the order of ``names``, posed photos and observed
-    points only; one camera a flight. Poses are those of the middle row, and pixels are where a sensor exposed at once
-    would have seen the points.
+    points only, with their colours (P, 3) uint8; one camera a flight. Poses are those of the middle row, and pixels are
+    where a sensor exposed at once would have seen the points.
     """
     import pycolmap
 
@@ -73,12 +73,9 @@ def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None)
         model.add_image_with_trivial_frame(image, pose)
     by_point = np.argsort(block.point, kind="stable")
     bounds = np.searchsorted(block.point[by_point], np.arange(len(block.points) + 1))
-    grey = np.full(3, 128, np.uint8)
     for p, xyz in enumerate(block.points):
         track = pycolmap.Track()
         for row in by_point[bounds[p] : bounds[p + 1]]:
             track.add_element(int(block.image[row]) + 1, int(place[row]))
-        model.add_point3D_with_id(
-            p + 1, pycolmap.Point3D(xyz=xyz, track=track, color=grey if colours is None else colours[p])
-        )
+        model.add_point3D_with_id(p + 1, pycolmap.Point3D(xyz=xyz, track=track, color=colours[p]))
     return model

@@ -18,6 +18,10 @@ from ..core.progress import Reporter
 from .cameras import View
 from .images import load_image
 
+#: Reference photos that must agree, partners of each, and megapixels of a rectified crop, to which larger ones are
+#: reduced.
+MIN_VOTES, NEIGHBOURS, MAX_MEGAPIXELS = 2, 2, 4.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class DenseOptions:
@@ -28,14 +32,8 @@ class DenseOptions:
     high_m: float = 3.2
     #: Cell in which two reference photos must agree, m.
     voxel_m: float = 0.04
-    #: Reference photos that must agree.
-    min_votes: int = 2
-    #: Partners per reference photo.
-    neighbours: int = 2
     #: Most reference photos.
     max_views: int = 30
-    #: Largest rectified crop, megapixels; bigger ones are reduced.
-    max_megapixels: float = 4.0
 
 
 def densify_band(
@@ -61,7 +59,7 @@ def densify_band(
     corners = _band_corners(ground_height, centre_xy, radius_m, options)
     if corners is None:
         return empty
-    pairs = choose_pairs(views, corners, options)
+    pairs = choose_pairs(views, corners, options.max_views)
     clouds: list[tuple[int, np.ndarray, np.ndarray]] = []
     loaded: dict[int, np.ndarray] = {}
     for number, (i, j) in enumerate(pairs):
@@ -71,7 +69,7 @@ def densify_band(
                 if len(loaded) >= 6:  # a few photos at a time: memory stays bounded
                     loaded.pop(next(iter(loaded)))
                 loaded[k] = load_image(views[k])
-        xyz, rgb = match_pair(views[i], views[j], loaded[i], loaded[j], corners, options)
+        xyz, rgb = match_pair(views[i], views[j], loaded[i], loaded[j], corners)
         if len(xyz):
             inside = np.linalg.norm(xyz[:, :2] - centre_xy, axis=1) <= radius_m
             above = xyz[:, 2] - ground_height(xyz[:, 0], xyz[:, 1])
@@ -81,7 +79,7 @@ def densify_band(
                 clouds.append((i, xyz[inside], rgb[inside]))
     if not clouds:
         return empty
-    return vote(clouds, options.voxel_m, options.min_votes)
+    return vote(clouds, options.voxel_m, MIN_VOTES)
 
 
 def _band_corners(
@@ -97,7 +95,7 @@ def _band_corners(
     return np.vstack([np.column_stack([xy, z + options.low_m]), np.column_stack([xy, z + options.high_m])])
 
 
-def choose_pairs(views: list[View], corners: np.ndarray, options: DenseOptions) -> list[tuple[int, int]]:
+def choose_pairs(views: list[View], corners: np.ndarray, max_views: int) -> list[tuple[int, int]]:
     """Reference photo and partner: 4 to 18 degrees apart as seen from the band, looking the same way, from the side."""
     middle = corners.mean(axis=0)
     seen, rays = [], np.full((len(views), 3), np.nan)
@@ -108,7 +106,7 @@ def choose_pairs(views: list[View], corners: np.ndarray, options: DenseOptions) 
         rays[k] = ray / np.linalg.norm(ray)
         if inside.mean() >= 0.4 and np.degrees(np.arccos(np.clip(-rays[k, 2], -1, 1))) > 15:
             seen.append(k)
-    seen = seen[:: max(1, int(np.ceil(len(seen) / options.max_views)))]
+    seen = seen[:: max(1, int(np.ceil(len(seen) / max_views)))]
     pairs: list[tuple[int, int]] = []
     for i in seen:
         angle = np.degrees(np.arccos(np.clip(rays @ rays[i], -1, 1)))
@@ -121,7 +119,7 @@ def choose_pairs(views: list[View], corners: np.ndarray, options: DenseOptions) 
             if j != i and 4 <= angle[j] <= 18 and axes[j] <= 25 and views[j].flight == views[i].flight
         ]
         usable.sort(key=lambda j: abs(angle[j] - 8))
-        pairs += [(i, j) for j in usable[: options.neighbours]]
+        pairs += [(i, j) for j in usable[:NEIGHBOURS]]
     return pairs
 
 
@@ -131,13 +129,12 @@ def match_pair(
     image_a: np.ndarray,
     image_b: np.ndarray,
     corners: np.ndarray,
-    options: DenseOptions,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Points (N, 3) local and colours (N, 3) that photo ``first`` sees and ``second`` confirms, inside the box of the
     band's corners.
     """
     nothing = np.empty((0, 3)), np.empty((0, 3), np.uint8)
-    rotation, matrix = rectify(first, second)
+    rotation, fx = rectify(first, second), first.camera.fx
     if rotation is None:
         return nothing
     baseline = float(np.linalg.norm(second.centre - first.centre))
@@ -147,15 +144,15 @@ def match_pair(
         if (local[:, 2] <= 1).any():
             return nothing
         sides.append(local)
-        boxes.append(local[:, :2] / local[:, 2:] * matrix[0, 0])
+        boxes.append(local[:, :2] / local[:, 2:] * fx)
     # Both windows share rows; columns are cut to each photo's own band.
     top, bottom = min(b[:, 1].min() for b in boxes) - 4, max(b[:, 1].max() for b in boxes) + 4
     width = max(np.ptp(b[:, 0]) for b in boxes) + 8
-    scale = min(1.0, np.sqrt(options.max_megapixels * 1e6 / max(width * (bottom - top), 1)))
+    scale = min(1.0, np.sqrt(MAX_MEGAPIXELS * 1e6 / max(width * (bottom - top), 1)))
     size = int(np.ceil(width * scale)), int(np.ceil((bottom - top) * scale))
     if min(size) < 32:
         return nothing
-    focal = matrix[0, 0] * scale
+    focal = fx * scale
     lefts = [(b[:, 0].min() - 4) * scale for b in boxes]
     depth = np.concatenate([side[:, 2] for side in sides])
     crops = [
@@ -193,8 +190,8 @@ def match_pair(
     return np.column_stack([x, y, z]) @ rotation + first.centre, crops[0][rows, columns]
 
 
-def rectify(first: View, second: View) -> tuple[np.ndarray | None, np.ndarray]:
-    """World -> rectified rotation shared by both photos (x along the baseline, first to second) and a pinhole matrix.
+def rectify(first: View, second: View) -> np.ndarray | None:
+    """(3, 3) world -> rectified, shared by both photos (x along the baseline, first to second).
 
     None where the baseline runs along the viewing direction.
     """
@@ -202,15 +199,14 @@ def rectify(first: View, second: View) -> tuple[np.ndarray | None, np.ndarray]:
     length = np.linalg.norm(along)
     axis = first.rotation[2] + second.rotation[2]
     axis /= np.linalg.norm(axis)
-    matrix = np.diag([first.camera.fx, first.camera.fx, 1.0])
     if length < 1e-3:
-        return None, matrix
+        return None
     x = along / length
     z = axis - (axis @ x) * x
     if np.linalg.norm(z) < 0.7:
-        return None, matrix
+        return None
     z /= np.linalg.norm(z)
-    return np.vstack([x, np.cross(z, x), z]), matrix
+    return np.vstack([x, np.cross(z, x), z])
 
 
 def _rectified(

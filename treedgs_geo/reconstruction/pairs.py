@@ -6,6 +6,8 @@ import numpy as np
 
 #: Views whose optical axes differ by more than this are not matched by SIFT.
 MAX_ANGLE_DEG = 60.0
+#: So many photos are matched each with all others.
+EXHAUSTIVE_UP_TO = 25
 
 
 def ground_below(xyz: np.ndarray, relative_altitude_m: np.ndarray) -> float:
@@ -32,8 +34,7 @@ def select_pairs(
     rotations: np.ndarray,
     ground_z: float,
     half_field: float,
-    neighbours: int = 20,
-    exhaustive_up_to: int = 25,
+    neighbours: int,
 ) -> np.ndarray:
     """(P, 2) pairs i < j worth matching.
 
@@ -49,7 +50,7 @@ def select_pairs(
     if count < 2:
         return np.empty((0, 2), int)
     first, second = np.triu_indices(count, 1)
-    if count <= exhaustive_up_to:
+    if count <= EXHAUSTIVE_UP_TO:
         return np.column_stack([first, second])
     height = np.nanmedian(xyz[:, 2]) - ground_z if np.isfinite(ground_z) else 80.0
     reach = max(2 * half_field * max(height, 10.0), 5.0)
