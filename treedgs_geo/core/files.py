@@ -36,8 +36,8 @@ _TEMPORARY_LETTERS = 32
 #: Leftovers of another host are removed after this time.
 _OLD_S = 7 * 86400.0
 
-#: Inputs of the run, which nothing may be written over: device and number of each file.
-_INPUTS: set[tuple[int, int]] = set()
+#: Inputs of the run, which nothing may be written over.
+_INPUTS: set[tuple[int, int] | str] = set()
 
 #: Endings of photo files that are read.
 PHOTO_SUFFIXES = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
@@ -223,7 +223,7 @@ def ensure_writable(target: Path) -> None:
     """
     target = Path(target)
     check_name(target)
-    if _INPUTS and _identity(target) in _INPUTS:
+    if _INPUTS and identity(target) in _INPUTS:
         raise OutputError(f"{target}: is an input of this run and would be written over; choose another output.")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -240,7 +240,7 @@ def ensure_writable(target: Path) -> None:
 @contextmanager
 def protected(inputs: Iterable[Path]) -> Iterator[None]:
     """Nothing is written over these files until the block ends (:func:`ensure_writable`)."""
-    added = {_identity(path) for path in inputs} - _INPUTS - {(-1, -1)}
+    added = {identity(path) for path in inputs} - _INPUTS
     _INPUTS.update(added)
     try:
         yield
@@ -248,12 +248,13 @@ def protected(inputs: Iterable[Path]) -> Iterator[None]:
         _INPUTS.difference_update(added)
 
 
-def _identity(path: Path) -> tuple[int, int]:
+def identity(path: Path) -> tuple[int, int] | str:
+    """Equal for two names of one file: through links of both kinds, dots, and letters in another case on Windows."""
     try:
         found = os.stat(path)
         return found.st_dev, found.st_ino
     except (OSError, ValueError):
-        return -1, -1
+        return os.path.normcase(os.path.realpath(path))
 
 
 def check_name(target: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError, OutputError
-from .files import check_name, protected
+from .files import check_name, identity, protected
 from .settings import Param, params_of
 
 #: What files of ours hold near their beginning or end, in small letters, by ending.
@@ -43,25 +43,25 @@ def checked_paths(settings: Any, overwrite: bool | Collection[str] = False) -> I
     outputs = [(name, spec, Path(value)) for name, spec, value in given if spec.kind.startswith("output_")]
     for path in (*inputs.values(), *(path for _, _, path in outputs)):
         _refuse_pipe(path)
-    taken = {_place(path): option for option, path in inputs.items()}
+    taken = {identity(path): option for option, path in inputs.items()}
     for name, spec, path in outputs:
         option, may = _option(name), overwrite is True or (overwrite is not False and name in overwrite)
         check_name(path)
         _check_ending(path, spec)
         for target in (path, *(path / held for held in spec.holds)):
-            if (other := taken.get(_place(target))) is not None:
+            if (other := taken.get(identity(target))) is not None:
                 raise InputError(
                     f"{option}: {target} is what {other} names, and would be written over; give another "
                     f"{'folder' if spec.kind == 'output_folder' else 'name'}."
                 )
-        taken[_place(path)] = option
+        taken[identity(path)] = option
         if spec.kind == "output_folder":
             _check_folder(option, path, spec, may)
         elif not may and is_foreign(path):
             raise OutputError(f"{path}: is there already and was not written by TreeDGS; {_TELL}.")
     for name, spec, folder in outputs:
         for other, _, path in outputs if spec.kind == "output_folder" and not spec.holds else ():
-            if other != name and _place(folder) in map(_place, path.absolute().parents):
+            if other != name and identity(folder) in map(identity, path.absolute().parents):
                 raise InputError(
                     f"{_option(other)}: {path} lies in the folder of {_option(name)}, which is made anew; give another "
                     "place."
@@ -112,15 +112,6 @@ def _refuse_pipe(path: Path) -> None:
         return
     if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
         raise InputError(f"{path}: is a pipe or a device, expected a file; give a file.")
-
-
-def _place(path: Path) -> tuple[int, int] | str:
-    """Equal for two names of one file: through links of both kinds, dots, and letters in another case on Windows."""
-    try:
-        found = os.stat(path)
-        return found.st_dev, found.st_ino
-    except (OSError, ValueError):
-        return os.path.normcase(os.path.realpath(path))
 
 
 def _option(name: str) -> str:

@@ -8,6 +8,7 @@ A pair counts when all of them together leave it no doubt.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter
@@ -52,33 +53,32 @@ class Pairing:
     utc: np.ndarray
 
 
-@dataclass(frozen=True)
-class _Evidence:
-    """What N photos, in the order taken, and M marks say. time_s: (N,), NaN unknown. place: (N, 2) metres, NaN unknown.
-    number: (N,), -1 unknown. The marks' likewise; zoned: the clock's zone is unknown."""
+class _Side(NamedTuple):
+    """What K photos, in the order taken, or marks say. time_s: (K,), NaN unknown. place: (K, 2) metres, NaN unknown.
+    number: (K,), -1 unknown."""
 
     time_s: np.ndarray
     place: np.ndarray
     number: np.ndarray
-    mark_s: np.ndarray
-    mark_place: np.ndarray
-    mark_number: np.ndarray
+
+    def part(self, rows: np.ndarray) -> _Side:
+        return _Side(*(values[rows] for values in self))
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """What N photos and M marks say. zoned: the clock's zone is unknown."""
+
+    photos: _Side
+    marks: _Side
     zoned: bool
 
     @property
     def knows_places(self) -> bool:
-        return bool(np.isfinite(self.place).any() and np.isfinite(self.mark_place).any())
+        return bool(np.isfinite(self.photos.place).any() and np.isfinite(self.marks.place).any())
 
     def part(self, photos: np.ndarray, marks: np.ndarray) -> _Evidence:
-        return replace(
-            self,
-            time_s=self.time_s[photos],
-            place=self.place[photos],
-            number=self.number[photos],
-            mark_s=self.mark_s[marks],
-            mark_place=self.mark_place[marks],
-            mark_number=self.mark_number[marks],
-        )
+        return replace(self, photos=self.photos.part(photos), marks=self.marks.part(marks))
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ def pair_photos(photos: list[Photo], marks: Marks) -> Pairing:
     """
     seen = _evidence(photos, marks)
     order = _order(seen)
-    ranks = np.argsort(seen.mark_s, kind="stable")
+    ranks = np.argsort(seen.marks.time_s, kind="stable")
     sorted_seen = seen.part(order, ranks)
-    if not np.isfinite(seen.time_s).any() and not seen.knows_places:
+    if not np.isfinite(seen.photos.time_s).any() and not seen.knows_places:
         rows = _by_number_alone(seen)
         if rows is None:
             raise GeotagError(
@@ -115,19 +115,19 @@ def pair_photos(photos: list[Photo], marks: Marks) -> Pairing:
     paired = rows >= 0
     sure = _agree_in_place(sorted_seen, rows, shared)
     if not paired.any() or (paired.mean() < ENOUGH_SHARE and sure.sum() < MIN_OF_ANOTHER_CLOCK):
-        times = seen.time_s[np.isfinite(seen.time_s)]
+        times = seen.photos.time_s[np.isfinite(seen.photos.time_s)]
         first, last = (describe_utc(t)[:-4] for t in (times.min(), times.max())) if len(times) else ("unknown",) * 2
         raise GeotagError(
-            f"{marks.path}: its {len(marks.index)} exposures ({describe_utc(sorted_seen.mark_s[0])} to "
-            f"{describe_utc(sorted_seen.mark_s[-1])}) belong to other photos than these {len(photos)} (camera clock "
-            f"{first} to {last}): times and places agree without doubt for {paired.mean():.0%} of them; give the MRK "
+            f"{marks.path}: its {len(marks.index)} exposures ({describe_utc(sorted_seen.marks.time_s[0])} to "
+            f"{describe_utc(sorted_seen.marks.time_s[-1])}) belong to other photos than these {len(photos)} (camera "
+            f"clock {first} to {last}): times and places agree without doubt for {paired.mean():.0%} of them; give the MRK "
             "of this flight, or positions by photo name (CSV)."
         )
     if not paired.all():
         rows = _with_another_clock(sorted_seen, rows, shared)
     found = np.full(len(rows), -1)
     found[order] = np.where(rows >= 0, ranks[rows], -1)
-    return Pairing(found, seen.time_s - shared.clock_s)
+    return Pairing(found, seen.photos.time_s - shared.clock_s)
 
 
 def _evidence(photos: list[Photo], marks: Marks) -> _Evidence:
@@ -135,43 +135,37 @@ def _evidence(photos: list[Photo], marks: Marks) -> _Evidence:
     degrees[(marks.flag == 0) | ~degrees.any(axis=1)] = np.nan
     middle = np.nanmedian(degrees, axis=0) if np.isfinite(degrees).any() else np.zeros(2)
     metres = 111200.0 * np.array([np.cos(np.radians(middle[1])), 1.0])
-    mark_place = (degrees - middle) * metres
     place = np.array([(photo.lon_deg, photo.lat_deg) for photo in photos])
-    return _Evidence(
-        np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos]),
-        (place - middle) * metres,
-        np.array([photo.sequence for photo in photos]),
-        gps_to_utc(marks.gps_s),
-        mark_place,
-        marks.index,
-        not all(np.isfinite(photo.utc) for photo in photos),
-    )
+    times = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
+    own = _Side(times, (place - middle) * metres, np.array([photo.sequence for photo in photos]))
+    marked = _Side(gps_to_utc(marks.gps_s), (degrees - middle) * metres, marks.index)
+    return _Evidence(own, marked, not all(np.isfinite(photo.utc) for photo in photos))
 
 
 def _order(seen: _Evidence) -> np.ndarray:
     """(N,) photos as they were taken: by time, equal times and unknown ones by number, then by name."""
-    if np.isfinite(seen.time_s).all():
-        return np.lexsort((seen.number, seen.time_s))
-    return np.argsort(seen.number, kind="stable")
+    if np.isfinite(seen.photos.time_s).all():
+        return np.lexsort((seen.photos.number, seen.photos.time_s))
+    return np.argsort(seen.photos.number, kind="stable")
 
 
 def _by_number_alone(seen: _Evidence) -> np.ndarray | None:
     """Equal numbers where every photo has its own, or the order where there are as many; else nothing is safe."""
-    rows = {int(number): row for row, number in enumerate(seen.mark_number)}
-    by_number = np.array([rows.get(int(number), -1) for number in seen.number])
+    rows = {int(number): row for row, number in enumerate(seen.marks.number)}
+    by_number = np.array([rows.get(int(number), -1) for number in seen.photos.number])
     if (by_number >= 0).all() and len(np.unique(by_number)) == len(by_number):
         return by_number
-    return np.arange(len(seen.number)) if len(seen.number) == len(seen.mark_number) else None
+    return np.arange(len(seen.photos.number)) if len(seen.photos.number) == len(seen.marks.number) else None
 
 
 def _likeliest(seen: _Evidence) -> tuple[np.ndarray, _Shared]:
     """Rows by all clock errors together, and what the pairs of the likeliest share."""
-    sharp = np.mean(np.abs(seen.time_s - np.round(seen.time_s)) > 1e-6) > 0.5
+    sharp = np.mean(np.abs(seen.photos.time_s - np.round(seen.photos.time_s)) > 1e-6) > 0.5
     least_s = _FRACTION_S if sharp else _WHOLE_S
     tried = []
     for clock_s in _clock_errors(seen):
         shared = _Shared(clock_s, np.zeros(2), _ROUGH_S, _ROUGH_M, 0)
-        rows = np.full(len(seen.time_s), -1)
+        rows = np.full(len(seen.photos.time_s), -1)
         for _ in range(5):
             before = rows
             total, pairs = _sum_up(_gains(seen, shared))
@@ -198,13 +192,13 @@ def _rows(pairs: np.ndarray, least: float) -> np.ndarray:
 
 def _clock_errors(seen: _Evidence, most_s: float = MAX_CLOCK_ERROR_S) -> list[float]:
     """The most common differences of photo times and mark times that a clock may have; NaN alone without times."""
-    times = seen.time_s[np.isfinite(seen.time_s)]
+    times = seen.photos.time_s[np.isfinite(seen.photos.time_s)]
     if not len(times):
         return [float("nan")]
-    apart = (times[:: max(len(times) // 500, 1), None] - seen.mark_s[None, :]).ravel()
+    apart = (times[:: max(len(times) // 500, 1), None] - seen.marks.time_s[None, :]).ravel()
     apart = apart[np.abs(_beyond_zone(apart, seen.zoned)) <= most_s]
     if not len(apart):
-        return [float(np.median(times) - np.median(seen.mark_s))]
+        return [float(np.median(times) - np.median(seen.marks.time_s))]
     bins, count = np.unique(np.round(apart / 0.5), return_counts=True)
     common = 0.5 * bins[np.argsort(-count, kind="stable")][:_GLANCED]
     clocks = [float(np.median(apart[np.abs(apart - each) <= 0.5])) for each in common]
@@ -215,10 +209,10 @@ def _clock_errors(seen: _Evidence, most_s: float = MAX_CLOCK_ERROR_S) -> list[fl
 
 def _glance(seen: _Evidence, clock_s: float) -> float:
     """How likely a clock error is, by the mark that is nearest in time to each photo."""
-    when = seen.time_s - clock_s
-    middles = 0.5 * (seen.mark_s[1:] + seen.mark_s[:-1])
+    when = seen.photos.time_s - clock_s
+    middles = 0.5 * (seen.marks.time_s[1:] + seen.marks.time_s[:-1])
     rows = np.searchsorted(middles, np.nan_to_num(when))
-    off_s, apart = when - seen.mark_s[rows], seen.place - seen.mark_place[rows]
+    off_s, apart = when - seen.marks.time_s[rows], seen.photos.place - seen.marks.place[rows]
     near = np.abs(off_s) < _FAR_S
     known = near & np.isfinite(apart).all(axis=1)
     offset = np.median(apart[known], axis=0) if known.any() else np.zeros(2)
@@ -237,14 +231,16 @@ def _beyond_zone(apart_s: np.ndarray, zoned: bool) -> np.ndarray:
 
 def _gains(seen: _Evidence, shared: _Shared) -> np.ndarray:
     """(N, M) natural logarithm of how much more likely a photo and a mark look alike as a pair than as strangers."""
-    gain = np.zeros((len(seen.time_s), len(seen.mark_s)), np.float32)
+    gain = np.zeros((len(seen.photos.time_s), len(seen.marks.time_s)), np.float32)
     if np.isfinite(shared.clock_s):
-        gain += np.nan_to_num(_time_gain(seen.time_s[:, None] - shared.clock_s - seen.mark_s, shared.clock_sd))
+        gain += np.nan_to_num(
+            _time_gain(seen.photos.time_s[:, None] - shared.clock_s - seen.marks.time_s, shared.clock_sd)
+        )
     if seen.knows_places:
-        east, north = (seen.place - shared.offset).T[..., None] - seen.mark_place.T[:, None]
+        east, north = (seen.photos.place - shared.offset).T[..., None] - seen.marks.place.T[:, None]
         gain += np.nan_to_num(_place_gain(np.hypot(east, north), shared.place_sd))
-    numbers = seen.number[:, None] - seen.mark_number
-    known = seen.number[:, None] >= 0
+    numbers = seen.photos.number[:, None] - seen.marks.number
+    known = seen.photos.number[:, None] >= 0
     return gain + known * (_SAME_NUMBER * (numbers == 0) + _SHIFTED_NUMBER * (numbers == shared.apart)) / len(gain)
 
 
@@ -266,19 +262,19 @@ def _place_gain(off_m: np.ndarray, sd: float) -> np.ndarray:
 def _shared(seen: _Evidence, rows: np.ndarray, before: _Shared, least_s: float) -> _Shared:
     """What the pairs have in common, by medians."""
     own = np.flatnonzero(rows >= 0)
-    off_s = seen.time_s[own] - seen.mark_s[rows[own]]
+    off_s = seen.photos.time_s[own] - seen.marks.time_s[rows[own]]
     off_s = off_s[np.isfinite(off_s)]
     clock_s, clock_sd = before.clock_s, before.clock_sd
     if len(off_s):
         clock_s = float(np.median(off_s))
         clock_sd = float(np.clip(1.5 * np.median(np.abs(off_s - clock_s)), least_s, _ROUGH_S))
-    apart = seen.place[own] - seen.mark_place[rows[own]]
+    apart = seen.photos.place[own] - seen.marks.place[rows[own]]
     apart = apart[np.isfinite(apart).all(axis=1)]
     offset, place_sd = before.offset, before.place_sd
     if len(apart):
         offset = np.median(apart, axis=0)
         place_sd = float(np.clip(0.85 * np.median(np.hypot(*(apart - offset).T)), _SHARP_M, _ROUGH_M))
-    numbers, count = np.unique(seen.number[own] - seen.mark_number[rows[own]], return_counts=True)
+    numbers, count = np.unique(seen.photos.number[own] - seen.marks.number[rows[own]], return_counts=True)
     return _Shared(clock_s, offset, clock_sd, place_sd, int(numbers[count.argmax()]))
 
 
@@ -324,16 +320,16 @@ def _agree_in_place(seen: _Evidence, rows: np.ndarray, shared: _Shared) -> np.nd
     """(N,) bool: paired, and the photo's own position says so."""
     apart = np.full(len(rows), np.nan)
     own = rows >= 0
-    apart[own] = np.hypot(*(seen.place[own] - shared.offset - seen.mark_place[rows[own]]).T)
+    apart[own] = np.hypot(*(seen.photos.place[own] - shared.offset - seen.marks.place[rows[own]]).T)
     return np.nan_to_num(_place_gain(apart, shared.place_sd)) > 0
 
 
 def _with_another_clock(seen: _Evidence, rows: np.ndarray, shared: _Shared) -> np.ndarray:
     """Photos that are left, whatever their clock's error, where their own positions lie with marks that are left."""
-    photos, marks = np.flatnonzero(rows < 0), np.setdiff1d(np.arange(len(seen.mark_s)), rows)
+    photos, marks = np.flatnonzero(rows < 0), np.setdiff1d(np.arange(len(seen.marks.time_s)), rows)
     rest = seen.part(photos, marks)
     # Photos of another day's flight by the same plan have the same places, and the same numbers.
-    repeated = np.isin(rest.number, seen.number[rows >= 0]).any()
+    repeated = np.isin(rest.photos.number, seen.photos.number[rows >= 0]).any()
     if repeated or len(photos) < MIN_OF_ANOTHER_CLOCK or not len(marks) or not rest.knows_places:
         return rows
     found = rows.copy()
