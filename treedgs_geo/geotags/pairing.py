@@ -120,8 +120,8 @@ def pair_photos(photos: list[Photo], marks: Marks) -> Pairing:
         raise GeotagError(
             f"{marks.path}: its {len(marks.index)} exposures ({describe_utc(sorted_seen.marks.time_s[0])} to "
             f"{describe_utc(sorted_seen.marks.time_s[-1])}) belong to other photos than these {len(photos)} (camera "
-            f"clock {first} to {last}): times and places agree without doubt for {paired.mean():.0%} of them; give the MRK "
-            "of this flight, or positions by photo name (CSV)."
+            f"clock {first} to {last}): times and places agree without doubt for {paired.mean():.0%} of them; give the "
+            "MRK of this flight, or positions by photo name (CSV)."
         )
     if not paired.all():
         rows = _with_another_clock(sorted_seen, rows, shared)
