@@ -173,7 +173,7 @@ def in_time(
         precise = np.nan_to_num(np.median(marks.sd[rows][seen].max(axis=1)), nan=np.inf) <= PRECISE_M
         least_s, whose = PRECISE_MIN_S if precise else ROUGH_MIN_S, f"the positions in {marks.path.name}"
     shift = find_shift(track.gps_s, path[:, :2], at, witness, least_s)
-    if shift is None or not shift.certain:
+    if shift is None:
         return tracks, 0.0
     seconds, sd_s, why = shift.seconds, shift.sd_s, ""
     if abs(abs(seconds) - GPS_UTC_S) < min(NEAR_S, 4 * sd_s + 0.1):

@@ -24,19 +24,18 @@ _STEP_S, _ROUNDS = 0.1, 8
 
 @dataclass(frozen=True)
 class Shift:
-    """seconds: the path's times are so much too late. sd_s: standard error. speed_m_s: median of the drone's.
-    certain: far from none, and the only one."""
+    """seconds: the path's times are so much too late. sd_s: standard error. speed_m_s: median of the drone's."""
 
     seconds: float
     sd_s: float
     speed_m_s: float
-    certain: bool
 
 
 def find_shift(
     times: np.ndarray, path: np.ndarray, at: np.ndarray, witness: np.ndarray, least_s: float
 ) -> Shift | None:
-    """By how much a path comes late against positions at N exposures, a constant offset aside; None: nothing tells.
+    """By how much a path comes late against positions at N exposures, a constant offset aside; ``None`` where that is
+    not certain: hardly more than none, or not the only one.
 
     Args:
         times: (T,) seconds, rising. path: (T, 2) metres. at: (N,) seconds. witness: (N, 2) metres, NaN unknown.
@@ -60,7 +59,8 @@ def find_shift(
     elsewhere = away[np.abs(tried - seconds) > max(1.0, 3 * sd_s)]
     alone = not (elsewhere < 1.5 * max(there, 0.02)).any()
     closer = not np.isfinite(here) or there < here
-    return Shift(seconds, sd_s, speed, alone and closer and abs(seconds) > max(least_s, CERTAIN_SD * sd_s))
+    certain = alone and closer and abs(seconds) > max(least_s, CERTAIN_SD * sd_s)
+    return Shift(seconds, sd_s, speed) if certain else None
 
 
 def _at(times: np.ndarray, path: np.ndarray, instants: np.ndarray) -> np.ndarray:

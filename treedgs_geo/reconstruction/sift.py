@@ -88,9 +88,7 @@ def _octaves(image: np.ndarray, own_sigma: float) -> Iterator[tuple[int, np.ndar
         gaussians[0] = base
         for level, step in enumerate(steps, start=1):
             cv2.GaussianBlur(gaussians[level - 1], (0, 0), float(step), dst=gaussians[level])
-        layers = np.empty((LEVELS + 2, *base.shape), np.float32)
-        kernels.differences(gaussians, layers)
-        yield octave, layers, gaussians
+        yield octave, np.diff(gaussians, axis=0), gaussians
         base = np.ascontiguousarray(gaussians[LEVELS, ::2, ::2])
 
 

@@ -21,15 +21,6 @@ _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 
 @njit(**_FAST)
-def differences(gaussians, out):
-    """(L, H, W) Gaussians -> (L - 1, H, W) differences of neighbours."""
-    for k in range(len(out)):
-        for y in range(out.shape[1]):
-            for x in range(out.shape[2]):
-                out[k, y, x] = gaussians[k + 1, y, x] - gaussians[k, y, x]
-
-
-@njit(**_FAST)
 def _is_extremum(layers, s, y, x, value):
     for k in range(s - 1, s + 2):
         for j in range(y - 1, y + 2):
