@@ -25,28 +25,6 @@ class ReconstructOptions:
     keep_cache: bool = False
 
 
-def gcp_option() -> Any:
-    """Setting ``gcp``: ground control and check points."""
-    return param(
-        None,
-        kind="file",
-        help="Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, "
-        "height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.",
-        suffixes=(".txt", ".csv"),
-    )
-
-
-def calibration_option() -> Any:
-    """Setting ``calibration``: what an earlier reconstruction found about the camera."""
-    return param(
-        None,
-        kind="file",
-        help="camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is "
-        "taken from the photos' metadata.",
-        suffixes=(".json",),
-    )
-
-
 def project_crs_option() -> Any:
     """``crs`` of the verbs that read photos."""
     return param(

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.settings import TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
-from ..reconstruction.options import calibration_option, gcp_option, geotags_crs_option, project_crs_option
+from ..reconstruction.options import geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -46,8 +46,20 @@ class PhotoInputs(KeptWorkspace):
         help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV; without it EXIF/XMP positions are used.",
     )
     geotags_crs: str | None = geotags_crs_option()
-    gcp: Path | None = gcp_option()
-    calibration: Path | None = calibration_option()
+    gcp: Path | None = param(
+        None,
+        kind="file",
+        help="Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, "
+        "height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.",
+        suffixes=(".txt", ".csv"),
+    )
+    calibration: Path | None = param(
+        None,
+        kind="file",
+        help="camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is "
+        "taken from the photos' metadata.",
+        suffixes=(".json",),
+    )
     dtm: Path | None = param(
         None,
         kind="file",
