@@ -171,7 +171,6 @@ class Problem:
         rows = len(self.seen.photo)
         self.places = np.empty(rows, np.int64)
         self.places[self.by_point[1]] = np.arange(rows)
-        self.coupled = np.zeros((rows, 3, kernels.STILL))
         self.linear = Linear(
             np.zeros((rows, 2)),
             np.zeros((rows, 2, N_POSE)),
@@ -179,7 +178,7 @@ class Problem:
             np.zeros((rows, 2, 3)),
         )
         travel_sd = known.travel_sd_m if "travel" in free else 0.0
-        self.travels = travel_sd > 0
+        self.coupled = np.zeros((rows, 3, N_POSE if travel_sd > 0 else kernels.STILL))
         # Standard deviations of what has a prior mean: 0 holds a number, infinity leaves it to the photos.
         pose_sd = np.full((self.photos, N_POSE), np.inf)
         pose_sd[:, _TRAVEL] = travel_sd
@@ -280,18 +279,16 @@ class Problem:
         matrix, right = np.zeros((size, size)), np.zeros(size)
         by_image, by_point = kernels.Rows(*self.by_image), kernels.Rows(*self.by_point)
         kernels.couple(linear, weights.pixels, by_point, self.coupled)
-        order = self.by_point[1]
-        seen = self.seen.point, self.seen.share, self.seen.photo[order], self.seen.share[order]
         kernels.reduce_photos(
             linear,
             weights.pixels,
-            seen,
+            self.seen.point,
+            self.seen.photo[by_point.order],
             by_image,
             by_point,
             self.places,
             self.coupled,
             points,
-            self.travels,
             matrix,
             right,
         )

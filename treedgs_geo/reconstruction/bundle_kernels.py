@@ -17,7 +17,7 @@ N_POSE = 9
 #: Brown's k1, k2, p1, p2, k3 and the readout time in seconds.
 LOG_F, LOG_ASPECT, CX, CY, K1, K2, P1, P2, K3, READOUT, FIRST_FLIGHT = range(11)
 
-#: Numbers of a photo before its travel.
+#: Numbers of a photo before its travel, which comes last.
 STILL = 6
 
 _FAST = {"nogil": True, "cache": True}
@@ -191,8 +191,8 @@ def _invert(normal, out):
 
 @njit(parallel=True, **_FAST)
 def couple(linear, weight, point_rows, out):
-    """Products of the derivatives by turn and centre with those by the point, weighted: (M, 3, 6), in the order of
-    ``point_rows``, so that those of one point lie side by side."""
+    """Products of the derivatives by the first ``W`` numbers of a photo with those by the point, weighted: (M, 3, W),
+    in the order of ``point_rows``, so that those of one point lie side by side."""
     _, by_pose, _, by_point = linear
     starts, order = point_rows
     for p in prange(len(starts) - 1):
@@ -200,119 +200,83 @@ def couple(linear, weight, point_rows, out):
             m = order[place]
             for j in range(3):
                 g0, g1 = weight[m] * by_point[m, 0, j], weight[m] * by_point[m, 1, j]
-                for d in range(STILL):
+                for d in range(out.shape[2]):
                     out[place, j, d] = g0 * by_pose[m, 0, d] + g1 * by_pose[m, 1, d]
 
 
 @njit(inline="always")
-def _take(block, lean, factor, other):
-    """``block`` (6, 6) less ``factor`` times ``lean`` (6, 3) times ``other`` (3, 6).
+def _take(block, lean, other):
+    """``block`` (W, W) less ``lean`` (W, 3) times ``other`` (3, W).
 
-    Written out: compilers make no vectors of loops over arrays that may overlap, and this is where an adjustment spends
-    its time."""
-    a0, a1, a2, a3, a4, a5 = other[0, 0], other[0, 1], other[0, 2], other[0, 3], other[0, 4], other[0, 5]
-    b0, b1, b2, b3, b4, b5 = other[1, 0], other[1, 1], other[1, 2], other[1, 3], other[1, 4], other[1, 5]
-    c0, c1, c2, c3, c4, c5 = other[2, 0], other[2, 1], other[2, 2], other[2, 3], other[2, 4], other[2, 5]
-    for d in range(6):
-        a, b, c = factor * lean[d, 0], factor * lean[d, 1], factor * lean[d, 2]
-        r0 = block[d, 0] - (a * a0 + b * b0 + c * c0)
-        r1 = block[d, 1] - (a * a1 + b * b1 + c * c1)
-        r2 = block[d, 2] - (a * a2 + b * b2 + c * c2)
-        r3 = block[d, 3] - (a * a3 + b * b3 + c * c3)
-        r4 = block[d, 4] - (a * a4 + b * b4 + c * c4)
-        r5 = block[d, 5] - (a * a5 + b * b5 + c * c5)
-        block[d, 0], block[d, 1], block[d, 2], block[d, 3], block[d, 4], block[d, 5] = r0, r1, r2, r3, r4, r5
+    Three columns at once are written out: compilers make no vectors of loops over arrays that may overlap, and this is
+    where an adjustment spends its time."""
+    for n in range(0, block.shape[1], 3):
+        a0, a1, a2 = other[0, n], other[0, n + 1], other[0, n + 2]
+        b0, b1, b2 = other[1, n], other[1, n + 1], other[1, n + 2]
+        c0, c1, c2 = other[2, n], other[2, n + 1], other[2, n + 2]
+        for d in range(len(lean)):
+            a, b, c = lean[d, 0], lean[d, 1], lean[d, 2]
+            r0 = block[d, n] - (a * a0 + b * b0 + c * c0)
+            r1 = block[d, n + 1] - (a * a1 + b * b1 + c * c1)
+            r2 = block[d, n + 2] - (a * a2 + b * b2 + c * c2)
+            block[d, n], block[d, n + 1], block[d, n + 2] = r0, r1, r2
 
 
 @njit(parallel=True, **_FAST)
-def reduce_photos(linear, weight, seen, image_rows, point_rows, places, coupled, normals, travels, matrix, right):
-    """The photos' rows of the reduced normal equations (upper part).
-
-    A centre and the travel of its photo move a pixel alike, but for the share of the readout: rows and columns of the
-    travel are those of the centre times that share. They stay zero where no photo travels.
+def reduce_photos(linear, weight, point, photo_there, image_rows, point_rows, places, coupled, normals, matrix, right):
+    """The photos' rows of the reduced normal equations (upper part); those of numbers that are not coupled stay zero.
 
     Args:
-        seen: point and share (M,) of the observations, then their photo and share in the order of ``point_rows`` (by
-            point, then by photo). places: (M,) where each stands in that order. coupled: of :func:`couple`. travels:
-            whether a travel is free. matrix: (N * N_POSE + S,) squared, zeroed. right: as long.
+        point: (M,) of the observations. photo_there: (M,) their photos in the order of ``point_rows`` (by point, then
+            by photo). places: (M,) where each stands in that order. coupled: of :func:`couple`. matrix: (N * N_POSE +
+            S,) squared, zeroed. right: as long.
     """
-    point, share, photo_there, share_there = seen
     image_starts, image_order = image_rows
     starts, _ = point_rows
     residual, by_pose, by_shared, _ = linear
     inverse, point_right, mixed = normals
-    photos, size = len(image_starts) - 1, by_shared.shape[2]
+    photos, size, width = len(image_starts) - 1, by_shared.shape[2], coupled.shape[2]
+    first_shared = len(right) - size
     for k in prange(photos):
         # The first photos have most of the work (all later ones beside them): each thread gets as many of the last.
         i = k // 2 if k % 2 == 0 else photos - 1 - k // 2
         at = i * N_POSE
-        # By their own share, by that of the other photo, by both.
-        blocks = np.zeros((photos - i, 4 if travels else 1, STILL, STILL))
-        common = np.zeros((2 if travels else 1, STILL, size))
-        down = np.zeros((2 if travels else 1, STILL))
-        lean = np.empty((STILL, 3))
+        blocks = np.zeros((photos - i, width, width))
+        common, down, lean = np.zeros((width, size)), np.zeros(width), np.empty((width, 3))
         for row in range(image_starts[i], image_starts[i + 1]):
             m = image_order[row]
-            p, w, s = point[m], weight[m], share[m]
+            p, w = point[m], weight[m]
             _lean(coupled[places[m]], inverse[p], lean)
-            for d in range(STILL):
+            for d in range(width):
                 u, v = w * by_pose[m, 0, d], w * by_pose[m, 1, d]
                 a, b, c = lean[d, 0], lean[d, 1], lean[d, 2]
                 pull = u * residual[m, 0] + v * residual[m, 1]
-                pull += a * point_right[p, 0] + b * point_right[p, 1] + c * point_right[p, 2]
-                down[0, d] += pull
-                if travels:
-                    down[1, d] += s * pull
+                down[d] += pull + (a * point_right[p, 0] + b * point_right[p, 1] + c * point_right[p, 2])
                 for n in range(size):
                     total = u * by_shared[m, 0, n] + v * by_shared[m, 1, n]
-                    total -= a * mixed[p, 0, n] + b * mixed[p, 1, n] + c * mixed[p, 2, n]
-                    common[0, d, n] += total
-                    if travels:
-                        common[1, d, n] += s * total
-                for n in range(STILL):
-                    total = u * by_pose[m, 0, n] + v * by_pose[m, 1, n]
-                    blocks[0, 0, d, n] += total
-                    if travels:
-                        blocks[0, 1, d, n] += s * total
-                        blocks[0, 2, d, n] += s * total
-                        blocks[0, 3, d, n] += s * s * total
+                    common[d, n] += total - (a * mixed[p, 0, n] + b * mixed[p, 1, n] + c * mixed[p, 2, n])
+                for n in range(width):
+                    blocks[0, d, n] += u * by_pose[m, 0, n] + v * by_pose[m, 1, n]
             begin = places[m]
             while begin > starts[p] and photo_there[begin - 1] == i:
                 begin -= 1
             for place in range(begin, starts[p + 1]):
-                h = photo_there[place] - i
-                _take(blocks[h, 0], lean, 1.0, coupled[place])
-                if travels:
-                    t = share_there[place]
-                    _take(blocks[h, 1], lean, s, coupled[place])
-                    _take(blocks[h, 2], lean, t, coupled[place])
-                    _take(blocks[h, 3], lean, s * t, coupled[place])
-        _write_rows(blocks, common, down, at, matrix, right)
+                _take(blocks[photo_there[place] - i], lean, coupled[place])
+        for d in range(width):
+            right[at + d] -= down[d]
+            for n in range(size):
+                matrix[at + d, first_shared + n] += common[d, n]
+            for h in range(len(blocks)):
+                for n in range(width):
+                    matrix[at + d, at + h * N_POSE + n] += blocks[h, d, n]
 
 
 @njit(inline="always")
 def _lean(cross, inverse, out):
-    """(3, 6) product of a photo and a point, times the point's inverse normal equations, into (6, 3)."""
-    for d in range(STILL):
+    """(3, W) product of unknowns and a point, times the point's inverse normal equations, into (W, 3)."""
+    for d in range(len(out)):
         for j in range(3):
             out[d, j] = cross[0, d] * inverse[0, j] + cross[1, d] * inverse[1, j] + cross[2, d] * inverse[2, j]
-
-
-@njit(**_FAST)
-def _write_rows(blocks, common, down, at, matrix, right):
-    """One photo's rows, with those of its travel (the last three of a second block of six) where there are some."""
-    sides, size = len(down), common.shape[2]
-    first_shared = len(right) - size
-    for side in range(sides):
-        for d in range(3 * side, STILL):
-            row = at + 3 * side + d
-            right[row] -= down[side, d]
-            for n in range(size):
-                matrix[row, first_shared + n] += common[side, d, n]
-            for h in range(len(blocks)):
-                for other in range(sides):
-                    for n in range(3 * other, STILL):
-                        matrix[row, at + h * N_POSE + 3 * other + n] += blocks[h, side + 2 * other, d, n]
 
 
 #: Sums over all observations or points are made in so many parts, whatever the number of threads.
@@ -338,13 +302,7 @@ def reduce_shared(linear, weight, normals, matrix, right):
                         for j in range(size):
                             square[n, j] += g * by_shared[m, k, j]
         for p in range(points * part // PARTS, points * (part + 1) // PARTS):
-            for n in range(size):
-                for j in range(3):
-                    lean[n, j] = (
-                        mixed[p, 0, n] * inverse[p, 0, j]
-                        + mixed[p, 1, n] * inverse[p, 1, j]
-                        + mixed[p, 2, n] * inverse[p, 2, j]
-                    )
+            _lean(mixed[p], inverse[p], lean)
             for n in range(size):
                 a, b, c = lean[n, 0], lean[n, 1], lean[n, 2]
                 pull[n] -= a * point_right[p, 0] + b * point_right[p, 1] + c * point_right[p, 2]
