@@ -8,7 +8,7 @@ import numpy as np
 
 from ..geotags.control import ControlPoints
 from .poses import Similarity, fit_similarity
-from .tracks import Block
+from .tracks import Block, ray_normals
 
 #: A block is moved as a whole before it is adjusted where its control points lie further off than this, metres.
 _FAR_M = 0.2
@@ -65,19 +65,9 @@ def rms_of(rows: list[dict[str, Any]], is_check: bool) -> list[float] | None:
 
 def _placed(block: Block, control: ControlPoints) -> np.ndarray:
     """(K, 3) places by the marks and the posed photos alone, NaN where fewer than two photos show a point."""
-    placed = np.full((len(control), 3), np.nan)
-    for k in range(len(control)):
-        own = np.flatnonzero((control.point == k) & block.is_posed[control.photo])
-        if len(own) < 2:
-            continue
-        normal, right = np.zeros((3, 3)), np.zeros(3)
-        for m in own:
-            i = int(control.photo[m])
-            pixel = control.pixels[m][None]
-            ray = (block.sensor.directions(pixel, i) @ block.rotations[i])[0]
-            centre = block.centres[i] + block.sensor.share(pixel[0, 1]) * block.sensor.travel_m[i]
-            across = np.eye(3) - np.outer(ray, ray)
-            normal += across
-            right += across @ centre
-        placed[k] = np.linalg.solve(normal, right)
+    use = block.is_posed[control.photo]
+    starts, rays = block.rays_of(control.photo[use], control.pixels[use])
+    left, right = ray_normals(starts, rays, np.ones(len(rays)), control.point[use], len(control))
+    placed, known = np.full((len(control), 3), np.nan), np.bincount(control.point[use], minlength=len(control)) >= 2
+    placed[known] = np.linalg.solve(left[known], right[known][:, :, None])[:, :, 0]
     return placed

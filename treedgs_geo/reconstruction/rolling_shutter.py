@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -121,19 +120,16 @@ def _still(sensor: Sensor) -> Sensor:
 
 def asks_for(block: Block, known: Known, free: frozenset[str], part: str) -> bool:
     """Whether a fifth of the points, held out of the adjustment, fit better with a part freed than without it."""
-    held = np.arange(len(block.points))[block.point] % 5 == 0
+    held = np.arange(len(block.points)) % 5 == 0
     losses, sigma = [], 0.0
     for parts in (free, free | {part}):
-        fitted = copy.deepcopy(block)
-        fitted.keep(~held)
+        fitted, probe = block.part(~held), block.part(held)
         if not len(fitted.points):
             return False
         if part == "travel" and part not in parts:
             fitted.sensor = _still(fitted.sensor)
         found = adjust(fitted, known, parts, final=True, iterations=20, tolerance=GOOD)
         sigma = sigma or found.sigma_px
-        probe = copy.deepcopy(block)
-        probe.keep(held)
         probe.sensor, probe.rotations, probe.translations = fitted.sensor, fitted.rotations, fitted.translations
         intersect(probe)
         losses.append(np.log1p(np.sum(probe.residuals() ** 2, axis=1) / (PIXEL_LOSS * sigma) ** 2))

@@ -83,10 +83,13 @@ class Block:
 
     def rays(self) -> Rays:
         """The viewing ray of each observation."""
-        observed = self.observed()
-        rays = np.einsum("mji,mj->mi", self.rotations[self.image], self.sensor.directions(observed, self.image))
-        share = self.sensor.share(observed[:, 1])
-        return Rays(self.centres[self.image] + share[:, None] * self.sensor.travel_m[self.image], rays)
+        return self.rays_of(self.image, self.observed())
+
+    def rays_of(self, image: np.ndarray, pixels: np.ndarray) -> Rays:
+        """The viewing rays of (K, 2) pixels of the photos ``image``, (K,)."""
+        rays = np.einsum("mji,mj->mi", self.rotations[image], self.sensor.directions(pixels, image))
+        share = self.sensor.share(pixels[:, 1])
+        return Rays(self.centres[image] + share[:, None] * self.sensor.travel_m[image], rays)
 
     def project(self, i: int, points: np.ndarray) -> np.ndarray:
         """(K, 2) pixels of (K, 3) points in photo i; NaN behind the camera."""
@@ -234,14 +237,14 @@ def intersect(block: Block, rays: Rays | None = None) -> None:
     starts, directions = block.rays() if rays is None else rays
     weight = np.ones(len(directions))
     for _ in range(2):
-        left, right = _ray_normals(starts, directions, weight, block.point, len(block.points))
+        left, right = ray_normals(starts, directions, weight, block.point, len(block.points))
         left += 1e-9 * np.trace(left, axis1=1, axis2=2)[:, None, None] * np.eye(3)
         block.points = np.linalg.solve(left, right[:, :, None])[:, :, 0]
         weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - starts, axis=1), 1.0) ** 2
 
 
 @numba.njit(cache=True)
-def _ray_normals(
+def ray_normals(
     centres: np.ndarray, rays: np.ndarray, weight: np.ndarray, point: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Normal equations (P, 3, 3) and (P, 3) of the points that lie nearest to their weighted rays."""
