@@ -88,28 +88,9 @@ def solve(files: list[Path], base: Path | None, base_position: str | None, folde
             "Debian package rtklib, or give the solution (.pos)."
         )
     target = folder / f"{rover.path.stem}_ppk.pos"
-    command = [
-        program,
-        "-p",
-        "2",
-        "-c",
-        "-m",
-        str(_MASK_DEG),
-        "-f",
-        "2",
-        "-sys",
-        "G,R,E,J,C",
-        "-t",
-        "-d",
-        "4",
-        "-l",
-        f"{lat:.10f}",
-        f"{lon:.10f}",
-        f"{height:.4f}",
-        "-o",
-        str(target.resolve()),
-        *(str(p.resolve()) for p in (rover.path, station.path, *dict.fromkeys(navigation))),
-    ]
+    options = f"-p 2 -c -m {_MASK_DEG} -f 2 -sys G,R,E,J,C -t -d 4 -l {lat:.10f} {lon:.10f} {height:.4f} -o"
+    inputs = (rover.path, station.path, *dict.fromkeys(navigation))
+    command = [program, *options.split(), str(target.resolve()), *(str(path.resolve()) for path in inputs)]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=3600, check=False
