@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from ..geotags.stations import PRECISE_GEOTAG_M, Stations
-from .calibration import Calibration
 from .cameras import Camera
 from .colmap import camera_from_colmap
 from .colmap_process import run_task
 from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
+from .prior_knowledge import Survey
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_LIMIT_DEG = 4.0
@@ -40,26 +40,15 @@ class Placement:
         return cls(camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool))
 
 
-def place_photos(
-    database: Path,
-    cache: Path,
-    stations: Stations,
-    calibration: Calibration,
-    xyz: np.ndarray,
-    gimbal: np.ndarray,
-    free_focal: bool,
-    seed: int,
-) -> Placement:
+def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey, seed: int) -> Placement:
     """Map the photos, fit every model to the geotags, and fill the gaps from geotag + gimbal.
 
     Global mapping (GLOMAP) first; photos that it leaves out are mapped again among themselves, incrementally if it
     must be. A photo of a
     model that contradicts its geotag or gimbal angles is not believed.
-
-    Args:
-        xyz: (N, 3) local geotags. gimbal: (N, 3, 3) rotations from gimbal angles, NaN unknown.
     """
-    placement = Placement.nowhere(calibration.camera, len(stations))
+    xyz, gimbal = survey.known.xyz, survey.rotations
+    placement = Placement.nowhere(survey.calibration.camera, len(stations))
     rng = np.random.default_rng(seed)
     best = 0
     for task in ("map_global", "map_global", "map_incremental"):
@@ -68,7 +57,7 @@ def place_photos(
         if len(left) < 3 or (task == "map_incremental" and aimed and placement.mapped.any()):
             break
         names = [stations.names[i] for i in left]
-        for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, free_focal, seed):
+        for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, "focal" in survey.free, seed):
             accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
             if accepted > best:
                 best, placement.camera = accepted, camera

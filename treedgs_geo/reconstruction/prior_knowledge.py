@@ -36,7 +36,6 @@ class Survey:
     known: Known
     sensor: Sensor
     free: frozenset[str]
-    free_focal: bool
     readout: Readout
 
     @property
@@ -67,7 +66,7 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
         stations.sd,
         calibration.camera,
         lens_sd(calibration),
-        control=_local(control, frame),
+        control=None if control is None else replace(control, xyz=frame.to_local(control.xyz)),
         gimbal=rotations,
         taken_s=stations.utc,
     )
@@ -78,7 +77,7 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
     known, sensor, shutter = free_shutter(
         known, sensor_of(stations, calibration.camera), stations, readout, float(height)
     )
-    return Survey(frame, calibration, rotations, ground, known, sensor, free | shutter, "focal" in free, readout)
+    return Survey(frame, calibration, rotations, ground, known, sensor, free | shutter, readout)
 
 
 def gimbal_rotations(stations: Stations) -> np.ndarray:
@@ -126,10 +125,6 @@ def _readout(stations: Stations, calibration: Calibration) -> Readout:
     if np.isfinite(calibration.readout_s) and calibration.readout_sd_s > 0:
         return Readout(calibration.readout_s, calibration.readout_sd_s, "calibration file")
     return readout_of([read_photo(path) for path in stations.paths[:: max(len(stations) // 5, 1)]])
-
-
-def _local(control: ControlPoints | None, frame: LocalFrame) -> ControlPoints | None:
-    return None if control is None else replace(control, xyz=frame.to_local(control.xyz))
 
 
 def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
