@@ -9,7 +9,6 @@ import numpy as np
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
-from ..geotags.stations import Stations
 from .adjustment import Adjusted, Known, adjust, adjust_roughly, geotags_are_precise, prune, typical_px
 from .bundle import GOOD, LAST
 from .cameras import Sensor
@@ -18,6 +17,7 @@ from .covariance import posterior_of
 from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .outlier_photos import leave_out, leave_out_loose, set_loose
+from .prior_knowledge import Survey
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate
 from .rolling_shutter import settle_lens, settle_shutter
 from .sift import FeatureStore
@@ -44,23 +44,15 @@ class Joined(NamedTuple):
 
 
 def join_photos(
-    placement: Placement,
-    store: FeatureStore,
-    stations: Stations,
-    known: Known,
-    sensor: Sensor,
-    free: frozenset[str],
-    reporter: Reporter,
+    placement: Placement, store: FeatureStore, names: list[str], survey: Survey, reporter: Reporter
 ) -> Joined:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo,
     adjust.
 
-    Args:
-        known: what holds the block. sensor: lens and shutter to begin with. free: parts of them that are adjusted.
-
     Raises:
         ReconstructionError: no three photos match each other.
     """
+    known, sensor, free = survey.known, survey.sensor, survey.free
     rng = np.random.default_rng(1)
     tested = bool(free & {"readout", "travel"})
     placement = _enough(placement, store, known, sensor, reporter)
@@ -100,9 +92,9 @@ def join_photos(
         if not np.array_equal(again.late_s, known.late_s):
             known = replace(again, sd=np.maximum(again.sd, known.sd), contradicted=known.contradicted)
             adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
-    if leave_out(block, known, stations.names, reporter):
+    if leave_out(block, known, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    if leave_out_loose(block, posterior_of(adjusted).poses_px, stations.names, reporter):
+    if leave_out_loose(block, posterior_of(adjusted).poses_px, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     return Joined(block, adjusted, known, free, tested)
 

@@ -212,7 +212,7 @@ def at_level(
             placement = place_photos(database, cache, stations, survey, options.seed)
     timed("mapping")
     with reporter.stage("adjustment", 0.85, 1.0):
-        joined = join_photos(placement, store, stations, survey.known, survey.sensor, survey.free, reporter)
+        joined = join_photos(placement, store, stations.names, survey, reporter)
     timed("adjustment")
     report = check_block(joined, stations, survey.calibration, survey.readout, reporter)
     matches = int(sum(len(m) for m in store.matches.values()))
