@@ -154,7 +154,7 @@ def test_contradictions_are_refused() -> None:
 def test_control_points_are_reported_and_a_wrong_one_is_refused() -> None:
     joined, stations, calibration = _case()
     places = np.array([[-12.0, -10, 0], [12, -9, 1], [10, 12, 0], [1, 2, 1.0]])
-    marks = [(k, i, *joined.block.project(i, places[k][None])[0]) for k in range(4) for i in (0, 3, 6)]
+    marks = [(k, i, *joined.block.view(i).project(places[k][None])[0][0]) for k in range(4) for i in (0, 3, 6)]
     point, photo = np.array([mark[:2] for mark in marks], int).T
     pixels = np.array([mark[2:] for mark in marks])
     control = ControlPoints(list("ABCD"), places, np.full((4, 3), 0.02), np.arange(4) == 3, point, photo, pixels)

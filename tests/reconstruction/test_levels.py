@@ -174,10 +174,10 @@ def test_pose_errors_at_the_stems_are_those_of_repeated_adjustments() -> None:
         tags = block.centres + own.normal(0, 0.02, (len(views), 3))
         adjusted = adjust(block, known_of(tags, 0.02), LENS, tolerance=1e-6)
         stated.append(posterior_of(adjusted).poses_px / SYSTEMATIC)
-        found = np.array([block.project(i, place)[0] for i in range(len(views))])
+        found = np.array([block.view(i).project(place)[0][0] for i in range(len(views))])
         # Less what a shift of the place would do, as if it were intersected from all photos.
         toward = np.array(
-            [block.project(i, place + step)[0] - found[i] for i in range(15) for step in 1e-3 * np.eye(3)]
+            [block.view(i).project(place + step)[0][0] - found[i] for i in range(15) for step in 1e-3 * np.eye(3)]
         )
         toward = toward.reshape(15, 3, 2).transpose(0, 2, 1).reshape(30, 3)
         off = (found - np.array([view.project(place)[0][0] for view in views])).ravel()

@@ -47,7 +47,7 @@ def control_residuals(block: Block, control: ControlPoints) -> list[dict[str, An
         row: dict[str, Any] = {"label": label, "is_check": bool(control.is_check[k]), "photos": len(own)}
         if np.isfinite(placed[k]).all():
             off = placed[k] - control.xyz[k]
-            seen = np.array([block.project(int(control.photo[m]), control.xyz[k][None])[0] for m in own])
+            seen = np.array([block.view(control.photo[m]).project(control.xyz[k][None])[0][0] for m in own])
             error = np.linalg.norm(seen - control.pixels[own], axis=1)
             row |= {name: round(float(value), 4) for name, value in zip(("e_m", "n_m", "u_m"), off, strict=True)}
             row["px"] = round(float(np.sqrt(np.mean(error**2))), 2)

@@ -108,21 +108,20 @@ def match_guided(
     pairs: (K, 2) numbers of photos.
     """
     store.matches = {}
-    photos: dict[int, _Photo] = {}
-    for i in np.unique(pairs).tolist():
-        photos[i] = _Photo.of(store, guide, i)
+    photos = {i: _Photo.of(store, guide, i) for i in np.unique(pairs).tolist()}
 
     def work(pair: np.ndarray) -> np.ndarray:
         i, j = pair.tolist()
         reach_px = float(np.tan(guide.reach(i, j)) * guide.camera.fx)
-        one, other = photos[i].features, photos[j].features
-        first, second = photos[i], photos[j]
+        first, second, one = photos[i], photos[j], photos[i].features
         ends, turned = _expected(first.rays, first.steps, first.centre, second.row, guide.low_m, guide.high_m)
-        best, distance = search(ends, one.described, one.square, other, reach_px, RATIO, kinds(turned, first.bright))
+        best, distance = search(
+            ends, one.described, one.square, second.features, reach_px, RATIO, kinds(turned, first.bright)
+        )
         found = one_to_one(best, distance)
         rows = np.column_stack([found, best[found]])
         rng = np.random.default_rng([seed, i, j])
-        return rows[_verified(photos[i], photos[j], rows, guide, guide.reach(i, j), rng)]
+        return rows[_verified(first, second, rows, guide, guide.reach(i, j), rng)]
 
     with ThreadPoolExecutor(max_workers=threads) as workers:
         for count, (pair, rows) in enumerate(zip(pairs, workers.map(work, pairs), strict=True)):

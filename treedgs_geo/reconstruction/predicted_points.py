@@ -8,6 +8,8 @@ direction.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numba import njit
 
@@ -38,7 +40,7 @@ def find_points(
         descriptor distances, best to second best inside the radius.
     """
     camera = block.camera
-    view = block.view(i, rotation, translation)
+    view = replace(block.view(i), rotation=rotation, translation=translation)
     near = _in_field(view, block.points, radius_px)
     pixels = np.full((len(near), 2), np.nan)
     pixels[near] = view.project(block.points[near])[0]

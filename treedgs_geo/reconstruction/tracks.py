@@ -91,25 +91,14 @@ class Block:
         share = self.sensor.share(pixels[:, 1])
         return Rays(self.centres[image] + share[:, None] * self.sensor.travel_m[image], rays)
 
-    def project(self, i: int, points: np.ndarray) -> np.ndarray:
-        """(K, 2) pixels of (K, 3) points in photo i; NaN behind the camera."""
-        return self.view(i).project(points)[0]
-
     def moved(self, i: int, points: np.ndarray, pixels: np.ndarray) -> np.ndarray:
         """(K, 3) points less what photo i moved when it read their rows: as a camera that stands still sees them."""
         return points - self.sensor.share(pixels[:, 1])[:, None] * self.sensor.travel_m[i]
 
-    def view(self, i: int, rotation: np.ndarray | None = None, translation: np.ndarray | None = None) -> View:
-        """Photo i as a view, at its own or another pose."""
-        return View(
-            str(i),
-            Path(),
-            self.sensor.camera_of(i),
-            self.rotations[i] if rotation is None else rotation,
-            self.translations[i] if translation is None else translation,
-            int(self.sensor.flight[i]),
-            self.sensor.travel_m[i],
-        )
+    def view(self, i: int) -> View:
+        """Photo i as a view."""
+        camera, flight, travel = self.sensor.camera_of(i), int(self.sensor.flight[i]), self.sensor.travel_m[i]
+        return View(str(i), Path(), camera, self.rotations[i], self.translations[i], flight, travel)
 
     def part(self, points: np.ndarray) -> Block:
         """The block of some of the points, (P,) bool; photos and keypoints are shared, poses copied."""
