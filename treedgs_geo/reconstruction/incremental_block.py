@@ -209,10 +209,10 @@ def from_gimbal(placement: Placement, store: FeatureStore, known: Known, sensor:
     translations = np.where(placed[:, None], placement.translations, np.nan)
     for share in (1.0, 0.3, 0.1):
         # Every match again: what was too far off before may fit now.
-        block = from_matches(store, np.isfinite(translations).all(axis=1), rotations, translations, sensor)
+        block = from_matches(store, placed, rotations, translations, sensor)
         triangulate(block, share * reach_px)
         adjust(block, known, frozenset(), least_sigma_px=max(0.05 * share * reach_px, 1.0))
-        rotations, translations = block.rotations, block.translations
+        placed, rotations, translations = block.is_posed, block.rotations, block.translations
     triangulate(block, 0.05 * reach_px)
     tied = block.is_posed & (np.bincount(block.image, minlength=len(placed)) >= MIN_OBSERVATIONS)
     rotations = np.where(tied[:, None, None], block.rotations, placement.rotations)
