@@ -58,7 +58,7 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
     dtm_file = space.path(names.DTM)
     if not dtm_file.exists():
         raise InputError(f"{dtm_file}: not found; run photos-to-dbh in this workspace first, or copy a DTM there.")
-    sparse = load_points(space.path(names.SFM)).xyz
+    sparse = load_points(space.path(names.SFM))
     area = area_of(frame, views, sparse, read_plots(settings.plots, frame.crs) if settings.plots else [])
     if not len(area.radii_m):
         raise InputError(
