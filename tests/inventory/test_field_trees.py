@@ -16,10 +16,10 @@ from treedgs_geo.inventory.declination import declination_deg
 from treedgs_geo.inventory.field_trees import (
     FieldProtocol,
     bearing_to_grid_deg,
+    drop_unplaced,
     place,
     read_field_trees,
 )
-from treedgs_geo.inventory.unplaced import drop_unplaced
 
 UTM = pyproj.CRS.from_epsg(6344)
 PLOT = Plot("a", 611337.0, 3718451.0, 10.0)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.stand.equations import COLUMNS, ORIGINS, QUANTITIES, choose, read_equations
 from treedgs_geo.inventory.stand.expression import Formula
-from treedgs_geo.inventory.stand.heights import fit_curve
 from treedgs_geo.inventory.stand.species import species_of
+from treedgs_geo.inventory.stand.values import fit_curve
 
 HEAD = "id,quantity,species,origin,formula,dbh_unit,height_unit,result_unit,dbh_min,dbh_max,limits,source\n"
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, report
 
-from treedgs_geo.inventory.readings import readings_table
+from treedgs_geo.inventory.side_layers import readings_table
 from treedgs_geo.inventory.stand.unmeasured import NOTHING_KNOWN
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree

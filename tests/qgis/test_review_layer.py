@@ -12,10 +12,10 @@ from qgis_helpers import HOSTILE, review_trees_layer
 
 from treedgs_geo.core import plausible, wrong_units
 from treedgs_geo.inventory import reviewed as engine
-from treedgs_geo.inventory.carried import merge_note, merged_into
 from treedgs_geo.inventory.review.apply import BESIDE_M, FAR_M
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.inventory.written import merge_note, merged_into
 from treedgs_geo.stems.quality.reasons import REASONS
 from treedgs_geo.stems.quality.tree import Tree
 

@@ -17,8 +17,8 @@ from ..core.errors import OutputError
 from ..core.plots import read_plots
 from ..core.progress import Reporter
 from ..inventory import tree_layer
-from ..inventory.readings import add_readings, read_readings
 from ..inventory.searched import add_searched, read_searched
+from ..inventory.side_layers import add_readings, read_readings
 from ..inventory.tree_layer import tree_table, write_table
 from ..inventory.tree_reading import read_trees
 from ..inventory.written import read_written

@@ -22,11 +22,9 @@ from ..core.progress import Reporter
 from ..core.shown import LAYER_DECIMALS
 from ..core.tables import write_csv
 from ..stems.quality.tree import TREE_FIELDS, Tree
-from .circle_layers import CIRCLES, SECTIONS, add_layers
-from .readings import COLUMNS as READINGS_COLUMNS
-from .readings import READINGS
 from .searched import COLUMNS as SEARCHED_COLUMNS
 from .searched import SEARCHED
+from .side_layers import CIRCLES, READING_COLUMNS, READINGS, SECTIONS, add_layers
 from .tree_reading import LAYER, SHORT_NAMES
 from .written import read_written
 
@@ -37,7 +35,7 @@ OWN_LAYERS = {
     SECTIONS: frozenset({"tree_id", "height_m", "d_cm", "d_se_cm"}),
     "slices": frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),  # of 0.1, replaced by the sections
     SEARCHED: frozenset(SEARCHED_COLUMNS),
-    READINGS: frozenset(READINGS_COLUMNS),
+    READINGS: frozenset(READING_COLUMNS),
 }
 #: Stands in the style of the trees (``tools/layer_styles/trees.py``) for the folder of their evidence sheets.
 SHEETS_FOLDER = "folder-of-the-sheets"
@@ -113,11 +111,10 @@ def write_trees(
 
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections``, ``searched`` and
     ``readings`` where they are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
-    :func:`treedgs_geo.inventory.searched.searched_table`,
-    :func:`treedgs_geo.inventory.readings.readings_table`). In an existing GeoPackage only these layers are replaced.
-    What a person wrote into the layer that is replaced (species, status, note, decisions, columns of his own, trees
-    that were drawn), or into ``copies`` of it, goes on with its trees; the reporter hears of it. sheets: folder of the
-    trees' evidence sheets, which the layer's map tips show.
+    :func:`treedgs_geo.inventory.searched.searched_table`, :func:`treedgs_geo.inventory.side_layers.readings_table`). In
+    an existing GeoPackage only these are replaced. What a person wrote into the layer that is replaced (species,
+    status, note, decisions, columns of his own, trees that were drawn), or into ``copies`` of it, goes on with its
+    trees; the reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's map tips show.
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.

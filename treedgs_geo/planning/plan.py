@@ -19,12 +19,9 @@ from ..report.pdf import load_fonts
 from .brief import batteries_of, write_brief
 from .choose import MORE, Choice, Stems, choose, stems_of
 from .drones import DroneCamera, camera_of
-from .heading import heading_of
 from .layers import OWN_LAYERS, write_plan_layers
-from .missionfiles.litchi import write_litchi
-from .missionfiles.mission import mission_of
-from .missionfiles.qgc import write_plan
-from .missionfiles.wpml import write_kmz
+from .mission_files import mission_of, write_kmz, write_litchi, write_plan
+from .missions import compass
 from .pictures import draw_brief
 from .safety import Limits, lowest_clearance
 from .settings import PlanFlightSettings
@@ -220,3 +217,30 @@ def _sentence(choice: Choice) -> str:
         f"{found.error_cm:.2f} cm ({found.views:.1f} clear views a stem). {MORE} photos more: "
         f"{100 * choice.more.share:.0f} %, {choice.more.error_cm:.2f} cm."
     )
+
+
+#: Steeper ground decides the heading: lines along the contours keep their height.
+STEEP_PCT = 15.0
+
+
+def slope_of(site: PlanSite) -> tuple[float, float]:
+    """Mean slope of the ground over the plots, per cent, and the azimuth it falls to, degrees."""
+    if site.dtm is None:
+        return 0.0, 0.0
+    centres = np.array([target.centre for target in site.targets])
+    reach = max(max(target.radius_m for target in site.targets), 10.0)
+    xy = (centres[:, None] + reach * compass(15)).reshape(-1, 2)
+    z = site.ground(xy)
+    known = np.isfinite(z)
+    plane = np.linalg.lstsq(np.column_stack([xy[known], np.ones(known.sum())]), z[known], rcond=None)[0]
+    return 100 * float(np.hypot(*plane[:2])), float(np.degrees(np.arctan2(-plane[0], -plane[1])) % 360)
+
+
+def heading_of(site: PlanSite, sun: SunDay) -> tuple[float, str]:
+    """Grid azimuth of the lines and why."""
+    slope, falls_to = slope_of(site)
+    if slope >= STEEP_PCT:
+        return (falls_to + 90) % 180, f"along the contours of a slope of {slope:.0f} %"
+    if sun.elevation_deg[sun.noon] < 5:
+        return 45.0, "the sun stays low: any heading does"
+    return (sun.azimuth_deg[sun.noon] + 45) % 180, "45° to the sun at its highest: no photo looks into it or along it"

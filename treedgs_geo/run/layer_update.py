@@ -16,15 +16,13 @@ from ..core.errors import InputError, OutputError
 from ..core.geopackage import is_whole
 from ..core.progress import Reporter
 from ..core.steps import Collector
-from ..inventory.carried import DECIDED, carried_decision
-from ..inventory.circle_layers import add_layers
-from ..inventory.readings import read_readings
 from ..inventory.review.apply import BESIDE_M, read_whole, with_row
 from ..inventory.reviewed import NO_TREE, decided
 from ..inventory.searched import read_searched
+from ..inventory.side_layers import add_layers, read_readings
 from ..inventory.tree_layer import tree_table, write_table
 from ..inventory.tree_reading import LAYER
-from ..inventory.written import COLUMNS
+from ..inventory.written import COLUMNS, DECIDED, carried_decision
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .given_store import read_given

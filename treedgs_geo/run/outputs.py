@@ -14,10 +14,10 @@ from ..core.geopackage import is_whole, move_aside
 from ..core.progress import Reporter
 from ..core.steps import Collector
 from ..inventory.evidence.files import written_sheets
-from ..inventory.readings import readings_table
 from ..inventory.report import write_report
 from ..inventory.reviewed import reviewed
 from ..inventory.searched import partly_searched, read_searched, searched_table
+from ..inventory.side_layers import readings_table
 from ..inventory.tree_layer import write_trees
 from ..inventory.tree_reading import LAYER
 from ..planning.flown import planned_and_got

@@ -82,10 +82,9 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from .. import __version__
     from ..core.errors import InputError
     from ..core.files import ensure_writable, fingerprint
-    from ..inventory.accuracy.compare import compare
     from ..inventory.accuracy.plot_files import pooled_evidence
     from ..inventory.accuracy.report import write_evaluation
-    from ..inventory.accuracy.tables import evidence_from_pairs, metrics_of
+    from ..inventory.accuracy.tables import compare, evidence_from_pairs, metrics_of
 
     ensure_writable(settings.output / "metrics.json")
     plots = _plots(settings)

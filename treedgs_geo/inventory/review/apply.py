@@ -22,11 +22,11 @@ from ...core.tables import read_table
 from ...core.wrong_units import wrong_unit
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ...stems.quality.tree import TREE_FIELDS
-from ..carried import kept_place, merge_note, merged_into
 from ..double_sampling.other_trees import of_other_trees
 from ..reviewed import COLUMNS, NO_TREE, decided
 from ..tree_layer import check_output, write_table
 from ..tree_reading import read_trees, typed
+from ..written import kept_place, merge_note, merged_into
 from .decisions import UNDO, Decision, read_decisions
 
 #: A stem that a person adds is no other tree's from this distance on, m; and no farther from the layer's trees.

@@ -8,9 +8,9 @@ import numpy as np
 
 from ...report.blocks import Block, Cards, Document, Heading, Picture, Sentences, facts_table
 from . import charts
-from .corrections import correction_table
 from .survey import Stand
 from .tables import (
+    correction_table,
     cross_table,
     equations_table,
     plots_table,

@@ -24,12 +24,10 @@ from ...core.tables import is_table
 from ...report.blocks import Document, known
 from ...report.html import write_html
 from ...report.pdf import write_pdf
-from ..double_sampling.joining import join
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
-from ..double_sampling.tapes import read_taped
+from ..double_sampling.tapes import join, read_taped
 from ..field_trees import place
 from ..searched import flown_on
-from .corrections import missing_sentences
 from .crew import measured_trees
 from .document import make_document
 from .equations import read_equations
@@ -42,6 +40,7 @@ from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
 from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand
+from .tables import missing_sentences
 from .taped import TapeInput, taped_sentences, taped_summary
 from .treelist import TreeList, from_tally, label_species, on_the_map, read_tally
 from .units import METRIC

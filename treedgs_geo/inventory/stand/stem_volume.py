@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyogrio
 
-from ..circle_layers import SECTIONS
+from ..side_layers import SECTIONS
 
 #: Columns of trees.
 CURVES = ("stem_m3", "stem_se_m3")

@@ -21,9 +21,9 @@ from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGH
 from ...stems.quality.repeated import find_repeated
 from ..field_trees import FieldProtocol, read_field_trees
 from ..measured import edited, read_measured
-from ..readings import with_readings
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
+from ..side_layers import with_readings
 from ..tree_reading import text_of, texts_of
 from .species import species_of
 

@@ -22,9 +22,8 @@ from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, S
 from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
-from ..double_sampling.joining import join
 from ..double_sampling.other_trees import tapes_of_other_trees
-from ..double_sampling.tapes import read_taped
+from ..double_sampling.tapes import join, read_taped
 from .frame import Frame, read_frame
 from .statistics import Checked, check_tapes
 

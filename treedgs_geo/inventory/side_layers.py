@@ -1,16 +1,17 @@
-"""Layers beside the tree points: each stem's circle at true scale, and the measured sections of its curve."""
+"""Layers beside the tree points: each stem's circle at true scale, the measured sections of its curve, and what refused
+stems were read as."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import geopandas as gpd
+import numpy as np
 import pandas as pd
 import pyproj
 from shapely.geometry import Point
 
-from ..core.layer_files import add_layer
-from .readings import add_readings
+from ..core.layer_files import add_layer, read_if_there
 from .searched import add_searched
 
 #: Names of the layers in ``trees.gpkg``.
@@ -57,3 +58,35 @@ def add_layers(
             add_layer(geopackage, name, table, "Polygon")
     add_searched(geopackage, searched)
     add_readings(geopackage, readings)
+
+
+#: Name of the table of what refused stems were read as, and its columns. Such a reading is no DBH: it may be off by far
+#: more than its error says. It tells a thin stem from a thick one all the same, for whoever has to count them.
+READINGS = "readings"
+READING_COLUMNS = ("tree_id", "read_cm", "read_se_cm")
+
+
+def readings_table(rows: list[tuple[int, float, float]]) -> pd.DataFrame:
+    """rows: number, diameter and its standard error, cm."""
+    return pd.DataFrame(rows, columns=list(READING_COLUMNS)).round(2).astype({"tree_id": "int64"})
+
+
+def add_readings(geopackage: Path, table: pd.DataFrame | None) -> None:
+    """Append the table to a tree layer's GeoPackage."""
+    if table is not None and len(table):
+        add_layer(geopackage, READINGS, table)
+
+
+def read_readings(path: Path) -> pd.DataFrame | None:
+    """The table of a tree file; ``None`` where it has none."""
+    table = read_if_there(path, READINGS, READING_COLUMNS)
+    return None if table is None else table[list(READING_COLUMNS)]
+
+
+def with_readings(trees: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """A tree list with ``read_cm`` and ``read_se_cm`` (NaN: not read)."""
+    table = read_readings(path)
+    if table is None:
+        return trees.assign(read_cm=np.nan, read_se_cm=np.nan)
+    found = table.drop_duplicates("tree_id").set_index("tree_id").reindex(pd.to_numeric(trees["tree_id"]))
+    return trees.assign(**{name: found[name].to_numpy(float) for name in READING_COLUMNS[1:]})

@@ -1,1 +1,0 @@
-"""A flight as the files that drones and ground stations read."""
