@@ -13,15 +13,13 @@ from scipy.spatial import cKDTree
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from ..core.columns import table_crs
 from ..core.crs import check_projected, project_crs
 from ..core.errors import CRSError, InputError
 from ..core.frames import heights_named
 from ..core.map_scale import check_place
 from ..core.progress import Reporter
-from ..core.tables import is_table
 from ..inventory.searched import searched_area
-from ..inventory.stand.sample import SamplePlot, read_sample
+from ..inventory.stand.sample import SamplePlot, crs_of_plots, read_sample
 from ..inventory.stand.searched_part import as_searched
 from ..inventory.stand.treelist import from_layer, settle_status
 from ..terrain.dtm import Dtm, read_dtm
@@ -133,7 +131,9 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     """
     crs = project_crs(settings.crs) if settings.crs else None
     dtm = read_dtm(settings.dtm, crs, reporter) if settings.dtm else None
-    crs = crs or (dtm.crs if dtm is not None else None) or _crs_of_plots(settings.plots)
+    crs = crs or (dtm.crs if dtm is not None else None) or crs_of_plots(settings.plots)
+    if crs is None:
+        raise CRSError(f"{settings.plots}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")
     check_projected(crs, str(settings.plots))
     plots = read_sample(settings.plots, crs)
     centres = np.array([[plot.x, plot.y] for plot in plots])
@@ -175,15 +175,6 @@ def _trees_of_canopy(canopy: Canopy, numbers: StandNumbers, origin: np.ndarray) 
     # Thick trees are tall: DBH with the square of the height, as heights go with its root.
     dbh_m = numbers.dbh_mean_cm / 100 * np.clip(height / numbers.height_m, 0.4, 1.6) ** 2
     return dressed_trees(xy - origin, dbh_m, replace(numbers, stems_per_ha=found, crown_radius_m=reach), height)
-
-
-def _crs_of_plots(path: Path) -> pyproj.CRS:
-    import geopandas as gpd
-
-    found = table_crs(path) if is_table(path) else gpd.read_file(path, engine="pyogrio", rows=1).crs
-    if found is not None:
-        return pyproj.CRS(found)
-    raise CRSError(f"{path}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")
 
 
 def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], BaseGeometry | None]:

@@ -59,15 +59,10 @@ class Equation:
         """Whether the row is for this species and stand origin."""
         if self.origin not in ("any", origin):
             return False
-        tokens = [token.replace("_", " ") for token in self.species.split()]
-        for token in tokens:
-            if token == "*" or token.upper() == species.symbol.upper():
-                return True
-            if token.startswith("group:") and species.group and token[6:].lower() == species.group.lower():
-                return True
-            if not token.startswith("group:") and species_of(token).symbol.upper() == species.symbol.upper():
-                return True
-        return False
+        tokens = [token.replace("_", " ") for token in self.species.lower().split()]
+        symbols = {species_of(name).symbol.upper() for name in self.named} | {name.upper() for name in self.named}
+        group = f"group:{species.group.lower()}"
+        return "*" in tokens or (bool(species.group) and group in tokens) or species.symbol.upper() in symbols
 
     @property
     def named(self) -> list[str]:
@@ -75,7 +70,7 @@ class Equation:
         tokens = [token.replace("_", " ") for token in self.species.split()]
         return [token for token in tokens if token != "*" and not token.startswith("group:")]
 
-    def value(self, dbh_cm: np.ndarray, height_m: np.ndarray) -> np.ndarray:
+    def value(self, dbh_cm: np.ndarray, height_m: np.ndarray | float = np.nan) -> np.ndarray:
         """m3, kg or m for each tree; NaN where the formula gives none."""
         diameter = np.asarray(dbh_cm, float) / _DBH_CM[self.dbh_unit]
         height = np.asarray(height_m, float) / _HEIGHT_M[self.height_unit]
@@ -83,7 +78,7 @@ class Equation:
         found = np.where(np.isfinite(found) & (found >= 0), found, np.nan)
         return found * _RESULT[self.quantity][self.result_unit]
 
-    def outside(self, dbh_cm: np.ndarray, height_m: np.ndarray) -> np.ndarray:
+    def outside(self, dbh_cm: np.ndarray, height_m: np.ndarray | float = np.nan) -> np.ndarray:
         """True where the tree is outside the range that the equation holds for."""
         diameter = np.asarray(dbh_cm, float) / _DBH_CM[self.dbh_unit]
         # A hair of tolerance: 2.54 cm is 1 inch, whatever the last bit says.
@@ -142,14 +137,8 @@ def choose(
             known = ", ".join(equation.id for equation in book if equation.quantity == quantity)
             raise InputError(f"--{quantity}-equation: {named!r} is no {quantity} equation; known: {known}.")
         return found if has_height or not found.needs_height else None
-    for equation in book:
-        if (
-            equation.quantity == quantity
-            and equation.fits(species, origin)
-            and (has_height or not equation.needs_height)
-        ):
-            return equation
-    return None
+    usable = (equation for equation in book if equation.quantity == quantity and equation.fits(species, origin))
+    return next((equation for equation in usable if has_height or not equation.needs_height), None)
 
 
 def _read(path: Path, where: str) -> list[Equation]:

@@ -21,18 +21,17 @@ OWN_LAYERS = {
     PLOTS: frozenset({"plot_id", "expansion", "ba_m2_ha", "trees_ha"}),
     TREES: frozenset({"plot_id", "tree_id", "counts_as", "tph"}),
 }
-#: Estimate of a plot -> field name.
-_PLOT_FIELDS = {
-    "plot_id": "plot_id", "shape": "shape", "edge": "edge", "area_ha": "area_ha", "expansion": "expansion",
-    "n_trees": "n_trees", "n_missing": "n_missing", "n_dead": "n_dead", "trees_ha": "trees_ha", "ba_m2_ha": "ba_m2_ha",
-    "qmd_cm": "qmd_cm", "lorey_m": "lorey_m", "dominant_m": "dominant_m", "volume_m3_ha": "vol_m3_ha",
-    "biomass_t_ha": "bio_t_ha",
-}  # fmt: skip
+#: What is known of a plot, and fields whose names are shorter.
+_PLOT_FIELDS = (
+    "plot_id", "shape", "edge", "area_ha", "expansion", "n_trees", "n_missing", "n_dead", "trees_ha", "ba_m2_ha",
+    "qmd_cm", "lorey_m", "dominant_m", "volume_m3_ha", "biomass_t_ha",
+)  # fmt: skip
+_SHORT = {"volume_m3_ha": "vol_m3_ha", "biomass_t_ha": "bio_t_ha"}
 
 
 def plot_layer(stand: Stand) -> gpd.GeoDataFrame:
     """One polygon a plot with its figures; plots without a place have no geometry."""
-    table = stand.plot_rows[list(_PLOT_FIELDS)].rename(columns=_PLOT_FIELDS)
+    table = stand.plot_rows[list(_PLOT_FIELDS)].rename(columns=_SHORT)
     return gpd.GeoDataFrame(table, geometry=[plot.outline for plot in stand.plots], crs=stand.crs)
 
 

@@ -11,7 +11,6 @@ import pandas as pd
 import pyproj
 
 from ... import __version__
-from ...core.columns import table_crs
 from ...core.crs import check_projected, project_crs
 from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
@@ -34,7 +33,7 @@ from .equations import read_equations
 from .expansion import expand
 from .fvs import long_names, write_fvs
 from .layers import write_geopackage, write_shapefiles
-from .sample import SamplePlot, census, read_boundary, read_sample
+from .sample import SamplePlot, census, crs_of_plots, read_boundary, read_sample
 from .searched_part import as_searched
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
@@ -187,15 +186,7 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
     check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots), photos=True)
     moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
     if moved:
-        from dataclasses import replace
-
-        from shapely import affinity
-
-        for k, plot in enumerate(plots):
-            if plot.plot_id in moved:
-                x, y = trees.centres[plot.plot_id]
-                shape = affinity.translate(plot.outline, x - plot.x, y - plot.y)
-                plots[k] = replace(plot, x=x, y=y, outline=shape)
+        plots = [plot.moved(*trees.centres[plot.plot_id]) if plot.plot_id in moved else plot for plot in plots]
         trees.notes.append(f"Centres as match-plots found them (co-registered): {count_of(len(moved), 'plot')}.")
     if trees.from_field and trees.crs is not None:
         _place_tally(settings, trees, plots, reporter)
@@ -232,20 +223,11 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
     """The CRS of a tally's plots: ``--crs``, or the first ``epsg`` of a plots table in metres, or the layer's own."""
     if settings.crs:
         return project_crs(settings.crs)
-    path = settings.plots
-    if path is None:
+    if settings.plots is None:
         return None
-    if not is_table(path):
-        import pyogrio
-
-        try:
-            code = pyogrio.read_info(path).get("crs")
-        except Exception:
-            return None
-        return pyproj.CRS.from_user_input(code) if code else None
     try:
-        found = table_crs(Path(path))
-        return check_projected(found, str(path)) if found is not None else None
+        found = crs_of_plots(settings.plots)
+        return check_projected(found, str(settings.plots)) if found and is_table(settings.plots) else found
     except (InputError, CRSError):
         return None
 

@@ -16,7 +16,7 @@ from shapely import affinity, contains_xy
 from shapely.geometry import Point, box
 from shapely.geometry.base import BaseGeometry
 
-from ...core.columns import FoundColumn, columns, line_of, measured, places, require
+from ...core.columns import FoundColumn, columns, line_of, measured, places, require, table_crs
 from ...core.errors import CRSError, InputError
 from ...core.plots import plot_names, refuse_same
 from ...core.tables import column_name, is_table, read_table, refuse_other_formats
@@ -64,6 +64,10 @@ class SamplePlot:
             return float(self.radius_m)
         corners = np.asarray(self.outline.convex_hull.exterior.coords)[:, :2]
         return float(np.hypot(*(corners - [self.x, self.y]).T).max())
+
+    def moved(self, x: float, y: float) -> SamplePlot:
+        """The same with its centre there."""
+        return replace(self, x=x, y=y, outline=affinity.translate(self.outline, x - self.x, y - self.y))
 
     def contains(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """True for positions in the plot; on the line counts as in."""
@@ -126,6 +130,21 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
                 "leave one of them."
             )
     return plots
+
+
+def crs_of_plots(path: Path) -> pyproj.CRS | None:
+    """What a table (the first ``epsg``) or layer of plots says of its CRS.
+
+    Raises:
+        InputError: not readable.
+    """
+    if is_table(path):
+        return table_crs(path)
+    try:
+        code = pyogrio.read_info(path).get("crs")
+    except Exception as problem:
+        raise InputError(f"{path}: cannot be read as a plots table or layer ({problem}).") from None
+    return pyproj.CRS.from_user_input(code) if code else None
 
 
 def first_plot(plots: Sequence[SamplePlot], xy: np.ndarray) -> np.ndarray:

@@ -76,16 +76,8 @@ def with_taped_rows(table: pd.DataFrame, given: TapeInput) -> pd.DataFrame:
     )
 
 
-@dataclass(frozen=True)
-class Homes:
-    """plot: (T,) number of the first plot that each living tree stands in, -1: none. members: plot_id -> trees."""
-
-    plot: np.ndarray
-    members: dict[object, int]
-
-
-def find_homes(expanded: Expanded, table: pd.DataFrame, given: TapeInput) -> Homes:
-    """Which trees the tapes can have been drawn from, plot by plot.
+def find_homes(expanded: Expanded, table: pd.DataFrame, given: TapeInput) -> np.ndarray:
+    """(T,) number of the first plot that each living tree stands in, -1: none.
 
     Raises:
         InputError: more trees than the tapes were drawn from.
@@ -98,8 +90,7 @@ def find_homes(expanded: Expanded, table: pd.DataFrame, given: TapeInput) -> Hom
             f"{given.taped.path}: its trees were drawn from {given.taped.n_frame}, but {n} living trees stand in the "
             "plots: the tapes say nothing of the others; draw from all plots (tape-sample --plots)."
         )
-    names = [plot.plot_id for plot in expanded.plots]
-    return Homes(home, {name: int((home == k).sum()) for k, name in enumerate(names)})
+    return home
 
 
 def correct_estimates(
@@ -108,7 +99,7 @@ def correct_estimates(
     rows: pd.DataFrame,
     expanded: Expanded,
     values: TreeValues,
-    homes: Homes,
+    homes: np.ndarray,
     given: TapeInput,
 ) -> tuple[dict[str, Estimate], TapedTotals]:
     """Estimates per hectare with the tapes.
@@ -124,15 +115,16 @@ def correct_estimates(
     reach = np.bincount(listed["tree"].to_numpy(int), listed["weight"].to_numpy(float), minlength=n_list) / area
     counts = (taped.trees["state"] == "taped").to_numpy() & (taped.trees["taped_cm"] >= given.min_dbh_cm - 1e-9)
     names = np.array([plot.plot_id for plot in expanded.plots] + [None], object)
-    plot_of = names[homes.plot[given.rows]][mine]
+    members = {name: int((homes == k).sum()) for k, name in enumerate(names[:-1])}
+    plot_of = names[homes[given.rows]][mine]
     ids = taped.trees["tree_id"].to_numpy(object)[mine]
     changed = dict(estimates)
     for name in CORRECTED:
         each, before = _worth(values, name), estimates[name]
         x = _as_counted(rows, expanded, each, n_list) / area
         y = np.where(counts, reach[given.rows] * each[n_list : n_list + len(taped.trees)], 0.0)
-        extra = _extra(taped, each[n_list + len(taped.trees) :], given, reach, area, set(homes.members))
-        total = y[mine] + share_out(ids, plot_of, homes.members, extra)
+        extra = _extra(taped, each[n_list + len(taped.trees) :], given, reach, area, set(members))
+        total = y[mine] + share_out(ids, plot_of, members, extra)
         if not (np.isfinite(before.mean) and np.isfinite(total).all()):
             changed[name] = Estimate() if np.isfinite(before.mean) and name != "trees" else before
             continue

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -52,7 +51,7 @@ class HeightCurve:
 
 
 def fit_curve(
-    dbh_cm: np.ndarray, height_m: np.ndarray, breast_height_m: float = BREAST_HEIGHT_M, min_heights: int = MIN_HEIGHTS
+    dbh_cm: np.ndarray, height_m: np.ndarray, breast_height_m: float = BREAST_HEIGHT_M
 ) -> tuple[HeightCurve | None, str]:
     """Fit by least squares on the heights themselves, so that their mean is met; outliers count less (soft L1 at 2 m).
 
@@ -62,8 +61,8 @@ def fit_curve(
     d, h = np.asarray(dbh_cm, float), np.asarray(height_m, float)
     use = np.isfinite(d) & np.isfinite(h) & (h > breast_height_m + 0.3) & (d > 0)
     d, h = d[use], h[use]
-    if len(d) < min_heights:
-        return None, f"{len(d)} trees with DBH and height, a curve needs {min_heights}"
+    if len(d) < MIN_HEIGHTS:
+        return None, f"{len(d)} trees with DBH and height, a curve needs {MIN_HEIGHTS}"
     if d.max() < MIN_SPREAD * d.min():
         return None, f"heights only of trees from {d.min():.1f} to {d.max():.1f} cm DBH, too narrow for a curve"
     # Linear in a and b after the transformation: where the search starts.
@@ -123,12 +122,12 @@ class TreeValues:
     se: np.ndarray
     height: np.ndarray
     height_source: np.ndarray
-    raw: dict[str, np.ndarray]
-    value: dict[str, np.ndarray]
-    sd: dict[str, np.ndarray]
-    shift: dict[str, np.ndarray]
-    used: dict[str, np.ndarray]
-    outside: dict[str, np.ndarray]
+    raw: dict[str, np.ndarray] = field(default_factory=dict)
+    value: dict[str, np.ndarray] = field(default_factory=dict)
+    sd: dict[str, np.ndarray] = field(default_factory=dict)
+    shift: dict[str, np.ndarray] = field(default_factory=dict)
+    used: dict[str, np.ndarray] = field(default_factory=dict)
+    outside: dict[str, np.ndarray] = field(default_factory=dict)
     equations: list[Equation] = field(default_factory=list)
     curves: list[str] = field(default_factory=list)
     gaps: dict[str, list[str]] = field(default_factory=dict)
@@ -141,19 +140,15 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
     """trees: ``dbh_cm`` (NaN: none), ``dbh_se_cm``, ``height_m``, perhaps ``height_se_m``, ``species``, ``dead``,
     ``in_table`` (False: counts for the height curve only), and perhaps ``in_curve`` (False: not for that either, it is
     only valued)."""
-    d = trees["dbh_cm"].to_numpy(float)
-    se = trees["dbh_se_cm"].to_numpy(float).copy()
+    d, se = trees["dbh_cm"].to_numpy(float), trees["dbh_se_cm"].to_numpy(float)
     known = np.isfinite(d)
     if options.dbh_se_cm is not None:
         se = np.where(np.isfinite(se), se, options.dbh_se_cm)
     species = np.array([species_of(entry).symbol for entry in trees["species"]], dtype=object)
-    found = TreeValues(
-        d, se, trees["height_m"].to_numpy(float).copy(), np.full(len(d), "", object), {}, {}, {}, {}, {}, {}
-    )
+    found = TreeValues(d, se, trees["height_m"].to_numpy(float).copy(), np.full(len(d), "", object))
     in_table = trees["in_table"].to_numpy(bool) & known
     height_of = _heights(found, trees, species, book, options, in_table)
-    error = np.where(np.isfinite(se), se, 0.0)
-    error = np.where(known, error, 0.0)
+    error = np.where(known & np.isfinite(se), se, 0.0)
     n_wide = int((in_table & (error > d / 2)).sum())
     if n_wide:
         found.warnings.append(
@@ -161,12 +156,10 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
         )
     # A height of the tree's own brings its own error; that of the curve is the survey's (``refit``).
     own_height = found.height_source == "measured"
-    height_se = np.where(own_height, np.nan_to_num(_column(trees, "height_se_m")), 0.0)
+    height_se = np.where(own_height, np.nan_to_num(np.asarray(trees.get("height_se_m", np.nan), float)), 0.0)
     rules: dict[str, Rule] = {"ba": lambda x, _higher_m=0.0: BA * x**2}
-    rules["volume"] = _equations(found, "volume", species, book, options, height_of, in_table, options.volume_equation)
-    rules["biomass"] = _equations(
-        found, "biomass", species, book, options, height_of, in_table, options.biomass_equation
-    )
+    for name, chosen in (("volume", options.volume_equation), ("biomass", options.biomass_equation)):
+        rules[name] = _equations(found, name, species, book, options, height_of, in_table, chosen)
     for name, rule in rules.items():
         _propagate(found, name, rule, error, height_se, options.common_se_cm)
     far = +found.far
@@ -177,11 +170,6 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
             f"Extrapolated, for trees outside the range that a curve or equation holds for: {named}{more}."
         )
     return found
-
-
-def _column(trees: pd.DataFrame, name: str) -> np.ndarray:
-    """(N,) a column of numbers, NaN where the table lacks it."""
-    return trees[name].to_numpy(float) if name in trees else np.full(len(trees), np.nan)
 
 
 def _propagate(
@@ -225,16 +213,21 @@ def _heights(
     rules: list[tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]] = []
     open_ = np.isfinite(d) & ~measured
     n_open = int((open_ & in_table).sum())
-    live = _for_curve(trees)
+    live = ~trees["dead"].to_numpy(bool) & np.asarray(trees.get("in_curve", True), bool)
     if n_open and options.heights == "fitted":
         pooled, why = fit_curve(d[live], h[live], options.breast_height_m)
         for name in sorted(set(species[open_])):
             own, _ = fit_curve(d[live & (species == name)], h[live & (species == name)], options.breast_height_m)
             curve = own or pooled
             if curve is not None:
-                chosen = open_ & (species == name)
+                chosen, of = open_ & (species == name), name if own else "all species"
                 rules.append((chosen, curve))
-                _report_curve(found, curve, name if own else "all species", chosen & in_table)
+                text = (
+                    f"Height curve ({of}): {curve.text}, from {curve.n} trees of {curve.low_cm:.1f} to "
+                    f"{curve.high_cm:.1f} cm, residual {curve.rmse_m:.2f} m."
+                )
+                found.curves += [] if text in found.curves else [text]
+                found.far[f"heights from the curve ({of})"] += int((chosen & in_table & curve.outside(d)).sum())
         if pooled is None:
             found.gaps["height"] = [f"{count_of(n_open, 'tree')} without a height ({why})"]
     elif n_open and options.heights == "published":
@@ -245,14 +238,14 @@ def _heights(
                 found.gaps.setdefault("height", []).append(f"no published height curve for {name}")
                 continue
             found.equations += [] if equation in found.equations else [equation]
-            beyond = equation.outside(d, np.full(len(d), np.nan)) & chosen
+            beyond = equation.outside(d) & chosen
             if options.outside == "refuse":
                 chosen = chosen & ~beyond
                 if (beyond & in_table).any():
                     found.gaps.setdefault("height", []).append(
                         f"{int((beyond & in_table).sum())} trees are outside the range of {equation.id}"
                     )
-            rules.append((chosen, partial(_by_dbh, equation)))
+            rules.append((chosen, equation.value))
             found.curves.append(
                 f"{int((chosen & in_table).sum())} heights of {name} are from {equation.id}, a regional curve: this "
                 "stand's may differ by metres."
@@ -290,27 +283,6 @@ def _heights(
     if rules and options.heights == "fitted":
         found.refit = refit
     return height_of
-
-
-def _for_curve(trees: pd.DataFrame) -> np.ndarray:
-    """Whose heights a curve is fitted to."""
-    live = ~trees["dead"].to_numpy(bool)
-    return live & trees["in_curve"].to_numpy(bool) if "in_curve" in trees else live
-
-
-def _by_dbh(equation: Equation, dbh_cm: np.ndarray) -> np.ndarray:
-    """An equation of DBH alone."""
-    return equation.value(dbh_cm, np.full(np.shape(dbh_cm), np.nan))
-
-
-def _report_curve(found: TreeValues, curve: HeightCurve, name: str, chosen: np.ndarray) -> None:
-    text = (
-        f"Height curve ({name}): {curve.text}, from {curve.n} trees of {curve.low_cm:.1f} to {curve.high_cm:.1f} cm, "
-        f"residual {curve.rmse_m:.2f} m."
-    )
-    if text not in found.curves:
-        found.curves.append(text)
-    found.far[f"heights from the curve ({name})"] += int((chosen & curve.outside(found.dbh)).sum())
 
 
 def _equations(
