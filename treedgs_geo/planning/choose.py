@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ..core.progress import Reporter
 from .budget import Budget, budget_of
 from .curves import Curves, Outcome, outcome
 from .drones import DroneCamera
-from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, grid, orbits
+from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, Target, grid, orbits
 from .safety import Limits, Unsafe, made_safe, speed_of
 from .settings import PATTERNS
 from .site import PlanSite
@@ -35,24 +36,14 @@ MORE = 20
 
 
 @dataclass(frozen=True)
-class Stems:
-    """The stems that a flight is judged by. scenes: what stands about each plot (or draw of it); rows: of each scene's
-    stems that are judged; centres: (3,) planning frame of each scene."""
+class PlotStems:
+    """Stems of a plot, or of a draw of it, that a flight is judged by. scene: what stands about it; rows: of the
+    scene's stems that are judged; centre: (3,) planning frame."""
 
-    scenes: list[Scene]
-    rows: list[np.ndarray]
-    centres: list[np.ndarray]
-    plot_ids: list[str]
-
-    @property
-    def dbh_m(self) -> np.ndarray:
-        """(S,) of all stems."""
-        return np.concatenate([2 * scene.stems[rows, 2] for scene, rows in zip(self.scenes, self.rows, strict=True)])
-
-    def places(self) -> np.ndarray:
-        """(S, 3) feet, planning frame."""
-        parts = zip(self.scenes, self.rows, self.centres, strict=True)
-        return np.concatenate([scene.stems[rows][:, [0, 1, 4]] + centre for scene, rows, centre in parts])
+    plot_id: str
+    scene: Scene
+    rows: np.ndarray
+    centre: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -76,7 +67,7 @@ class Choice:
     plan: JudgedFlight
     tried: list[tuple[str, str, int, float, float, int, float]]
     more: Outcome
-    refused: dict[tuple[str, str], int] = field(default_factory=dict)
+    refused: Counter[tuple[str, str]] = field(default_factory=Counter)
 
     def not_flown(self) -> list[str]:
         """A sentence for each pattern of which no flight may be flown."""
@@ -85,38 +76,34 @@ class Choice:
         return [f"No {name} can be flown here: {_main_reason(self.refused, name)}." for name in names]
 
 
-def _main_reason(refused: dict[tuple[str, str], int], pattern: str | None = None) -> str:
+def _main_reason(refused: Counter[tuple[str, str]], pattern: str | None = None) -> str:
     """What most flights (of a pattern) are refused for."""
-    counts: dict[str, int] = {}
+    counts: Counter[str] = Counter()
     for (name, reason), count in refused.items():
-        if pattern in (None, name):
-            counts[reason] = counts.get(reason, 0) + count
-    return max(counts, key=lambda reason: counts[reason])
+        counts[reason] += count if pattern in (None, name) else 0
+    return counts.most_common(1)[0][0]
 
 
-def stems_of(site: PlanSite, seed: int) -> Stems:
+def stems_of(site: PlanSite, seed: int) -> list[PlotStems]:
     """Scenes about every plot with the stems in it."""
-    made = Stems([], [], [], [])
+    made: list[PlotStems] = []
     rng = np.random.default_rng(seed)
     for round_ in range(8):
-        for target in site.targets:
-            _add_plot(made, site, target.plot_id, target.centre, target.radius_m, rng)
-        count = sum(map(len, made.rows))
+        made += [_about(site, target, rng) for target in site.targets]
+        count = sum(len(one.rows) for one in made)
         if count >= LEAST_STEMS or (site.mapped is not None and round_ == 0 and count > 0):
             break
-    if not sum(map(len, made.rows)):
+    if not count:
         raise InputError(
             f"{site.numbers.stems_per_ha:g} stems/ha leave no stem in the plots; check the density, the tree layer and "
             "the plots' places."
         )
-    every = max(1, int(np.ceil(sum(map(len, made.rows)) / MAX_STEMS)))
-    rows = [own[k % every :: every] for k, own in enumerate(made.rows)]
-    return Stems(made.scenes, rows, made.centres, made.plot_ids)
+    every = max(1, int(np.ceil(count / MAX_STEMS)))
+    return [replace(one, rows=one.rows[k % every :: every]) for k, one in enumerate(made)]
 
 
-def _add_plot(
-    made: Stems, site: PlanSite, name: str, centre: np.ndarray, radius: float, rng: np.random.Generator
-) -> None:
+def _about(site: PlanSite, target: Target, rng: np.random.Generator) -> PlotStems:
+    centre, radius = target.centre, target.radius_m
     trees = about_plot(rng, site.mapped, site.numbers, centre, radius, site.mapped_area)
     half = radius + REACH_M
     n = int(np.ceil(2 * half / CELL_M))
@@ -129,21 +116,20 @@ def _add_plot(
     inside = np.hypot(*trees.xy.T) <= radius
     if site.mapped is not None and trees.known[inside].any():
         inside &= trees.known
-    made.scenes.append(scene)
-    made.rows.append(np.flatnonzero(inside))
-    made.centres.append(np.array([*centre, middle]))
-    made.plot_ids.append(name)
+    return PlotStems(target.plot_id, scene, np.flatnonzero(inside), np.array([*centre, middle]))
 
 
-def judged(flight: PlanFlight, stems: Stems, camera: DroneCamera, model: ViewModel) -> tuple[np.ndarray, np.ndarray]:
+def judged(
+    flight: PlanFlight, stems: list[PlotStems], camera: DroneCamera, model: ViewModel
+) -> tuple[np.ndarray, np.ndarray]:
     """(S, P) chance that each photo shows each stem clearly, and the ground sample distance at the stem, cm."""
     clear, gsd = [], []
     size, focal = np.array([camera.width_px, camera.height_px], float), np.full(len(flight), camera.focal_px)
-    for scene, rows, centre in zip(stems.scenes, stems.rows, stems.centres, strict=True):
-        cameras = flight.xyz - centre
-        feet = scene.stems[rows][:, [0, 1, 4]]
-        framed, depth = framed_views(feet, scene.stems[rows, 2], cameras, flight.rotations, focal, size)
-        clear.append(np.where(framed, model.clear_chance(shown_share(scene, rows, cameras, framed, model)), 0.0))
+    for one in stems:
+        cameras, mine = flight.xyz - one.centre, one.scene.stems[one.rows]
+        framed, depth = framed_views(mine[:, [0, 1, 4]], mine[:, 2], cameras, flight.rotations, focal, size)
+        shown = shown_share(one.scene, one.rows, cameras, framed, model)
+        clear.append(np.where(framed, model.clear_chance(shown), 0.0))
         gsd.append(100 * depth / camera.focal_px)
     return np.concatenate(clear), np.concatenate(gsd)
 
@@ -190,8 +176,8 @@ def candidates(
 
 
 def choose(
-    site: PlanSite, stems: Stems, camera: DroneCamera, limits: Limits, take_off: np.ndarray, heading_deg: float,
-    error_cm: float, share: float, batteries: int | None, pattern: str, reporter: Reporter,
+    site: PlanSite, stems: list[PlotStems], camera: DroneCamera, limits: Limits, take_off: np.ndarray,
+    heading_deg: float, error_cm: float, share: float, batteries: int | None, pattern: str, reporter: Reporter,
 ) -> Choice:  # fmt: skip
     """The flight with the fewest photos that measures the share with the error, or the best with so many batteries.
 
@@ -201,7 +187,8 @@ def choose(
     model, curves, costs = ViewModel.load(), Curves.load(), CostModel.load()
     heights = heights_of(site, camera, limits, error_cm, curves)
     plans: list[JudgedFlight] = []
-    refused: dict[tuple[str, str], int] = {}
+    refused: Counter[tuple[str, str]] = Counter()
+    dbh_m = np.concatenate([2 * one.scene.stems[one.rows, 2] for one in stems])
     flights = [
         flight for flight in candidates(site, camera, heights, heading_deg, pattern) if 0 < len(flight) <= MAX_PHOTOS
     ]
@@ -209,12 +196,11 @@ def choose(
         try:
             safe = made_safe(flight, site.canopy_top, camera, limits)
         except Unsafe as problem:
-            key = flight.pattern, str(problem)
-            refused[key] = refused.get(key, 0) + 1
+            refused[flight.pattern, str(problem)] += 1
             continue
         clear, gsd = judged(safe, stems, camera, model)
         budget = budget_of(safe, camera, speed_of(safe, camera, limits), take_off, costs)
-        plans.append(JudgedFlight(safe, outcome(curves, clear, gsd, stems.dbh_m), budget, clear, gsd))
+        plans.append(JudgedFlight(safe, outcome(curves, clear, gsd, dbh_m), budget, clear, gsd))
         reporter.progress((number + 1) / len(flights), f"flight {number + 1} of {len(flights)}")
     if not plans:
         raise InputError(_nothing_safe(refused, limits))
@@ -228,7 +214,7 @@ def choose(
         best = max(made.outcome.share for made in good)
         near = [made for made in good if made.outcome.share >= best - 0.005]
         plan = min(near, key=lambda made: (made.outcome.error_cm, made.budget.photos))
-    return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, stems, curves), refused)
+    return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, dbh_m, curves), refused)
 
 
 def _good(plans: list[JudgedFlight], error_cm: float, share: float, batteries: int | None) -> list[JudgedFlight]:
@@ -245,7 +231,7 @@ def _row(plan: JudgedFlight) -> tuple[str, str, int, float, float, int, float]:
     return plan.flight.pattern, where, costs.photos, found.share, found.error_cm, costs.batteries, costs.minutes
 
 
-def with_more(plan: JudgedFlight, plans: list[JudgedFlight], stems: Stems, curves: Curves) -> Outcome:
+def with_more(plan: JudgedFlight, plans: list[JudgedFlight], dbh_m: np.ndarray, curves: Curves) -> Outcome:
     """What :data:`MORE` further photos would give: those of the denser flights that add most, one after the other."""
     mine = plan.flight
     key = (mine.pattern, mine.heights_m)
@@ -260,10 +246,10 @@ def with_more(plan: JudgedFlight, plans: list[JudgedFlight], stems: Stems, curve
         best = max(left, key=lambda p: float(need @ pool.clear[:, p]))
         left.remove(best)
         clear, gsd = (np.column_stack([a, b[:, best]]) for a, b in ((clear, pool.clear), (gsd, pool.gsd_cm)))
-    return outcome(curves, clear, gsd, stems.dbh_m)
+    return outcome(curves, clear, gsd, dbh_m)
 
 
-def _nothing_safe(refused: dict[tuple[str, str], int], limits: Limits) -> str:
+def _nothing_safe(refused: Counter[tuple[str, str]], limits: Limits) -> str:
     if not refused:
         return (
             "--plots: no flight of fewer than 3000 photos shows them; plan the plots in groups that lie near one "

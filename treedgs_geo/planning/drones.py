@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -52,15 +52,11 @@ class DroneCamera:
 def known_cameras() -> dict[str, DroneCamera]:
     """The table (``treedgs_geo/planning/cameras.json``)."""
     table = json.loads((files(__package__) / "cameras.json").read_text(encoding="utf-8"))["cameras"]
-    return {key: _from_row(key, row) for key, row in table.items()}
-
-
-def _from_row(key: str, row: dict[str, Any]) -> DroneCamera:
-    return DroneCamera(
-        key, row["name"], row["width_px"], row["height_px"], row["focal_mm"] / row["sensor_mm"] * row["width_px"],
-        row["interval_s"], row["readout_ms"], (row["gimbal_deg"][0], row["gimbal_deg"][1]), row["flight_min"],
-        row["photo_mb"], tuple(row["wpml"]) if "wpml" in row else None, row["source"],
-    )  # fmt: skip
+    found = {}
+    for key, row in table.items():
+        focal_px = row.pop("focal_mm") / row.pop("sensor_mm") * row["width_px"]
+        found[key] = DroneCamera(key=key, focal_px=focal_px, **{"wpml": None, **row})
+    return found
 
 
 def camera_of(text: str, interval_s: float | None = None, readout_ms: float | None = None) -> DroneCamera:
@@ -94,10 +90,8 @@ def camera_of(text: str, interval_s: float | None = None, readout_ms: float | No
                 "width in pixels)."
             ) from None
         found = _own(int(width), int(height), focal, "given by the user")
-    changes = {
-        name: value for name, value in (("interval_s", interval_s), ("readout_ms", readout_ms)) if value is not None
-    }
-    return DroneCamera(**{**vars(found), **changes})
+    changes: dict[str, Any] = {"interval_s": interval_s, "readout_ms": readout_ms}
+    return replace(found, **{name: value for name, value in changes.items() if value is not None})
 
 
 def _own(width: int, height: int, focal_px: float, source: str) -> DroneCamera:

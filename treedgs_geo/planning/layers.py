@@ -14,7 +14,7 @@ from shapely.geometry import LineString, Polygon
 
 from ..core.geopackage import atomic_geopackage
 from ..core.layer_files import add_layer
-from .choose import JudgedFlight, Stems
+from .choose import JudgedFlight, PlotStems
 from .curves import weighted_median
 from .drones import DroneCamera
 from .flown import PHOTOS, PLOTS
@@ -35,7 +35,7 @@ _FLATTEST_DEG = 80.0
 def write_plan_layers(
     path: Path,
     plan: JudgedFlight,
-    stems: Stems,
+    stems: list[PlotStems],
     site: PlanSite,
     camera: DroneCamera,
     take_off: np.ndarray,
@@ -85,14 +85,14 @@ def write_plan_layers(
     return Path(path)
 
 
-def plots_table(plan: JudgedFlight, stems: Stems, site: PlanSite) -> gpd.GeoDataFrame:
+def plots_table(plan: JudgedFlight, stems: list[PlotStems], site: PlanSite) -> gpd.GeoDataFrame:
     """One row a plot: expected stems, clear views a stem, share measured, standard error (median)."""
     found, rows = plan.outcome, []
-    owner = np.repeat(stems.plot_ids, [len(own) for own in stems.rows])
+    owner = np.repeat([one.plot_id for one in stems], [len(one.rows) for one in stems])
     for plot, target in zip(site.plots, site.targets, strict=True):
         mine = owner == plot.plot_id
         weight = found.chance[mine]
-        draws = max(1, stems.plot_ids.count(plot.plot_id))
+        draws = max(1, sum(one.plot_id == plot.plot_id for one in stems))
         seen = plan.clear[mine].any(axis=0) if mine.any() else np.zeros(len(plan.flight), bool)
         rows.append(
             {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,8 @@ from ..core.settings import to_json
 from ..inventory.declination import parse_date
 from ..report.pdf import load_fonts
 from .brief import batteries_of, write_brief
-from .choose import MORE, Choice, Stems, choose, stems_of
-from .drones import DroneCamera, camera_of
+from .choose import MORE, Choice, choose, stems_of
+from .drones import camera_of
 from .layers import OWN_LAYERS, write_plan_layers
 from .mission_files import mission_of, write_kmz, write_litchi, write_plan
 from .missions import compass
@@ -67,57 +66,29 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     site.notes.extend(more)
     reporter.tell(more)
     with reporter.stage("write", 0.85, 1.0):
-        files = _write(settings, Chosen(site, stems, camera, limits, take_off, heading, sun, choice))
+        # The middle of the day: the same plan gives the same file.
+        stamp = sun.utc[len(sun.utc) // 2].replace(tzinfo=dt.timezone.utc)
+        mission = mission_of(choice.plan, site, camera, limits, take_off, folder.resolve().name, stamp)
+        clearance = lowest_clearance(choice.plan.flight, site.canopy_top, limits.clearance_m)
+        share = settings.target_share_pct / 100
+        picture = draw_brief(choice, site, take_off, settings.target_error_cm, share)
+        (folder / "plan.kmz").unlink(missing_ok=True)
+        for old in folder.glob("plan_litchi_*.csv"):
+            old.unlink()
+        layer = folder / "plan.gpkg"
+        write_plan_layers(layer, choice.plan, stems, site, camera, take_off, mission.speed_m_s)
+        kmz = write_kmz(folder / "plan.kmz", mission) if camera.wpml is not None else None
+        plan = write_plan(folder / "plan.plan", mission)
+        litchi = write_litchi(folder, "plan_litchi", mission)
+        page, brief = write_brief(
+            folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, camera, limits, clearance, heading, sun,
+            mission.home, picture,
+        )  # fmt: skip
+        figures = _figures(choice, clearance, heading[0])
+        write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})
     reporter.info(_sentence(choice))
-    return {"output": str(folder), **files}
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """Everything that the files are written from. take_off: (3,) planning frame; heading: grid azimuth and why."""
-
-    site: PlanSite
-    stems: Stems
-    camera: DroneCamera
-    limits: Limits
-    take_off: np.ndarray
-    heading: tuple[float, str]
-    sun: SunDay
-    choice: Choice
-
-
-def _write(settings: PlanFlightSettings, made: Chosen) -> dict[str, Any]:
-    """All files; their paths and the flight's figures."""
-    folder, choice, site = Path(settings.output), made.choice, made.site
-    share = settings.target_share_pct / 100
-    # The middle of the day: the same plan gives the same file.
-    stamp = made.sun.utc[len(made.sun.utc) // 2].replace(tzinfo=dt.timezone.utc)
-    mission = mission_of(choice.plan, site, made.camera, made.limits, made.take_off, folder.resolve().name, stamp)
-    clearance = lowest_clearance(choice.plan.flight, site.canopy_top, made.limits.clearance_m)
-    picture = draw_brief(choice, site, made.take_off, settings.target_error_cm, share)
-    (folder / "plan.kmz").unlink(missing_ok=True)
-    for old in folder.glob("plan_litchi_*.csv"):
-        old.unlink()
-    layer = folder / "plan.gpkg"
-    write_plan_layers(layer, choice.plan, made.stems, site, made.camera, made.take_off, mission.speed_m_s)
-    kmz = write_kmz(folder / "plan.kmz", mission) if made.camera.wpml is not None else None
-    plan = write_plan(folder / "plan.plan", mission)
-    litchi = write_litchi(folder, "plan_litchi", mission)
-    page, brief = write_brief(
-        folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, made.camera, made.limits, clearance,
-        made.heading, made.sun, mission.home, picture,
-    )  # fmt: skip
-    figures = _figures(choice, clearance, made.heading[0])
-    write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})
-    return {
-        "layer": str(layer),
-        "kmz": str(kmz) if kmz else None,
-        "plan": str(plan),
-        "litchi": str(litchi[0]),
-        "brief": str(brief),
-        "page": str(page),
-        **figures,
-    }
+    files = {"output": folder, "layer": layer, "kmz": kmz, "plan": plan, "litchi": litchi[0], "brief": brief}
+    return {**{name: path and str(path) for name, path in files.items()}, "page": str(page), **figures}
 
 
 def take_off_of(site: PlanSite, text: str | None) -> np.ndarray:
