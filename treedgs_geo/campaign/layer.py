@@ -16,6 +16,7 @@ from shapely import STRtree, box
 from ..core.errors import OutputError
 from ..core.plots import read_plots
 from ..core.progress import Reporter
+from ..core.shown import some
 from ..inventory import tree_layer
 from ..inventory.searched import add_searched, read_searched
 from ..inventory.side_layers import add_readings, read_readings
@@ -81,8 +82,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     if silent and searched and reporter is not None:
         reporter.warn(
             f"{path.name} does not say where stems were searched for, since {len(silent)} plots do not "
-            f"({', '.join(map(str, silent[:5]))}{', …' if len(silent) > 5 else ''}, measured by an older version): "
-            "measure them again."
+            f"({some(silent, 5)}, measured by an older version): measure them again."
         )
     written.report(reporter)
     return len(table)

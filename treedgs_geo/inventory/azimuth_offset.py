@@ -12,6 +12,7 @@ import pyproj
 from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plots import Plot
+from ..core.shown import some
 from .declination import declination_deg, parse_date
 from .field_trees import FieldProtocol
 from .pairing import PairingOptions, Registration, at_limit, register
@@ -42,22 +43,20 @@ def turn_advice(
     if not stuck:
         return []
     known = {plot.plot_id: plot for plot in survey}
-    some = [known[name] for name in stuck[:_WIDE_PLOTS]]
-    found = [_wider(plot, field_trees, measured_xy, options) for plot in some]
+    tried = [known[name] for name in stuck[:_WIDE_PLOTS]]
+    found = [_wider(plot, field_trees, measured_xy, options) for plot in tried]
     turns = [placed.rotation_deg for placed in found if placed is not None]
-    named = ", ".join(map(str, stuck[:10])) + (", …" if len(stuck) > 10 else "")
     text = (
         f"{len(stuck)} of {len(plots)} plots fit best at the largest turn searched, {options.rotation_deg:g} degrees "
-        f"({named}), and are left to a hand check: their bearings may refer to another north or be in another unit."
+        f"({some(stuck, 10)}), and are left to a hand check: their bearings may refer to another north or be "
+        "in another unit."
     )
     if turns:
-        span = (
-            f"{min(turns):+.1f} to {max(turns):+.1f}, median {np.median(turns):+.1f}"
-            if len(turns) > 1
-            else (f"{turns[0]:+.1f}")
-        )
-        text += f" Searched up to {_WIDE_DEG:g} degrees, {len(turns)} of {len(some)} fit clearly, at {span}."
-    return [f"{text} {_what_to_change(some[0], protocol, crs)}"]
+        span = f"{min(turns):+.1f}"
+        if len(turns) > 1:
+            span += f" to {max(turns):+.1f}, median {np.median(turns):+.1f}"
+        text += f" Searched up to {_WIDE_DEG:g} degrees, {len(turns)} of {len(tried)} fit clearly, at {span}."
+    return [f"{text} {_what_to_change(tried[0], protocol, crs)}"]
 
 
 def _wider(

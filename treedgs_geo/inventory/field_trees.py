@@ -26,6 +26,7 @@ from ..core.errors import InputError
 from ..core.plausible import refuse_odd_diameters, refuse_odd_heights
 from ..core.plots import Plot, as_in_plots
 from ..core.settings import param
+from ..core.shown import some
 from ..core.tables import read_table
 from .declination import declination_deg, parse_date
 
@@ -408,10 +409,10 @@ def drop_unplaced(trees: pd.DataFrame, path: Path) -> tuple[pd.DataFrame, list[s
     lacking = trees[trees["lacks"] != ""]
     if not len(lacking):
         return trees, []
-    named = [f"line {row.line} (tree {row.field_id}: {row.lacks})" for row in lacking.head(10).itertuples()]
+    named = some((f"line {row.line} (tree {row.field_id}: {row.lacks})" for row in lacking.itertuples()), 10)
     text = (
         f"{path}: {len(lacking)} of {len(trees)} field trees left out of the pairing, as nothing says where they "
-        f"stand: {', '.join(named)}{', …' if len(lacking) > 10 else ''}; correct the table and run again."
+        f"stand: {named}; correct the table and run again."
     )
     return trees[trees["lacks"] == ""].reset_index(drop=True), [text]
 

@@ -85,11 +85,15 @@ def _moved_m(trees: gpd.GeoDataFrame) -> float:
 
 def edited(trees: pd.DataFrame) -> np.ndarray:
     """(N,) trees with a DBH that is not that of their basal area: somebody typed it over the measured one."""
-    if "ba_m2" not in trees:
-        return np.zeros(len(trees), bool)
-    dbh = pd.to_numeric(trees["dbh_cm"]).to_numpy(float)
-    own = np.sqrt(pd.to_numeric(trees["ba_m2"]).to_numpy(float) * 4e4 / np.pi)
+    dbh, own = pd.to_numeric(trees["dbh_cm"]).to_numpy(float), _of_basal_area(trees)
     return np.abs(dbh - own) > np.maximum(_SAME_SHARE * own, _SAME_CM)
+
+
+def _of_basal_area(trees: pd.DataFrame) -> np.ndarray:
+    """(N,) diameters of the basal areas, cm; NaN where there is none."""
+    if "ba_m2" not in trees:
+        return np.full(len(trees), np.nan)
+    return np.sqrt(pd.to_numeric(trees["ba_m2"]).to_numpy(float) * 4e4 / np.pi)
 
 
 def _refuse_edited(path: Path, trees: pd.DataFrame) -> None:
@@ -99,10 +103,7 @@ def _refuse_edited(path: Path, trees: pd.DataFrame) -> None:
     Raises:
         InputError: the first tree.
     """
-    dbh = pd.to_numeric(trees["dbh_cm"]).to_numpy(float)
-    own = np.full(len(trees), np.nan)
-    if "ba_m2" in trees:
-        own = np.sqrt(pd.to_numeric(trees["ba_m2"]).to_numpy(float) * 4e4 / np.pi)
+    dbh, own = pd.to_numeric(trees["dbh_cm"]).to_numpy(float), _of_basal_area(trees)
     # What nobody edited is the same but for digits.
     slip = wrong_unit(dbh, np.where(np.abs(dbh - own) > 0.02 * own, own, np.nan))
     if slip is not None:

@@ -125,7 +125,7 @@ def register(
         # One line drawn to a tree far away must not turn the whole plot: then the search decides as if there were none.
         if np.linalg.norm(move(source, *start) - target, axis=1).max() <= _ANCHOR_M:
             offset, turn = _polish(field_xy, measured_xy, *start, options, fixed=anchors)
-            return _judge_alone(field_xy, measured_xy, offset, turn)
+            return confirmed(field_xy, measured_xy, offset, turn)
     if len(field_xy) < 3 or len(measured_xy) < 3:
         which = "field" if len(field_xy) < 3 else "measured"
         return _unplaced(f"fewer than 3 {which} trees")
@@ -247,9 +247,9 @@ def _density(xy: np.ndarray) -> float:
 
 
 def _candidates(
-    field_xy: np.ndarray, measured_xy: np.ndarray, options: PairingOptions, most: int = 30
+    field_xy: np.ndarray, measured_xy: np.ndarray, options: PairingOptions
 ) -> list[tuple[np.ndarray, float]]:
-    """Placings with the most votes: every (field, measured) pair votes for the shift that joins it."""
+    """The thirty placings with the most votes: every (field, measured) pair votes for the shift that joins it."""
     reach = 3 * _centre_sd(options) + 1.0
     turns = _angles(field_xy, options.rotation_deg)
     size = int(np.ceil(2 * reach / _CELL_M))
@@ -261,7 +261,7 @@ def _candidates(
     votes = gaussian_filter(votes, (0, 0.42 / _CELL_M, 0.42 / _CELL_M), mode="constant")
     peaks = (votes == maximum_filter(votes, size=(3, 5, 5))) & (votes > 0)
     where = np.argwhere(peaks)
-    where = where[np.argsort(-votes[peaks], kind="stable")][:most]
+    where = where[np.argsort(-votes[peaks], kind="stable")][:30]
     return [((cell[1:] + 0.5) * _CELL_M - reach, float(turns[cell[0]])) for cell in where]
 
 
@@ -343,18 +343,11 @@ def _doubt(moved: np.ndarray, measured_xy: np.ndarray, sigma: float, options: Pa
     return 1.2 * max(0.8 - len(rows) / len(moved), 0.0)
 
 
-def _judge_alone(field_xy: np.ndarray, measured_xy: np.ndarray, offset: np.ndarray, turn: float) -> Registration:
-    """A placing that a person vouches for."""
-    sigma = _spread(field_xy, measured_xy, offset, turn)
-    share = _share(move(field_xy, offset, turn), measured_xy)
-    return Registration(offset, turn, sigma, np.nan, np.nan, share, "ok")
-
-
 def confirmed(field_xy: np.ndarray, measured_xy: np.ndarray, offset_m: np.ndarray, rotation_deg: float) -> Registration:
-    """The registration of a plot whose offset and rotation a person confirmed (or typed)."""
-    return _judge_alone(
-        np.asarray(field_xy, float), np.asarray(measured_xy, float), np.asarray(offset_m, float), float(rotation_deg)
-    )
+    """The registration of a plot whose offset and rotation a person vouches for."""
+    sigma = _spread(field_xy, measured_xy, offset_m, rotation_deg)
+    share = _share(move(field_xy, offset_m, rotation_deg), measured_xy)
+    return Registration(offset_m, rotation_deg, sigma, np.nan, np.nan, share, "ok")
 
 
 def _unplaced(reason: str) -> Registration:

@@ -16,6 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ..core.layer_files import add_layer, read_if_there
 from ..core.plots import Plot
+from ..core.shown import some
 
 #: Name of the layer, and the columns by which it is known as ours.
 SEARCHED = "searched"
@@ -115,11 +116,10 @@ def partly_searched(table: gpd.GeoDataFrame, why: str) -> list[str]:
     part = table[table["share"].notna() & (table["share"] < ALMOST)].sort_values("share")
     if not len(part):
         return []
-    named = ", ".join(f"{row.plot_id} ({_percent(row.share)} searched)" for row in part.head(8).itertuples())
+    named = some((f"{row.plot_id} ({_percent(row.share)} searched)" for row in part.itertuples()), 8)
     return [
-        f"{len(part)} of {len(table)} plots {'was' if len(part) == 1 else 'were'} searched in part only: {named}"
-        f"{', …' if len(part) > 8 else ''}; {why}. The layer says so, and stand tables divide by the part that was "
-        "searched."
+        f"{len(part)} of {len(table)} plots {'was' if len(part) == 1 else 'were'} searched in part only: {named}; "
+        f"{why}. The layer says so, and stand tables divide by the part that was searched."
     ]
 
 

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from ..core.errors import InputError
 from ..core.files import put_beside
 from ..core.progress import Reporter
+from ..core.shown import some
 from ..core.tables import read_rows, read_table, safe_frame
 from ..stems.quality.tree import TREE_FIELDS
 from .reviewed import A_TREE
@@ -104,7 +105,7 @@ class Written:
         if not rows:
             return table.iloc[:0]
         table = self.fill(table.iloc[:0])
-        named = ", ".join(str(row["tree_id"]) for row in rows[:10]) + (", …" if len(rows) > 10 else "")
+        named = some((row["tree_id"] for row in rows), 10)
         self.sentences.append(
             f"{len(rows)} place{'' if len(rows) == 1 else 's'} where a person says that a tree stands gave no tree in "
             f"this run: kept in the layer without a measured DBH (not_found), as tree {named}."
@@ -130,15 +131,15 @@ class Written:
         if len(lost):
             named = [
                 f"{row['tree_id']} at {row['x']:.1f} {row['y']:.1f} ({', '.join(_words(row, self.own))})"
-                for _, row in lost.head(5).iterrows()
+                for _, row in lost.iterrows()
             ]
             beside = self.path.with_name(f"{self.path.stem}.lost.csv")
             with put_beside(beside) as (temporary, kept):
                 safe_frame(lost).to_csv(temporary, index=False)
             reporter.warn(
                 f"{self.path.name}: no tree stands within {ENTRY_M:g} m any more of {len(lost)} for which a person "
-                f"wrote something: {'; '.join(named)}{'; …' if len(lost) > 5 else ''}; what was written there is not "
-                f"in the new layer, but in {kept.name}."
+                f"wrote something: {some(named, 5, '; ')}; what was written there is not in "
+                f"the new layer, but in {kept.name}."
             )
 
     def _moved(self, xy: np.ndarray, crs: pyproj.CRS | None) -> np.ndarray:

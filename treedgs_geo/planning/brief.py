@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 from pathlib import Path
 
 from .. import __version__
@@ -121,14 +120,10 @@ def sun_text(sun: SunDay) -> str:
     day = (sun.utc[sun.noon]).date().isoformat()
     if not sun.windows:
         return f"on {day} it stays below {LOWEST_SUN_DEG:.0f}° (highest {top:.0f}°): fly around noon, or under overcast"
-    hours = " and ".join(f"{_clock(begin)} to {_clock(end)}" for begin, end in sun.windows)
+    hours = " and ".join(f"{begin:%H:%M} to {end:%H:%M}" for begin, end in sun.windows)
     noon = sun.utc[sun.noon]
     around = max(abs((edge - noon).total_seconds()) / 3600 for window in sun.windows for edge in window)
     return (
         f"on {day} above {LOWEST_SUN_DEG:.0f}° from {hours} UTC, {around:.1f} h either side of the highest sun "
-        f"({top:.0f}° at {_clock(noon)})"
+        f"({top:.0f}° at {noon:%H:%M})"
     )
-
-
-def _clock(moment: dt.datetime) -> str:
-    return f"{moment:%H:%M}"

@@ -203,14 +203,9 @@ def _numbers(
     notes: list[str],
 ) -> StandNumbers:
     """The stand's numbers: as given, else from what was measured."""
-    found: dict[str, float | None] = {
-        "stems_per_ha": settings.stems_per_ha,
-        "dbh_mean_cm": settings.dbh_mean_cm,
-        "dbh_sd_cm": settings.dbh_sd_cm,
-        "tree_height_m": settings.tree_height_m,
-        "crown_base_m": settings.crown_base_m,
-    }
-    more = {"leaf_area_index": settings.leaf_area_index, "crown_radius_m": settings.crown_radius_m}
+    names = ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m")
+    more = {name: getattr(settings, name) for name in ("leaf_area_index", "crown_radius_m")}
+    found: dict[str, float | None] = {name: getattr(settings, name) for name in names}
     found |= {name: value for name, value in more.items() if value is not None}
     measured: dict[str, float] = {}
     if trees is not None:
@@ -243,13 +238,8 @@ def _numbers(
     if "leaf_area_index" not in found:
         found["leaf_area_index"] = USUAL_LAI
         notes.append(f"Leaf area index taken as {USUAL_LAI:g}: a LiDAR cloud or --leaf-area-index says more.")
-    return StandNumbers(
-        **{
-            {"tree_height_m": "height_m"}.get(name, name): float(value)
-            for name, value in found.items()
-            if value is not None
-        }
-    )
+    made = {name: float(value) for name, value in found.items() if value is not None}
+    return StandNumbers(height_m=made.pop("tree_height_m"), **made)
 
 
 def _datum(settings: PlanFlightSettings, dtm: Dtm | None) -> str:

@@ -19,7 +19,7 @@ from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.geopackage import ensure_unlocked
 from ...core.layer_files import write_layer
 from ...core.progress import Reporter
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from ...core.tables import write_csv
 from ...report.blocks import known
 from ...report.html import write_html
@@ -218,10 +218,10 @@ def _remarks(
             "(fate 'mortality' in the layer) before you report mortality."
         )
     if joined.unpaired and plots:
-        named = ", ".join(plots[k].plot_id for k in joined.unpaired[:8])
+        named = some((plots[k].plot_id for k in joined.unpaired), 8)
         warnings.append(
-            f"Left out of every figure: {count_of(len(joined.unpaired), 'plot')} ({named}"
-            f"{', …' if len(joined.unpaired) > 8 else ''}) in which the trees of both dates could not be paired."
+            f"Left out of every figure: {count_of(len(joined.unpaired), 'plot')} ({named}) in which the trees of both "
+            "dates could not be paired."
         )
     unsure = int((fate == "unsure").sum())
     if unsure:
@@ -243,10 +243,10 @@ def _remarks(
         (fast, "grew faster than --max-yearly-growth-cm"),
     ):
         if len(part):
-            named = ", ".join(f"{row.after_id:.0f} ({row.growth_cm:+.1f} cm)" for row in part.head(8).itertuples())
+            named = some((f"{row.after_id:.0f} ({row.growth_cm:+.1f} cm)" for row in part.itertuples()), 8)
             warnings.append(
-                f"{count_of(len(part), 'tree')} {text}: {named}{', …' if len(part) > 8 else ''}; look whether they are "
-                "the same trees, and at their flags."
+                f"{count_of(len(part), 'tree')} {text}: {named}; look whether they are the same trees, and at their "
+                "flags."
             )
     blind = int(trees.loc[fate == "survivor", "growth_se"].isna().sum())
     if blind:

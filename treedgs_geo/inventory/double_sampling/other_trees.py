@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from ...core.shown import some
 from .tapes import Taped
 
 #: A tape is that of its tree within this share of the DBH, this many standard errors of it, and this, cm.
@@ -141,7 +142,7 @@ def outlier_sentences(names: Iterable[Any], found: Iterable[str | None]) -> list
     if not named:
         return []
     return [
-        f"Look again at {'; '.join(named[:8])}{'; …' if len(named) > 8 else ''}: a slip of the tape or of the number "
+        f"Look again at {some(named, 8, '; ')}: a slip of the tape or of the number "
         "counts as an error of the measurement. Leave a right value as it is."
     ]
 

@@ -200,10 +200,9 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
     _check_draw(path, trees)
     slip = wrong_unit(trees["taped_cm"].to_numpy(float), trees["dbh_cm"].to_numpy(float))
     if slip is not None:
-        odd = ", ".join(str(tree) for tree in trees["tree_id"][slip.rows].head(8))
         raise InputError(
-            f"{path}: taped diameters: {slip.text()} (tree {odd}{', …' if slip.rows.sum() > 8 else ''}); correct them, "
-            "or name the column of another unit taped_in, taped_mm or girth_cm."
+            f"{path}: taped diameters: {slip.text()} (tree {some(trees['tree_id'][slip.rows], 8)}); correct "
+            "them, or name the column of another unit taped_in, taped_mm or girth_cm."
         )
 
 

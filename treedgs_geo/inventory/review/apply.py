@@ -78,8 +78,7 @@ def review_trees(
     with one_writer(path.absolute().parent):
         table = read_whole(path)
         if dbh_unit == "auto":
-            _refuse_unit(table, rows, source)
-            _refuse_large(table, rows, source)
+            _refuse_odd(table, rows, source)
         made, outcome = decide(table, rows, by or _user(), source, path)
         write_table(path, made)
     return outcome
@@ -128,11 +127,13 @@ def decide(
             made.iloc[row_of[tree], made.columns.get_loc(name)] = value
         said += _odd(made.iloc[row_of[tree]], tree, decision)
     _check_merges(made, source, path)
-    return _typed(made), Outcome(dict(Counter(decision.word for decision in decisions)), added, said)
+    made["rev_dbh_cm"] = pd.to_numeric(made["rev_dbh_cm"]).astype(float)
+    return made, Outcome(dict(Counter(decision.word for decision in decisions)), added, said)
 
 
-def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:
-    """Refuse taped DBHs in another unit than their column says.
+def _refuse_odd(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:
+    """Refuse taped DBHs in another unit than their column says, of other trees, and, of trees without a measured one,
+    those that none of the layer's trees makes likely.
 
     Raises:
         InputError: the first of them.
@@ -140,27 +141,18 @@ def _refuse_unit(table: gpd.GeoDataFrame, decisions: list[Decision], source: Pat
     given = [decision for decision in decisions if decision.dbh_cm is not None and decision.tree is not None]
     known = dict(zip(pd.to_numeric(table["tree_id"]), pd.to_numeric(table["dbh_cm"]), strict=True))
     taped = np.array([decision.dbh_cm for decision in given], float)
-    slip = wrong_unit(taped, np.array([known.get(decision.tree, np.nan) for decision in given], float))
+    measured = np.array([known.get(decision.tree, np.nan) for decision in given], float)
+    slip = wrong_unit(taped, measured)
     if slip is not None:
         first = given[int(np.flatnonzero(slip.rows)[0])]
         raise InputError(
             f"{source}, line {first.line}: a DBH of {first.dbh_cm:g} cm, but {known[first.tree]:.1f} cm were measured "
             f"at tree {first.tree}: {slip.text()}; correct it, or name the unit (column dbh_in, or --dbh-unit)."
         )
-    measured = np.array([known.get(decision.tree, np.nan) for decision in given], float)
     names = np.array([f"line {decision.line}" for decision in given], object)
     others = of_other_trees(taped, measured, np.full(len(given), np.nan), names) if given else None
     if others is not None and others.certain:
         raise InputError(f"{source}: {others.why}; hold the DBHs against the form and correct them.")
-
-
-def _refuse_large(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:
-    """Refuse taped DBHs of trees without a measured one that none of the layer's trees makes likely.
-
-    Raises:
-        InputError: the first of them.
-    """
-    known = dict(zip(pd.to_numeric(table["tree_id"]), pd.to_numeric(table["dbh_cm"]), strict=True))
     open_ = [one for one in decisions if one.dbh_cm is not None and not known.get(one.tree, np.nan) > 0]
     refuse_odd_diameters(
         np.array([*(one.dbh_cm for one in open_), *known.values()], float),
@@ -248,11 +240,6 @@ def with_row(made: gpd.GeoDataFrame, row: dict[str, Any], point: shapely.Point) 
         gap = kind.kind in "iu" and both[name].isna().any()
         both[name] = both[name].astype("Int64" if gap else kind)
     return gpd.GeoDataFrame(both, geometry=gpd.GeoSeries(both[geometry], crs=made.crs))
-
-
-def _typed(made: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    made["rev_dbh_cm"] = pd.to_numeric(made["rev_dbh_cm"]).astype(float)
-    return made
 
 
 def read_whole(path: Path) -> gpd.GeoDataFrame:

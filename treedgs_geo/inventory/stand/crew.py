@@ -9,7 +9,7 @@ import pandas as pd
 import pyproj
 
 from ...core.errors import InputError
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from ..pairs_layer import FIELD, LOCKED, MEASURED, PAIRS, PLOTS, STATUSES, read_layer, refuse_moved
 from ..reviewed import TAPE_SE_CM
 from .species import species_of
@@ -83,8 +83,8 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
         )
     if differ:
         found.warnings.append(
-            f"The tree layer and the field crew differ on {len(differ)} entries ({'; '.join(differ[:5])}"
-            f"{'; …' if len(differ) > 5 else ''}): the tree layer's count."
+            f"The tree layer and the field crew differ on {len(differ)} entries ({some(differ, 5, '; ')}): the tree "
+            "layer's count."
         )
     n_hand = int(used["pair_status"].isin(LOCKED).sum())
     if n_hand:

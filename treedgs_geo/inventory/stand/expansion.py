@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
 from ...core.plots import as_in_plots
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from .sample import SamplePlot, at_the_edge, overlaps, weights
 from .treelist import TreeList
 from .unmeasured import Gaps, judge_gaps, sentences, stand_ins
@@ -58,10 +58,9 @@ def expand(
     plots, notes = at_the_edge(plots, boundary, edge_rule)
     found = Expanded(plots, pd.DataFrame(), Gaps(pd.DataFrame()), [], notes)
     if same := overlaps(plots):
-        named = ", ".join(f"{one.plot_id} and {other.plot_id}" for one, other, _ in same[:5])
+        named = some((f"{one.plot_id} and {other.plot_id}" for one, other, _ in same), 5)
         found.warnings.append(
-            f"{count_of(len(same), 'pair')} of plots overlap ({named}{', …' if len(same) > 5 else ''}): the trees "
-            "there count in both."
+            f"{count_of(len(same), 'pair')} of plots overlap ({named}): the trees there count in both."
         )
     table = trees.trees
     if trees.from_field:
@@ -143,8 +142,8 @@ def _by_name(
     lost = sorted(set(listed) - set(names))
     if lost and not any("left out" in note for note in found.warnings):
         raise InputError(
-            f"{path}: lacks the plots {', '.join(lost[:5])} of the field table (it has {', '.join(names[:5])}"
-            f"{', …' if len(names) > 5 else ''}); add them or correct the plot_id."
+            f"{path}: lacks the plots {', '.join(lost[:5])} of the field table (it has {some(names, 5)}); add them or "
+            "correct the plot_id."
         )
     parts = []
     for k, plot in enumerate(found.plots):

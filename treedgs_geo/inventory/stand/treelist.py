@@ -15,7 +15,7 @@ from ...core.columns import columns, measured, numbers
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from ...core.tables import is_table, read_table
 from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ...stems.quality.repeated import find_repeated
@@ -85,7 +85,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     moved_m, typed = float(measured.attrs.get("moved_m", 0.0)), edited(measured)
     if "rev_flag" in measured:
         typed &= measured["rev_flag"].isna().to_numpy()
-    named = ", ".join(map(str, measured["tree_id"][typed].head(8)))
+    named = some(measured["tree_id"][typed], 8)
     # A tape's interval is that of the tape.
     measured = measured.assign(**{f"meas_{end}_cm": measured[f"dbh_{end}_cm"] for end in ("lo", "hi")})
     measured, review = reviewed(measured, path)
@@ -134,9 +134,9 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         )
     if typed.any():
         found.warnings.append(
-            f"The DBH of {count_of(int(typed.sum()), 'tree')} of {Path(path).name} (tree {named}"
-            f"{', …' if typed.sum() > 8 else ''}) is not that of the basal area: typed over the measured one, and "
-            "counted with its error; give taped DBHs by the verb review, which keeps both."
+            f"The DBH of {count_of(int(typed.sum()), 'tree')} of {Path(path).name} (tree {named}) is not that of the "
+            "basal area: typed over the measured one, and counted with its error; give taped DBHs by the verb review, "
+            "which keeps both."
         )
     if moved_m:
         found.warnings.append(
@@ -174,11 +174,11 @@ def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
     Raises:
         InputError: there are more.
     """
-    some = trees[trees[["x", "y", "dbh_cm"]].notna().all(axis=1)]
-    xy, radius = some[["x", "y"]].to_numpy(float), some["dbh_cm"].to_numpy(float) / 200
-    if len(some) < 2:
+    stems = trees[trees[["x", "y", "dbh_cm"]].notna().all(axis=1)]
+    xy, radius = stems[["x", "y"]].to_numpy(float), stems["dbh_cm"].to_numpy(float) / 200
+    if len(stems) < 2:
         return []
-    if repeated := find_repeated(xy, some["dbh_cm"].to_numpy(float)):
+    if repeated := find_repeated(xy, stems["dbh_cm"].to_numpy(float)):
         raise InputError(
             f"{path}: {repeated.text(len(xy))}; each would count double: register the scans and measure again, or keep "
             "one stem of each pair."
@@ -187,14 +187,13 @@ def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
     twice = np.hypot(*(xy[i] - xy[j]).T) < _INSIDE * (radius[i] + radius[j])
     if not twice.any():
         return []
-    ids = some["tree_id"].to_numpy()
-    named = ", ".join(f"{a} and {b}" for a, b in zip(ids[i[twice]][:5], ids[j[twice]][:5], strict=True))
-    more = ", …" if twice.sum() > 5 else ""
+    ids = stems["tree_id"].to_numpy()
+    named = some((f"{a} and {b}" for a, b in zip(ids[i[twice]], ids[j[twice]], strict=True)), 5)
     text = (
-        f"{path}: {count_of(int(twice.sum()), 'pair')} of trees stand in one another ({named}{more}): one stem "
+        f"{path}: {count_of(int(twice.sum()), 'pair')} of trees stand in one another ({named}): one stem "
         "measured twice counts twice; delete one of each pair, or merge them by the verb review."
     )
-    if twice.sum() >= 3 and twice.sum() > 0.05 * len(some):
+    if twice.sum() >= 3 and twice.sum() > 0.05 * len(stems):
         raise InputError(text)
     return [text]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from ...stems.quality.reasons import split_reasons
 
 #: With fewer measured trees than this a plot borrows from all plots, and evidence is not judged.
@@ -144,9 +144,8 @@ def sentences(gaps: Gaps, table: pd.DataFrame) -> list[str]:
     for why, text in words.items():
         trees = gaps.stems.loc[gaps.stems["why"] == why, "tree"].unique()
         if len(trees):
-            ids = [str(value) for value in table["tree_id"].to_numpy(object)[trees]]
-            named = ", ".join(ids[:10]) + (", …" if len(ids) > 10 else "")
-            found.append(f"Left out of every figure: {count_of(len(ids), 'stem')} {text} (tree {named}).")
+            named = some(table["tree_id"].to_numpy(object)[trees], 10)
+            found.append(f"Left out of every figure: {count_of(len(trees), 'stem')} {text} (tree {named}).")
     return found
 
 

@@ -11,7 +11,7 @@ from scipy import stats
 
 from ...core.errors import InputError
 from ...core.intervals import LEVEL
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from ..double_sampling.estimators import (
     ESTIMATORS,
     Corrected,
@@ -189,9 +189,8 @@ def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
     open_ = table["tree_id"][~answered]
     if len(open_):
         made.warnings.append(
-            f"Not taped: {count_of(len(open_), 'drawn tree')} ({', '.join(str(t) for t in open_[:10])}"
-            f"{', …' if len(open_) > 10 else ''}); the others of their stratum stand for them, which is right only if "
-            "what kept the crew away has nothing to do with the error."
+            f"Not taped: {count_of(len(open_), 'drawn tree')} ({some(open_, 10)}); the others of their stratum "
+            "stand for them, which is right only if what kept the crew away has nothing to do with the error."
         )
     if taped.n_frame and not len(taped.extra):
         made.notes.append(
