@@ -7,9 +7,15 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import TypeVar
 
 from .errors import MemoryShortage
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 #: Where a container's limit and use of memory stand (control groups, version 2).
 _CGROUP = Path("/sys/fs/cgroup")
@@ -24,6 +30,16 @@ def available_threads() -> int:
     """Threads to use: :func:`cores`; ``TREEDGS_THREADS`` sets it where several plots share a machine."""
     asked = os.environ.get("TREEDGS_THREADS", "")
     return int(asked) if asked.isdigit() and int(asked) else cores()
+
+
+def in_threads(work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
+    """``work`` of each item, in their order, at once on the threads to use. What has not begun is dropped where the
+    caller does not take the rest."""
+    workers = ThreadPoolExecutor(max(min(available_threads(), len(items)), 1))
+    try:
+        yield from workers.map(work, items)
+    finally:
+        workers.shutdown(cancel_futures=True)
 
 
 def ensure_code_cache() -> None:

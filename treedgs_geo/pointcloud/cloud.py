@@ -117,6 +117,15 @@ def thin(xyz: np.ndarray, cell_m: float, max_points: int = 1) -> np.ndarray:
     return _spread(np.ascontiguousarray(xyz, dtype=float), first * cell_m, cell_m, span, max_points)
 
 
+def grouped(label: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """``(numbers, groups)``: the (K,) different numbers above 0 in (N,) integers, ascending, and where each of them is,
+    ascending too."""
+    owned = np.flatnonzero(label > 0)
+    order = owned[np.argsort(label[owned], kind="stable")]
+    numbers, starts = np.unique(label[order], return_index=True)
+    return numbers, np.split(order, starts[1:]) if len(numbers) else []
+
+
 def slices(count: int, most: int = 2_000_000) -> Iterator[slice]:
     """Parts of ``count`` rows in their order, for work on large clouds in the memory of one part."""
     return (slice(start, min(start + most, count)) for start in range(0, count, most))

@@ -19,6 +19,7 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..inventory.evidence.cloud_sheet import SLICE_HEIGHTS, CloudEvidence, cloud_sheet
 from ..inventory.evidence.files import sheets_folder, trees_with_sheets, write_sheet, written_sheets
+from ..pointcloud.cloud import grouped
 from ..stems.quality.tree import Tree
 
 if TYPE_CHECKING:
@@ -99,12 +100,8 @@ def _write(
 
 def _own_points(xyz: np.ndarray, tree_id: np.ndarray, trees: list[Tree]) -> dict[int, np.ndarray]:
     """``tree_id`` -> (N, 3) its points."""
-    wanted = np.flatnonzero(np.isin(tree_id, [tree.tree_id for tree in trees]))
-    order = wanted[np.argsort(tree_id[wanted], kind="stable")]
-    if not len(order):
-        return {}
-    ids, starts = np.unique(tree_id[order], return_index=True)
-    return {int(k): xyz[part] for k, part in zip(ids, np.split(order, starts[1:]), strict=True)}
+    wanted = {tree.tree_id for tree in trees}
+    return {int(number): xyz[group] for number, group in zip(*grouped(tree_id), strict=True) if number in wanted}
 
 
 def _neighbourhood(xyz: np.ndarray, tree_id: np.ndarray) -> Callable[[float, float], np.ndarray]:

@@ -148,7 +148,7 @@ class Dtm:
         ).reshape(x.shape)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sampled(grid, x, y, east, north, inverse, bilinear):  # pragma: no cover - compiled
     """(N,) values of the grid at x + east, y + north: the nearest cell's, or blended from the known ones of four.
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
-from ..core.machine import available_threads, require_memory
+from ..core.machine import in_threads, require_memory
 from ..pointcloud.cloud import extent, slices
 from .dtm import Dtm, grid_over
 
@@ -47,8 +45,8 @@ def local_ground(
         kernel = np.exp(-0.5 * (distance / width[:, None]) ** 2)
         heights[low : low + batch] = _planes(here, points[index], kernel, width, noise_m)
 
-    with ThreadPoolExecutor(available_threads()) as workers:
-        list(workers.map(answer, range(0, len(query_xy), batch)))
+    for _ in in_threads(answer, range(0, len(query_xy), batch)):
+        pass
     return heights, support
 
 

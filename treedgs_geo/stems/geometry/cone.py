@@ -45,7 +45,11 @@ class Cone:
         """(..., 2) axis position at heights ``h``."""
         t = np.asarray(h, float) - self.h_ref
         x, y = self.x + (self.dx + 0.5 * self.bx * t) * t, self.y + (self.dy + 0.5 * self.by * t) * t
-        return np.array([x, y]) if t.ndim == 0 else np.stack([x, y], axis=-1)
+        if t.ndim == 0:
+            return np.array([x, y])
+        centre = np.empty((*t.shape, 2))  # np.stack takes as long as the rest
+        centre[..., 0], centre[..., 1] = x, y
+        return centre
 
     def radius(self, h: np.ndarray | float) -> np.ndarray:
         """Radius at heights ``h`` of the axis."""

@@ -13,12 +13,12 @@ SECTORS = 24
 CELL_M, PURITY_M, _ROWS = 0.10, 0.25, 64
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sector(dx, dy):  # pragma: no cover - compiled
     return int(np.floor((np.arctan2(dy, dx) + np.pi) / (2 * np.pi) * SECTORS)) % SECTORS
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sector_about(point, vector, h_ref):  # pragma: no cover - compiled
     """Sector of a point (3,) about the axis of a cone's ``vector``."""
     t = point[2] - h_ref
@@ -28,7 +28,7 @@ def _sector_about(point, vector, h_ref):  # pragma: no cover - compiled
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def bark_weights(points, others, vector, h_ref, sigma, floor_m, roundness):  # pragma: no cover - compiled
     """(N,) weights that keep a dense side from pulling an uneven stem, noise^2 / (noise^2 + n_sector shape^2), and (N,)
     share of each point's row that is bark: (density on it - density just outside) / density on it.
@@ -60,7 +60,7 @@ def bark_weights(points, others, vector, h_ref, sigma, floor_m, roundness):  # p
     return balance, purity
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def bark_cells(points, on, vector, h_ref):  # pragma: no cover - compiled
     """How many cells (row of 10 cm x sector) hold one of the (N, 3) points that ``on`` (N,) marks."""
     low, high = 1 << 30, -(1 << 30)
@@ -77,7 +77,7 @@ def bark_cells(points, on, vector, h_ref):  # pragma: no cover - compiled
     return seen.sum()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def near_bark(points, vector, h_ref, half_m, reach_m):  # pragma: no cover - compiled
     """Indices of the (N, 3) points within ``half_m`` of the height ``h_ref`` and ``reach_m`` of the bark."""
     found = np.empty(points.shape[0], np.int64)
@@ -92,7 +92,7 @@ def near_bark(points, vector, h_ref, half_m, reach_m):  # pragma: no cover - com
     return found[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def slice_rows(
     flat, heights, weights, centres, thickness, radius, taper, h_ref, noise, floor
 ):  # pragma: no cover - compiled
@@ -137,7 +137,7 @@ def slice_rows(
     return rows[:count].copy()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def ellipse(points, weights, x, y, r, noise):  # pragma: no cover - compiled
     """:func:`.ellipse.fit_ellipse` from a ring: whether it held, (5,) x, y, mean radius and its second harmonic, and
     (4,) mean squares of the circle's and of the ellipse's residuals over sectors, their noise, the sectors filled."""

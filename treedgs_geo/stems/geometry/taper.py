@@ -155,7 +155,7 @@ def taper_line(
     return best[1]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _robust_line(basis, y, s, precision, pull, shared):  # pragma: no cover - compiled
     """Bisquare re-weighted least squares with a prior: line (K,), normal (K, K), residuals and weights (S,), scale."""
     n, k = basis.shape

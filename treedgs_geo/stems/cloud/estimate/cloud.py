@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ....core.errors import InputError
+from ....core.machine import in_threads
 from ....core.map_scale import ground_scale
 from ....core.progress import Reporter
 from ....core.seeding import own_order
@@ -16,6 +17,7 @@ from ...quality.limits import judge
 from ...quality.methods import points_method
 from ...quality.proportions import check_heights
 from ...quality.tree import Tree, on_ground
+from ..propose.candidate_check import ConeStem
 from ..propose.options import SegmentOptions
 from ..propose.segment import StemMap, find_stems, guess_sensor, label_points
 from ..propose.sensors import SENSORS, Sensor
@@ -24,7 +26,7 @@ from .frames import Surroundings, TreeFrame
 from .heights import tree_heights
 from .options import MeasureOptions
 from .passes import Passes, fit_passes
-from .scans import fitted_together
+from .scans import Scanned, fitted_together
 from .stem import measure_points
 from .stem_measure import StemMeasure, refuse
 from .track import SensorTrack
@@ -60,13 +62,14 @@ def measure_cloud(
             height = height_above_ground(cloud.xyz, dtm)
             stems = find_stems(cloud, dtm, segment_options(options), reporter, height=height)
             tree_id = label_points(cloud.xyz, height, stems)
-        together = fitted_together(cloud, tree_id, height, stems, reporter) if attempt < MAX_ROUNDS - 1 else None
+        scanned = Scanned(cloud, tree_id, SENSORS[stems.sensor])
+        together = fitted_together(cloud, scanned, height, stems, reporter) if attempt < MAX_ROUNDS - 1 else None
         if together is None:
             break
         cloud = together
     reporter.info(f"{len(stems.stems)} stems found ({stems.sensor} settings).")
     with reporter.stage("measure stems", 0.6, 1.0):
-        trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems, height)
+        trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems, height, scanned)
     return trees, tree_id
 
 
@@ -78,13 +81,14 @@ def measure_stems(
     reporter: Reporter | None = None,
     stems: StemMap | None = None,
     height: np.ndarray | None = None,
+    scanned: Scanned | None = None,
 ) -> list[Tree]:
     """Measure segmented stems.
 
     tree_id: (N,) integers, <= 0 = no stem. stems: the map that gave the ids, if they are ours (starting values, and the
-    labels of crowded points). height: (N,) above the terrain, where it has been computed. One bad tree never ends the
-    run: it gets a reason. Deterministic for a seed. Diameters are lengths on the ground: what the map's scale adds in
-    the cloud's CRS is taken off here.
+    labels of crowded points). height: (N,) above the terrain, scanned: of this cloud and ids, where known. One bad
+    tree never ends the run: it gets a reason. Deterministic for a seed. Diameters are lengths on the ground: what the
+    map's scale adds in the cloud's CRS is taken off here.
 
     Raises:
         InputError: the attribute that ``weights`` names is missing. CRSError: the cloud's CRS stretches lengths by more
@@ -98,10 +102,9 @@ def measure_stems(
         return []
     if height is None:
         height = height_above_ground(cloud.xyz, dtm)
-    order = owned[np.argsort(tree_id[owned], kind="stable")]
-    ids, starts = np.unique(tree_id[order], return_index=True)
-    groups = np.split(order, starts[1:])
     sensor = SENSORS[_source(cloud, height, options, stems, owned)]
+    scanned = scanned or Scanned(cloud, tree_id, sensor)
+    ids, groups = scanned.ids, scanned.groups
     frames = [
         TreeFrame.of(cloud, group, dtm, *((stems.stems[tree - 1].cone, stems.origin) if stems is not None else ()))
         for tree, group in zip(ids, groups, strict=True)
@@ -116,14 +119,16 @@ def measure_stems(
     elif sensor.solid and options.fit == "circle":
         results = by_filling(groups, frames, weights, options)
     else:
-        results = []
-        around, passes = Surroundings.of(cloud, tree_id, height), Passes(cloud.attributes, len(cloud), groups)
-        track = SensorTrack.of(cloud.xyz, cloud.attributes) if sensor.calibrated else None
-        for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
-            results.append(
-                _measure_one(frame, group, weights, sensor, options, stems, int(tree), around, passes, track)
-            )
-            reporter.progress((number + 1) / len(ids))
+        results, around = [], Surroundings.of(cloud, tree_id, height)
+        passes, track = scanned.passes, scanned.track
+
+        def measure(k: int) -> StemMeasure:
+            stem = stems.stems[int(ids[k]) - 1] if stems is not None else None
+            return _measure_one(frames[k], groups[k], weights, sensor, options, stem, around, passes, track)
+
+        for measured in in_threads(measure, range(len(ids))):
+            results.append(measured)
+            reporter.progress(len(results) / len(ids))
     if sensor.calibrated:
         results = beside_the_others(results)
     trees = [
@@ -179,8 +184,7 @@ def _measure_one(
     weights: np.ndarray | None,
     sensor: Sensor,
     options: MeasureOptions,
-    stems: StemMap | None,
-    tree: int,
+    stem: ConeStem | None,
     around: Surroundings,
     passes: Passes,
     track: SensorTrack | None,
@@ -200,7 +204,6 @@ def _measure_one(
     if options.fit == "cylinder":
         return by_cylinder(points, options)
     start = frame.start
-    stem = stems.stems[tree - 1] if stems is not None else None
     if stem is not None:
         if stem.refused:
             return refuse(stem.refused, cone=frame.start, points=len(points))

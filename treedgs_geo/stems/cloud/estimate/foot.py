@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....pointcloud.cloud import grouped
 from ....terrain.cloud_ground import LOWEST_SE_M, CloudGround
 from ...geometry.circles import fit_circle
 from ...quality.ground import with_ground_error
@@ -97,11 +98,9 @@ def stem_feet(xyz: np.ndarray, tree_id: np.ndarray, height: np.ndarray) -> tuple
     """``(ids, (K, 2) places, (K,) radii)`` of the trees in (N, 3) labelled points: the middle of each one's points
     from 1 to 2 m (of all, where it has none there), and their median distance from it. height: (N,) above the ground.
     """
-    owned = np.flatnonzero(tree_id > 0)
-    order = owned[np.argsort(tree_id[owned], kind="stable")]
-    ids, starts = np.unique(tree_id[order], return_index=True)
+    ids, groups = grouped(tree_id)
     places, radii = np.empty((len(ids), 2)), np.empty(len(ids))
-    for k, group in enumerate(np.split(order, starts[1:]) if len(ids) else []):
+    for k, group in enumerate(groups):
         with np.errstate(invalid="ignore"):
             low = group[(height[group] > 1.0) & (height[group] < 2.0)]
         xy = xyz[low if len(low) else group, :2]

@@ -146,15 +146,26 @@ def canopy_of_points(
         (R, C), NaN where there is none, and that point's number (R, C), -1.
     """
     low, span = box[:2], box[2:] - box[:2]
-    canopy = xyz[height > _MIN_M, :2]
-    canopy = canopy[((canopy >= low) & (canopy < box[2:])).all(axis=1)]
-    covered_m2 = len(np.unique(np.floor(canopy - low) @ [1j, 1.0]))
-    cell = max(_CELL_M, float(np.sqrt(_POINTS_A_CELL * covered_m2 / max(len(canopy), 1))))
+    count, covered_m2 = _covered(xyz, height, low, box[2:], _MIN_M)
+    cell = max(_CELL_M, float(np.sqrt(_POINTS_A_CELL * covered_m2 / max(count, 1))))
     columns, rows = (int(n) for n in np.ceil(span / cell))
     highest = _highest(xyz, height, low, cell, rows, columns, _MIN_M, _KEPT)
     point = _supported(highest, height, _OTHERS, _NEAR_M)
     top = np.where(point >= 0, height[point], np.nan)
     return low[0] + (np.arange(columns) + 0.5) * cell, low[1] + (np.arange(rows) + 0.5) * cell, top, point
+
+
+@njit(cache=True)
+def _covered(xyz, height, low, high, least):  # pragma: no cover - compiled
+    """How many points above ``least`` lie in the box, and in how many square metres of it."""
+    there = np.zeros((int(np.ceil(high[0] - low[0])) + 1, int(np.ceil(high[1] - low[1])) + 1), np.bool_)
+    count = 0
+    for m in range(xyz.shape[0]):
+        x, y = xyz[m, 0], xyz[m, 1]
+        if height[m] > least and low[0] <= x < high[0] and low[1] <= y < high[1]:
+            there[int(x - low[0]), int(y - low[1])] = True
+            count += 1
+    return count, there.sum()
 
 
 @njit(cache=True)

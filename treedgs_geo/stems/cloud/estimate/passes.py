@@ -187,7 +187,7 @@ def fit_passes(
     arc = 360.0 / SECTORS * (seen > 0.02 * count[:, None]).sum(axis=1)
     faced = _faced(cone.azimuths(points), label, passes, towards)
     points, label, t = points[faced], label[faced], t[faced]
-    plain, *_ = _solve(points, label, cone, t, passes, floor_m, shifts=False)
+    plain, *_ = _solve(points, label, cone, t, 0, floor_m)
     moved, state, covariance = _solve(points, label, cone, t, passes, floor_m)
     return PassFit(
         keys,
@@ -294,22 +294,24 @@ def _solve(
     t: np.ndarray,
     passes: int,
     floor_m: float,
-    shifts: bool = True,
 ) -> tuple[float, np.ndarray, np.ndarray]:
-    """Minus log likelihood (own spread), changes (x, y, lean, lean, radius, taper, section, shifts), covariance.
+    """Minus log likelihood (own spread), changes (x, y, lean, lean, radius, taper, section, shifts of ``passes``),
+    covariance. passes: 0 = none is moved.
 
     The section is free to be no circle: what one pass shows is then its own, and only where two passes show one side
     at different distances do they not fit together."""
     rows = np.arange(len(points))
     state = np.zeros(_FIRST + 2 * passes)
     sd = np.r_[1.0, 1.0, 0.05, 0.05, 1.0, 0.002, np.full(_FIRST - 6, SECTION_SD * cone.r)]
-    sd = np.r_[sd, np.full(2 * passes, SHIFT_SD_M if shifts else 1e-6)]
+    sd = np.r_[sd, np.full(2 * passes, SHIFT_SD_M)]
     flat0, radius0 = points[:, :2] - cone.centre(points[:, 2]), cone.radius(points[:, 2])
     spread = 0.02
     inverse = np.eye(len(state))
     for scale in SCALES_M:
         offset = np.column_stack([state[0] + state[2] * t, state[1] + state[3] * t])
-        flat = flat0 - offset - state[_FIRST:].reshape(passes, 2)[label]
+        flat = flat0 - offset
+        if passes:
+            flat -= state[_FIRST:].reshape(passes, 2)[label]
         away = np.maximum(np.hypot(flat[:, 0], flat[:, 1]), 1e-6)
         turn = (flat[:, 0] + 1j * flat[:, 1]) / away
         section = np.column_stack([part for k in (2, 3, 4) for part in ((turn**k).real, (turn**k).imag)])
@@ -321,7 +323,8 @@ def _solve(
         c, s = turn.real, turn.imag
         design = np.zeros((len(points), len(state)))
         design[:, :_FIRST] = np.column_stack([c, s, c * t, s * t, np.ones(len(t)), t, section])
-        design[rows, _FIRST + 2 * label], design[rows, _FIRST + 1 + 2 * label] = c, s
+        if passes:
+            design[rows, _FIRST + 2 * label], design[rows, _FIRST + 1 + 2 * label] = c, s
         weighted = (design * weight[:, None]).T / spread**2
         inverse = np.linalg.inv(weighted @ design + np.diag(1 / sd**2))
         state = state + inverse @ (weighted @ e - state / sd**2)

@@ -129,7 +129,7 @@ def kurtosis(e: np.ndarray, spread: float) -> float:
     return float(np.mean((core - core.mean()) ** 4) / core.var() ** 2 - 3) if len(core) >= FLAT_POINTS else 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _groups(e, middle, spread, share):  # pragma: no cover - compiled
     """Log likelihood, middles, spreads, shares and (K, N) memberships of normal groups and an even background (EM)."""
     groups, n = len(middle), len(e)

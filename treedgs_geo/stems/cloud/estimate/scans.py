@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
+from ....core.machine import in_threads
 from ....core.progress import Reporter
-from ....pointcloud.cloud import PointCloud
+from ....pointcloud.cloud import PointCloud, grouped, slices
+from ...geometry.cone import Cone
 from ...quality.priors import BREAST_HEIGHT_M
 from ..propose.nearby import Nearby
 from ..propose.segment import StemMap
-from ..propose.sensors import SENSORS
+from ..propose.sensors import SENSORS, Sensor
 from .passes import REACH_M, Passes, PassFit, common_shifts, fit_passes
 from .track import SensorTrack
 
@@ -21,46 +24,59 @@ MAX_POINTS = 3_000_000
 SAID_M = 0.02
 
 
+class Scanned:
+    """What a cloud's stems were seen with, each found where it is asked for first. ids: (K,) of the stems. groups: the
+    points of each."""
+
+    def __init__(self, cloud: PointCloud, tree_id: np.ndarray, sensor: Sensor) -> None:
+        self._cloud, self._sensor = cloud, sensor
+        self.ids, self.groups = grouped(tree_id)
+
+    @cached_property
+    def passes(self) -> Passes:
+        """Which pass each point belongs to."""
+        return Passes(self._cloud.attributes, len(self._cloud), self.groups)
+
+    @cached_property
+    def track(self) -> SensorTrack | None:
+        """Where the scanner was; ``None`` where that is not known, or tells nothing about the error."""
+        return SensorTrack.of(self._cloud.xyz, self._cloud.attributes) if self._sensor.calibrated else None
+
+
 def fitted_together(
-    cloud: PointCloud, tree_id: np.ndarray, height: np.ndarray, stems: StemMap, reporter: Reporter
+    cloud: PointCloud, scanned: Scanned, height: np.ndarray, stems: StemMap, reporter: Reporter
 ) -> PointCloud | None:
     """The cloud, its scans moved onto one another; ``None`` where they fit, where nothing tells them apart, or where
-    the stems do not agree. tree_id, height: (N,) of the points."""
-    owned = np.flatnonzero(tree_id > 0)
-    order = owned[np.argsort(tree_id[owned], kind="stable")]
-    groups = np.split(order, np.flatnonzero(np.diff(tree_id[order])) + 1) if len(order) else []
-    passes = Passes(cloud.attributes, len(cloud), groups)
-    if not groups or not np.ptp(passes.keys(order)):
+    the stems do not agree. height: (N,) of the points."""
+    passes = scanned.passes
+    if not scanned.groups or not np.ptp(passes.keys(np.concatenate(scanned.groups))):
         return None
     with np.errstate(invalid="ignore"):
         band = np.flatnonzero((height > 0.3) & (height < 4.5))
     band = band[:: max(len(band) // MAX_POINTS, 1)]
     around = Nearby(np.column_stack([cloud.xyz[band, :2] - stems.origin, height[band]]))
-    sensor = SENSORS[stems.sensor]
-    track = SensorTrack.of(cloud.xyz, cloud.attributes) if sensor.calibrated else None
-    fits: list[PassFit] = []
-    for stem in stems.stems:
-        if stem.refused:
-            continue
-        near = around.within(
-            stem.cone.centre(BREAST_HEIGHT_M), float(stem.cone.radius(BREAST_HEIGHT_M)) + 2 * REACH_M + 0.1
-        )
+    track, floor_m = scanned.track, SENSORS[stems.sensor].floor_m
+
+    def passes_at(cone: Cone) -> PassFit | None:
+        reach = float(cone.radius(BREAST_HEIGHT_M)) + 2 * REACH_M + 0.1
+        near = around.within(cone.centre(BREAST_HEIGHT_M), reach)
         label = passes.of(band[near])
-        if label.any():
-            key, towards = passes.keys(band[near]), None if track is None else track.towards(band[near])
-            fits.append(
-                fit_passes(around.points[near], label, key, stem.cone, BREAST_HEIGHT_M, sensor.floor_m, towards)
-            )
-    shifts = common_shifts(fits)
+        if not label.any():
+            return None
+        key, towards = passes.keys(band[near]), None if track is None else track.towards(band[near])
+        return fit_passes(around.points[near], label, key, cone, BREAST_HEIGHT_M, floor_m, towards)
+
+    fits = in_threads(passes_at, [stem.cone for stem in stems.stems if not stem.refused])
+    shifts = common_shifts([fit for fit in fits if fit is not None])
     if not shifts:
         return None
     names = np.array(sorted(shifts))
     table = np.vstack([[shifts[name] for name in names], np.zeros(2)])
-    key = passes.keys(np.arange(len(cloud)))
-    place = np.minimum(np.searchsorted(names, key), len(names) - 1)
-    place = np.where(names[place] == key, place, len(names))
     xyz = cloud.xyz.copy()
-    xyz[:, :2] -= table[place]
+    for part in slices(len(xyz)):
+        key = passes.keys(np.arange(part.start, part.stop))
+        place = np.minimum(np.searchsorted(names, key), len(names) - 1)
+        xyz[part, :2] -= table[np.where(names[place] == key, place, len(names))]
     far = np.hypot(*table.T).max()
     say = reporter.warn if far > SAID_M else reporter.info
     say(f"The scans or flight lines do not fit together: {len(names)} were moved by up to {100 * far:.1f} cm.")

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from ....core.machine import in_threads
+from ....pointcloud.cloud import grouped
 from ...geometry.cone import Cone, fit_cone
 from ...geometry.slices import across_axis
 from ...quality.priors import USUAL_TAPER
@@ -59,32 +61,29 @@ def stem_sections(xyz: np.ndarray, tree_id: np.ndarray, trees: list[Tree]) -> li
 
     xyz: (N, 3) project metres. tree_id: (N,) integers.
     """
-    owned = np.flatnonzero(tree_id > 0)
-    if not len(owned):
-        return []
-    order = owned[np.argsort(tree_id[owned], kind="stable")]
-    ids, starts = np.unique(tree_id[order], return_index=True)
-    groups = dict(zip(ids.tolist(), np.split(order, starts[1:]), strict=True))
-    rows = []
-    for tree in trees:
-        if tree.dbh_cm is None or tree.z_ground is None or tree.tree_id not in groups:
-            continue
-        points = xyz[groups[tree.tree_id]] - [tree.x, tree.y, tree.z_ground]
-        for section in sections_of(points, tree.dbh_cm, tree.bh_m):
-            rows.append(
-                {
-                    "tree_id": int(tree.tree_id),
-                    "height_m": round(section.height, 2),
-                    "d_cm": round(200 * section.radius, 2),
-                    "d_se_cm": round(section.se_cm, 2),
-                    "rms_cm": round(100 * section.rms_m, 2),
-                    "n_pts": section.n_points,
-                    "arc_deg": section.arc_deg,
-                    "x": float(section.centre[0] + tree.x),
-                    "y": float(section.centre[1] + tree.y),
-                }
-            )
-    return rows
+    ids, parts = grouped(tree_id)
+    groups = dict(zip(ids.tolist(), parts, strict=True))
+    measured = [t for t in trees if t.dbh_cm is not None and t.z_ground is not None and t.tree_id in groups]
+
+    def of(tree: Tree) -> list[_Section]:
+        assert tree.dbh_cm is not None and tree.z_ground is not None
+        return sections_of(xyz[groups[tree.tree_id]] - [tree.x, tree.y, tree.z_ground], tree.dbh_cm, tree.bh_m)
+
+    return [
+        {
+            "tree_id": int(tree.tree_id),
+            "height_m": round(section.height, 2),
+            "d_cm": round(200 * section.radius, 2),
+            "d_se_cm": round(section.se_cm, 2),
+            "rms_cm": round(100 * section.rms_m, 2),
+            "n_pts": section.n_points,
+            "arc_deg": section.arc_deg,
+            "x": float(section.centre[0] + tree.x),
+            "y": float(section.centre[1] + tree.y),
+        }
+        for tree, sections in zip(measured, in_threads(of, measured), strict=True)
+        for section in sections
+    ]
 
 
 def sections_of(points: np.ndarray, dbh_cm: float, bh_m: float) -> list[_Section]:
@@ -176,6 +175,8 @@ def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
         return None
     sector = np.floor((cone.azimuths(flat[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     arc = 360.0 / _SECTORS * len(np.unique(sector))
+    if arc < MIN_ARC_DEG:
+        return None
     rms = float(np.sqrt(np.mean(residual[on] ** 2)))
     d_cm = 200 * cone.r
     parts = (
@@ -187,7 +188,7 @@ def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
         FLOOR_SHARE * d_cm,
     )
     se = float(np.sqrt(np.square(parts).sum()))
-    if arc < MIN_ARC_DEG or se > _SE_SHARE * d_cm:
+    if se > _SE_SHARE * d_cm:
         return None
     centre = predicted.centre(height) + [cone.x, cone.y]
     return _Section(float(height), centre, float(cone.r), se, rms, int(on.sum()), arc)

@@ -12,31 +12,23 @@ from .sensors import tolerance
 FOOT_M, LIMB_M = (0.4, 1.5), 1.6
 #: A limb has less than this share of its own density of points at the foot; its stem more than the second.
 OWN_FOOT, STEM_FOOT = 0.2, 0.4
-#: Limbs start this close to the bark of their stem, m.
-JOINS_M = 0.15
+#: Limbs start this close to the bark of their stem at one of these heights, m.
+JOINS_M, _JOINED_AT_M = 0.15, (1.3, 2.0, 3.0)
 
 
 def without_limbs(search: Search, found: list[ConeStem]) -> list[ConeStem]:
     """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
-    limbs = {
-        number
-        for number, limb in enumerate(found)
-        for other, stem in enumerate(found)
-        if number != other
-        and not stem.refused
-        and not stem.at_seed
-        and _near(limb, stem)
-        and _is_limb(search, limb, stem)
-    }
+    at = np.array([[*stem.cone.centre(h), stem.cone.radius(h)] for stem in found for h in _JOINED_AT_M])
+    at = at.reshape(len(found), len(_JOINED_AT_M), 3)
+    limbs = set()
+    for number, limb in enumerate(found):
+        # Stems whose axes come close enough for this one to grow out of them.
+        gap = np.hypot(at[:, :, 0] - at[number, :, 0], at[:, :, 1] - at[number, :, 1])
+        for other in np.flatnonzero((gap < at[:, :, 2] + at[number, :, 2] + JOINS_M).any(axis=1)):
+            stem = found[other]
+            if other != number and not stem.refused and not stem.at_seed and _is_limb(search, limb, stem):
+                limbs.add(number)
     return [stem for number, stem in enumerate(found) if number not in limbs]
-
-
-def _near(one: ConeStem, other: ConeStem) -> bool:
-    """Do the axes come close enough below 4 m for one to grow out of the other?"""
-    return any(
-        np.hypot(*(one.cone.centre(h) - other.cone.centre(h))) < one.cone.radius(h) + other.cone.radius(h) + JOINS_M
-        for h in (1.3, 2.0, 3.0)
-    )
 
 
 def _is_limb(search: Search, limb: ConeStem, stem: ConeStem) -> bool:

@@ -8,14 +8,13 @@ near a stem gets its ``tree_id``. Parameters follow treeX for drone LiDAR where 
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
-from ....core.machine import available_threads
+from ....core.machine import in_threads
 from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud, extent
 from ....terrain.dtm import Dtm
@@ -107,10 +106,9 @@ def find_stems(
         low, high = tile * TILE_M - OUTSIDE_M, (tile + 1) * TILE_M + OUTSIDE_M
         return [stem for stem, foot in zip(stems, feet, strict=True) if ((foot > low) & (foot < high)).all()]
 
-    with ThreadPoolExecutor(max(min(available_threads(), len(tiles)), 1)) as workers:
-        for number, stems in enumerate(workers.map(stems_in, tiles)):
-            found += stems
-            reporter.progress((number + 1) / len(tiles))
+    for number, in_tile in enumerate(in_threads(stems_in, tiles)):
+        found += in_tile
+        reporter.progress((number + 1) / len(tiles))
     return StemMap.of(without_doubles(found), origin, source)
 
 
