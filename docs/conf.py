@@ -88,7 +88,9 @@ class FrontDoor(SphinxDirective):
             first = re.split(r"(?<=[.:])\s", " ".join(line.strip() for line in lines))[0].rstrip(":.")
             first = re.sub(r":\w+:`[~.]*([^`]*)`", r"``\1``", first)
             home = f"{found.__module__}.{found.__qualname__}"
-            text += [f"   * - :py:obj:`tg.{name} <{home}>`", f"     - {first}", ""]
+            verb = treedgs_geo._VERBS.get(name)
+            shown = f"``tg.{name}``, the verb ``{verb}``" if verb else f":py:obj:`tg.{name} <{home}>`"
+            text += [f"   * - {shown}", f"     - {first}", ""]
         return self.parse_text_to_nodes("\n".join(text))
 
 

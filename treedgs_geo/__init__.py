@@ -1,8 +1,8 @@
 """TreeDGS: diameters at breast height from drone photos or LiDAR clouds.
 
 The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`.api.measure_photos`,
-:func:`.api.measure_cloud` and what they read and return; the names load when they are first used. The rooms behind
-them, and the order in which they import one another, are in ``docs/developer/developing.md`` and ``.importlinter``.
+:func:`.api.measure_cloud`, every other verb as a function (:func:`.api.verb_function`), and what they read and return;
+the names load when they are first used. The rooms behind them, and the order in which they import one another, are in ``docs/developer/developing.md`` and ``.importlinter``.
 """
 
 # Nothing is imported here: ``python -m treedgs_geo`` in a folder with a typing.py of its own would run that one before
@@ -12,7 +12,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .api import measure_cloud, measure_photos
+    from .api import Result, measure_cloud, measure_photos
     from .core.errors import TreeDGSError
     from .core.progress import Reporter
     from .geotags.reading import read_stations
@@ -30,8 +30,32 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 
+#: Function -> verb, in the order of the work; a room has the plain name of two. ``photos-to-dbh`` and
+#: ``pointcloud-to-dbh`` are measure_photos and measure_cloud.
+_VERBS = {
+    "plan_flight": "plan-flight",
+    "measure_campaign": "campaign",
+    "geotag": "geotag",
+    "reconstruct": "reconstruct",
+    "model_terrain": "terrain",
+    "fit_gaussians": "fit-gaussians",
+    "sample_surface": "sample-surface",
+    "segment_stems": "segment-stems",
+    "measure_dbh": "measure-dbh",
+    "review": "review",
+    "match_plots": "match-plots",
+    "evaluate": "evaluate",
+    "tape_sample": "tape-sample",
+    "tape_check": "tape-check",
+    "stand_table": "stand-table",
+    "compare": "compare",
+    "benchmark": "benchmark",
+    "simulate_plot": "simulate-plot",
+    "doctor": "doctor",
+}
 #: Name -> module that has it.
 _HOMES = {
+    "Result": "api",
     "measure_photos": "api",
     "measure_cloud": "api",
     "read_stations": "geotags.reading",
@@ -52,38 +76,21 @@ _HOMES = {
     "Reporter": "core.progress",
     "TreeDGSError": "core.errors",
 }
-__all__ = [
-    "Dtm",
-    "PointCloud",
-    "Reporter",
-    "Stations",
-    "Tree",
-    "TreeDGSError",
-    "explain",
-    "fit_circle",
-    "measure_cloud",
-    "measure_photos",
-    "read_cloud",
-    "read_dtm",
-    "read_stations",
-    "read_trees",
-    "review_trees",
-    "reviewed",
-    "tree_table",
-    "write_cloud",
-    "write_trees",
-]
+__all__ = [*_HOMES, *_VERBS]
 
 
 def __getattr__(name: str) -> "Any":
     import importlib
 
-    if name not in _HOMES:
+    if name in _VERBS:
+        found = importlib.import_module(".api", __name__).verb_function(_VERBS[name])
+    elif name in _HOMES:
+        found = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+    else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
     globals()[name] = found
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(["__version__", *__all__])

@@ -1,22 +1,31 @@
-"""The front door of the library: photos or a cloud in, a table of trees out.
+"""The front door of the library: photos or a cloud in, a table of trees out; and every verb as a function.
 
 Every name here is also an attribute of the package itself::
 
     import treedgs_geo as tg
 
     trees = tg.measure_cloud("plot.laz")
+    stand = tg.stand_table(trees="trees.gpkg", plots="plots.csv")
+    print(stand.ba_m2_ha, stand.ba_se_m2_ha)
 """
 
 from __future__ import annotations
 
+import inspect
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import MISSING
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .core.command import ordered_params
 from .core.errors import InputError
 from .core.outputs import checked_paths
 from .core.progress import Reporter
-from .core.settings import build, params_of
+from .core.settings import Param, build, params_of
 from .run.settings import PhotosToDbhSettings, PointcloudToDbhSettings
+from .verbs import get_command
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -141,3 +150,109 @@ def measure_cloud(
     check(ground, job)
     run_stages((ground, stems), job, Steps(None, reporter, {ground.name: 0.3, stems.name: 0.7}))
     return tree_table(job.trees, job.crs)
+
+
+class Result(dict[str, Any]):
+    """What a verb gives: its figures, and the paths of its files, by name and as attributes.
+
+    Files of an output that was not asked for lie in a temporary folder that goes when the result does.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> found = tg.Result(n_trees=3, output=work / "trees.gpkg")
+        >>> found.n_trees
+        3
+    """
+
+    #: Holds what was not asked for.
+    _temporary: tempfile.TemporaryDirectory | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self:
+            return self[name]
+        raise AttributeError(f"the result has no {name!r}, it has {', '.join(self)}")
+
+    def read(self, name: str = "output", layer: str | None = None) -> gpd.GeoDataFrame:
+        """A layer (or CSV) that the verb wrote. name: of the result. layer: of a GeoPackage with several.
+
+        Raises:
+            InputError: the result has no such file, or the file no such layer.
+        """
+        import geopandas as gpd
+        import pyogrio
+
+        path = self.get(name)
+        if not isinstance(path, Path) or not path.is_file():
+            files = [key for key, value in self.items() if isinstance(value, Path) and value.is_file()]
+            raise InputError(f"{name}: is no file of this result; its files are {', '.join(files) or 'none'}.")
+        layers = pyogrio.list_layers(path)[:, 0].tolist()
+        if layer is not None and layer not in layers:
+            raise InputError(f"{path}: has no layer {layer!r}, expected one of {', '.join(layers)}.")
+        return gpd.read_file(path, layer=layer)
+
+
+def verb_function(verb: str) -> Callable[..., Result]:
+    """The function of a verb: keyword arguments by the names that the command line has, ``reporter`` beside them.
+
+    What it asks for as output may be left out: see :class:`Result`.
+    """
+    command = get_command(verb)
+
+    def call(*, reporter: Reporter | None = None, **settings: Any) -> Result:
+        result = Result()
+        given = {name: value for name, value in settings.items() if value is not None}
+        for name, spec, default in params_of(command.settings):
+            if default is MISSING and spec.kind.startswith("output_") and name not in given:
+                result._temporary = result._temporary or tempfile.TemporaryDirectory(prefix="treedgs-")
+                ending = f".{spec.suffixes[0].lstrip('.')}" if spec.kind == "output_file" else ""
+                given[name] = Path(result._temporary.name) / f"{name}{ending}"
+        chosen = build(command.settings, given)
+        with checked_paths(chosen):
+            found = command.run(chosen, reporter or Reporter())
+        result.update((key, _as_path(value)) for key, value in found.items())
+        return result
+
+    call.__name__ = call.__qualname__ = verb.replace("-", "_")
+    call.__module__ = __name__
+    call.__doc__ = _doc(command.summary, command.help, ordered_params(command), command.outputs)
+    call.__signature__ = _signature(ordered_params(command))  # type: ignore[attr-defined]
+    return call
+
+
+def _as_path(value: Any) -> Any:
+    """Text that names a file or folder that is there, as a path."""
+    named = isinstance(value, str) and (Path(value).suffix or len(Path(value).parts) > 1)
+    return Path(value) if named and os.path.exists(value) else value
+
+
+#: Kind of a parameter -> the type of its argument; what is not here is a path.
+_TYPES = {"integer": "int", "number": "float", "flag": "bool", "text": "str", "crs": "str", "choice": "str"}
+
+
+def _signature(params: list[tuple[str, Param, Any]]) -> inspect.Signature:
+    arguments = []
+    for name, spec, default in params:
+        left_out = default if default is not MISSING or not spec.kind.startswith("output_") else None
+        kind = _TYPES.get(spec.kind, "str | Path") + (" | None" if left_out is None else "")
+        default = inspect.Parameter.empty if left_out is MISSING else left_out
+        arguments.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind))
+    reporter = inspect.Parameter("reporter", inspect.Parameter.KEYWORD_ONLY, default=None, annotation="Reporter | None")
+    return inspect.Signature([*arguments, reporter], return_annotation="Result")
+
+
+def _doc(summary: str, text: str, params: list[tuple[str, Param, Any]], outputs: dict[str, str]) -> str:
+    """A docstring in the form of the others, of what is declared once for all faces."""
+
+    def line(name: str, spec: Param) -> str:
+        choices = f" One of {', '.join(spec.choices)}." if spec.choices else ""
+        return f"    {name}: {spec.help.rstrip('.')}{f', {spec.unit}' if spec.unit else ''}.{choices}"
+
+    lines = [summary, "", text, "", "Args:", *(line(name, spec) for name, spec, _ in params)]
+    lines += ["    reporter: where progress, warnings and results go; ``None`` = nowhere.", "", "Returns:"]
+    lines += [f"    {key}: {meaning}." for key, meaning in outputs.items()]
+    lines += [
+        "",
+        "Raises:",
+        "    TreeDGSError: one sentence with the file, what was found, what was expected, what to do.",
+    ]
+    return "\n".join(lines)
