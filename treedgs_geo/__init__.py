@@ -2,7 +2,8 @@
 
 The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`.api.measure_photos`,
 :func:`.api.measure_cloud`, every other verb as a function (:func:`.api.verb_function`), and what they read and return;
-the names load when they are first used. The rooms behind them, and the order in which they import one another, are in ``docs/developer/developing.md`` and ``.importlinter``.
+the names load when they are first used. The rooms behind them, and the order in which they import one another, are in
+``docs/developer/developing.md`` and ``.importlinter``.
 """
 
 # Nothing is imported here: ``python -m treedgs_geo`` in a folder with a typing.py of its own would run that one before
@@ -76,7 +77,29 @@ _HOMES = {
     "Reporter": "core.progress",
     "TreeDGSError": "core.errors",
 }
-__all__ = [*_HOMES, *_VERBS]
+__all__ = [
+    "Dtm",
+    "PointCloud",
+    "Reporter",
+    "Result",
+    "Stations",
+    "Tree",
+    "TreeDGSError",
+    "explain",
+    "fit_circle",
+    "measure_cloud",
+    "measure_photos",
+    "read_cloud",
+    "read_dtm",
+    "read_stations",
+    "read_trees",
+    "review_trees",
+    "reviewed",
+    "tree_table",
+    "write_cloud",
+    "write_trees",
+]
+__all__.extend(_VERBS)
 
 
 def __getattr__(name: str) -> "Any":

@@ -104,7 +104,21 @@ def gaussians(_: Path) -> dict:
     return {"field": SimpleNamespace(packed=cloud(9, 3)), "camera": view, **shown}
 
 
+def scripting(folder: Path) -> dict:
+    stems = [(3.0, 3.0, 30.0), (8.0, 4.0, 22.0), (5.5, 8.5, 26.0), (10.5, 9.0, 35.0), (6.0, 1.0, 18.0)]
+    xyz = plot_cloud(np.random.default_rng(3), stems, bark=900) + (500000, 3700000, 0)
+    write_cloud(folder / "plot.laz", PointCloud(xyz, CRS))
+    (folder / "plots.csv").write_text("plot_id,easting,northing,radius_m\nA,500006,3700005,9\n")
+    rows = []
+    for number, (x, y, d) in enumerate(stems, start=1):
+        azimuth = np.degrees(np.arctan2(x - 6, y - 5)) % 360
+        rows.append(f"{number},{np.hypot(x - 6, y - 5):.2f},{azimuth:.1f},{d},live,A\n")
+    (folder / "field_trees.csv").write_text("tree_no,distance_m,azimuth_deg,dbh_cm,status,plot_id\n" + "".join(rows))
+    return {}
+
+
 INPUTS = {
+    "scripting": scripting,
     "terrain": terrain,
     "measuring": measuring,
     "stems-from-photos": stems_from_photos,
