@@ -147,13 +147,9 @@ def _place(
     typed: tuple[float, float, float] | None,
 ) -> Registration:
     """The plot's registration: from what a person locked where that is enough, else by search."""
-    anchors = np.array(
-        [
-            [int(np.flatnonzero(rows == d["row"])[0]), int(np.flatnonzero(around == d["stem"])[0])]
-            for d in mine
-            if d["pair_status"] != "rejected" and d["stem"] in set(around)
-        ]
-    ).reshape(-1, 2)
+    tree_at, stem_at = ({int(at): k for k, at in enumerate(each)} for each in (rows, around))
+    sure = [d for d in mine if d["pair_status"] != "rejected" and d["stem"] in stem_at]
+    anchors = np.array([[tree_at[d["row"]], stem_at[d["stem"]]] for d in sure], int).reshape(-1, 2)
     if typed is not None:
         return confirmed(field_xy, measured_xy, np.array(typed[:2]), typed[2])
     placed = register(field_xy, measured_xy, options, anchors if len(anchors) >= 2 else None)

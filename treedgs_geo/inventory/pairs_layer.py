@@ -169,18 +169,12 @@ def read_locked(path: Path) -> Locked:
         drawn = pd.isna(row["pair_status"])  # a line that a person drew and left without a status
         if not drawn and row["pair_status"] not in LOCKED or row.geometry is None or row.geometry.is_empty:
             continue
-        ends = line_ends(row.geometry)
         locked.pairs.append(
             {
-                "plot_id": text_of(row["plot_id"]) or None,
-                "field_id": text_of(row["field_id"]) or None,
+                **{name: text_of(row.get(name)) or None for name in ("plot_id", "field_id", "note")},
                 "tree_id": None if pd.isna(row["tree_id"]) else int(row["tree_id"]),
                 "pair_status": "moved" if drawn else row["pair_status"],
-                "note": text_of(row.get("note")) or None,
-                "fx": ends[0, 0],
-                "fy": ends[0, 1],
-                "mx": ends[1, 0],
-                "my": ends[1, 1],
+                **dict(zip(("fx", "fy", "mx", "my"), line_ends(row.geometry).ravel(), strict=True)),
             }
         )
     for _, row in read_layer(path, PLOTS).iterrows():

@@ -99,50 +99,45 @@ def score_against_truth(
     for column in ("E_bh", "N_bh", "dbh_cm", "in_plot", "n_unoccluded_bh_views"):
         if column not in truth:
             raise InputError(f"{truth_csv}: lacks the column {column!r}; give the truth table of a simulated plot.")
-    measured = trees[trees["dbh_cm"].notna()]
-    found_xy = measured[["x", "y"]].to_numpy(float)
-    pairs = pair_by_position(truth[["E_bh", "N_bh"]].to_numpy(float), found_xy, gate_m)
-    anywhere = np.vstack(
-        [truth[["E_bh", "N_bh"]].to_numpy(float), truth[["E_base", "N_base"]].to_numpy(float), _saplings(truth_csv)]
-    )
-    n_false = int((cdist(found_xy, anywhere).min(axis=1) > gate_m).sum()) if len(found_xy) else 0
-
-    every_pair = dict(
-        pair_by_position(truth[["E_bh", "N_bh"]].to_numpy(float), trees[["x", "y"]].to_numpy(float), gate_m)
-    )
-    partner = {int(i): measured.iloc[int(j)] for i, j in pairs}
-    wanted = truth[
-        truth["in_plot"].astype(str).str.lower().eq("true") & (truth["n_unoccluded_bh_views"] >= min_clear_views)
-    ]
-    rows, ends = [], ("dbh_lo_cm", "dbh_hi_cm")
-    for index, stem in wanted.iterrows():
-        tree = partner.get(int(index))
-        seen = trees.iloc[every_pair[index]] if tree is None and index in every_pair else tree
-        rows.append(
-            {
-                "tree_id": stem["tree_id"],
-                "layer_id": None if seen is None else seen["tree_id"],
-                "kind": stem.get("kind"),
-                "clear_views": stem["n_unoccluded_bh_views"],
-                "dbh_true_cm": stem["dbh_cm"],
-                **{name: None if tree is None else tree[name] for name in ("dbh_cm", "dbh_se_cm", *ends)},
-                "meas_cm": None if seen is None else seen.get("meas_cm", seen["dbh_cm"]),
-                "rev_flag": None if seen is None else seen.get("rev_flag"),
-                "error_cm": None if tree is None else tree["dbh_cm"] - stem["dbh_cm"],
-                "inside_90": None if tree is None else bool(tree[ends[0]] <= stem["dbh_cm"] <= tree[ends[1]]),
-                "qc_flag": "not found" if seen is None else seen["qc_flag"],
-                "qc_reason": "" if seen is None else seen["qc_reason"],
-            }
-        )
-    table = pd.DataFrame(rows)
-    done = table[table["dbh_cm"].notna()] if len(table) else table
+    true_xy, found_xy = truth[["E_bh", "N_bh"]].to_numpy(float), trees[["x", "y"]].to_numpy(float)
+    measured = trees["dbh_cm"].notna().to_numpy()
+    anywhere = np.vstack([true_xy, truth[["E_base", "N_base"]].to_numpy(float), _saplings(truth_csv)])
+    n_false = int((cdist(found_xy[measured], anywhere).min(axis=1) > gate_m).sum()) if measured.any() else 0
+    # Of each stem the tree that was seen there: one with a DBH, where there is one.
+    seen, own = np.full(len(truth), -1), np.full(len(truth), -1)
+    for at, rows in ((seen, np.arange(len(trees))), (own, np.flatnonzero(measured))):
+        stems, partners = pair_by_position(true_xy, found_xy[rows], gate_m).T
+        at[stems] = rows[partners]
+    seen = np.where(own >= 0, own, seen)
+    wanted = truth["in_plot"].astype(str).str.lower().eq("true") & (truth["n_unoccluded_bh_views"] >= min_clear_views)
+    stems, seen, own = truth[wanted], seen[wanted], own[wanted] >= 0
+    there = pd.DataFrame(trees).assign(meas_cm=trees.get("meas_cm", trees["dbh_cm"])).reset_index(drop=True)
+    there = there.reindex(seen).set_index(stems.index)
+    diameters = there[["dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"]].astype(float)
+    diameters.loc[~own] = np.nan
+    true_cm = stems["dbh_cm"]
+    inside = (diameters["dbh_lo_cm"] <= true_cm) & (true_cm <= diameters["dbh_hi_cm"])
+    table = pd.DataFrame(
+        {
+            "tree_id": stems["tree_id"],
+            "layer_id": there["tree_id"],
+            "kind": stems.get("kind"),
+            "clear_views": stems["n_unoccluded_bh_views"],
+            "dbh_true_cm": true_cm,
+            **diameters,
+            "meas_cm": there["meas_cm"],
+            "rev_flag": there.get("rev_flag"),
+            "error_cm": diameters["dbh_cm"] - true_cm,
+            "inside_90": inside.astype(object).where(own, None),
+            "qc_flag": there["qc_flag"].mask(seen < 0, "not found"),
+            "qc_reason": there["qc_reason"].mask(seen < 0, ""),
+        }
+    ).reset_index(drop=True)
+    done = table[own]
     accuracy = score(
-        done["error_cm"].to_numpy(float) if len(done) else np.zeros(0),
-        done["dbh_true_cm"].to_numpy(float) if len(done) else np.zeros(0),
-        len(table),
-        n_false,
+        done["error_cm"].to_numpy(float), done["dbh_true_cm"].to_numpy(float), len(table), n_false,
         done["inside_90"].to_numpy(bool) if len(done) else None,
-    )
+    )  # fmt: skip
     return accuracy, table
 
 

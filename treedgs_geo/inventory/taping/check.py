@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,7 @@ from ...core.geopackage import ensure_unlocked
 from ...core.layer_files import write_layer
 from ...core.progress import Reporter
 from ...core.tables import write_csv
-from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table
+from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
 from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
@@ -111,12 +109,10 @@ def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Without NaN and numpy types."""
+    """``None`` for what is not known."""
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    return json.loads(json.dumps(value, default=int))
+    return known(value) if isinstance(value, float) else value
 
 
 def _document(checked: Checked, settings: Any) -> Document:
