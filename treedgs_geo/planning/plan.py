@@ -15,13 +15,12 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..inventory.declination import parse_date
 from ..report.pdf import load_fonts
-from .brief import batteries_of, write_brief
+from .brief import batteries_of, draw_brief, write_brief
 from .choose import MORE, Choice, choose, stems_of
 from .drones import camera_of
 from .layers import OWN_LAYERS, write_plan_layers
 from .mission_files import mission_of, write_kmz, write_litchi, write_plan
 from .missions import compass
-from .pictures import draw_brief
 from .safety import Limits, lowest_clearance
 from .settings import PlanFlightSettings
 from .site import PlanSite, read_site

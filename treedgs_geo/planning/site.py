@@ -19,8 +19,7 @@ from ..core.frames import heights_named
 from ..core.map_scale import check_place
 from ..core.progress import Reporter
 from ..inventory.searched import searched_area
-from ..inventory.stand.sample import SamplePlot, crs_of_plots, read_sample
-from ..inventory.stand.searched_part import as_searched
+from ..inventory.stand.sample import SamplePlot, as_searched, crs_of_plots, read_sample
 from ..inventory.stand.treelist import from_layer, settle_status
 from ..terrain.dtm import Dtm, read_dtm
 from .canopy import Canopy, canopy_of_cloud, canopy_of_raster

@@ -52,9 +52,8 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.map_scale import check_place
     from ..core.plots import read_plots
     from ..core.wrong_units import wrong_unit
-    from ..inventory.azimuth_offset import is_stuck, turn_advice
     from ..inventory.field_trees import drop_unplaced, place, read_field_trees
-    from ..inventory.match import match_plots, tally_of_other_trees
+    from ..inventory.match import is_stuck, match_plots, tally_of_other_trees, turn_advice
     from ..inventory.measured import read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
     from ..inventory.reviewed import reviewed

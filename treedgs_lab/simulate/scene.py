@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from treedgs_geo.planning.spacing import natural
+from treedgs_geo.planning.stand import natural
 from treedgs_geo.stems.quality.priors import BREAST_HEIGHT_M
 
 from .settings import SimulateSettings, Sizes

@@ -10,7 +10,7 @@ import pytest
 from bare_stem import CAMERA, stem_world
 from scipy.spatial import cKDTree
 
-from treedgs_geo.planning.spacing import least_distance, natural
+from treedgs_geo.planning.stand import least_distance, natural
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_lab.simulate import scene, spacing, stem_mesh, terrain, truth, vegetation
 from treedgs_lab.simulate.barks import BARKS, WEATHERED, Barks, make_barks

@@ -33,8 +33,7 @@ from .equations import read_equations
 from .expansion import expand
 from .fvs import long_names, write_fvs
 from .layers import write_geopackage, write_shapefiles
-from .sample import SamplePlot, census, crs_of_plots, read_boundary, read_sample
-from .searched_part import as_searched
+from .sample import SamplePlot, as_searched, census, crs_of_plots, read_boundary, read_sample
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
 from .stem_volume import add_stem_volumes

@@ -12,8 +12,7 @@ import pyproj
 
 from ...core.errors import InputError
 from ...core.shown import count_of
-from ..stand.sample import SamplePlot, first_plot, read_sample
-from ..stand.searched_part import as_searched
+from ..stand.sample import SamplePlot, as_searched, first_plot, read_sample
 from ..stand.treelist import from_layer, on_the_map, settle_status
 from ..stand.values import BA
 
