@@ -11,9 +11,10 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from threadpoolctl import threadpool_limits
 
 from ..core.progress import Reporter
 from .cameras import Camera, View
@@ -75,29 +76,30 @@ class Guide:
         return View(str(j), Path(), self.camera, rotation, -rotation @ self.centres[j])
 
 
-@dataclass(frozen=True)
-class _Photo:
-    """One photo: rays (K, 3) of its features in the order of cells, world frame by its gimbal, and those of a step
-    along their directions; bright (K,); where it stands, and its camera as a row (:func:`_lens_row`)."""
+class _Photo(NamedTuple):
+    """One photo as gimbal and geotag have it (``view``), its features in the order of cells. rays: (K, 3) of them,
+    world frame. places: (K, 3) each, local metres, NaN unknown: where they lie if they are as high as may be, and as
+    low, and those of a step along their directions if low."""
 
+    view: View
     features: Features
     rays: np.ndarray
-    steps: np.ndarray
     bright: np.ndarray
-    centre: np.ndarray
-    row: np.ndarray
+    places: tuple[np.ndarray, np.ndarray, np.ndarray]
 
     @classmethod
     def of(cls, store: FeatureStore, guide: Guide, i: int) -> _Photo:
         """Photo i."""
-        camera, own, view = guide.camera, store.own[i], guide.view(i)
+        camera, own, view, centre = guide.camera, store.own[i], guide.view(i), guide.centres[i]
         features = Features(own.keypoints, own.described, camera.width, camera.height, own.turned, own.bright)
         turned = own.turned[features.order]
         along = _STEP_PX * np.column_stack([np.cos(turned), np.sin(turned)])
-        lens = [camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]
-        row = np.concatenate([view.rotation.ravel(), guide.centres[i], lens]).astype(float)
         rays, steps = view.rays(features.xy), view.rays(features.xy + along)
-        return cls(features, rays, steps, own.bright[features.order], guide.centres[i], row)
+        looks_down = (rays[:, 2:] <= -0.05) & (centre[2] > guide.high_m)
+        down, step_down = np.where(looks_down, rays[:, 2:], np.nan), np.where(steps[:, 2:] < 0, steps[:, 2:], np.nan)
+        high, low = (centre + (height - centre[2]) / down * rays for height in (guide.high_m, guide.low_m))
+        ahead = centre + (guide.low_m - centre[2]) / step_down * steps
+        return cls(view, features, rays, own.bright[features.order], (high, low, ahead))
 
 
 def match_guided(
@@ -114,7 +116,9 @@ def match_guided(
         i, j = pair.tolist()
         reach_px = float(np.tan(guide.reach(i, j)) * guide.camera.fx)
         first, second, one = photos[i], photos[j], photos[i].features
-        ends, turned = _expected(first.rays, first.steps, first.centre, second.row, guide.low_m, guide.high_m)
+        # Where they lie in the other photo, and which way their directions point there.
+        high, low, ahead = (second.view.project(places)[0] for places in first.places)
+        ends, turned = np.hstack([high, low]), np.arctan2(*(ahead - low).T[::-1]) % (2 * np.pi)
         best, distance = search(
             ends, one.described, one.square, second.features, reach_px, RATIO, kinds(turned, first.bright)
         )
@@ -123,7 +127,7 @@ def match_guided(
         rng = np.random.default_rng([seed, i, j])
         return rows[_verified(first, second, rows, guide, guide.reach(i, j), rng)]
 
-    with ThreadPoolExecutor(max_workers=threads) as workers:
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(max_workers=threads) as workers:
         for count, (pair, rows) in enumerate(zip(pairs, workers.map(work, pairs), strict=True)):
             if len(rows):
                 i, j = pair.tolist()
@@ -137,7 +141,7 @@ def _verified(
     first: _Photo, second: _Photo, rows: np.ndarray, guide: Guide, reach: float, rng: np.random.Generator
 ) -> np.ndarray:
     """Those of the matches (K, 2) that agree on how the two photos are turned; none where so many may by chance."""
-    baseline = second.centre - first.centre
+    baseline = second.view.centre - first.view.centre
     if len(rows) < _LEAST or np.linalg.norm(baseline) < _MIN_BASELINE_M:
         return np.zeros(0, int)
     picks = rng.integers(0, len(rows), (_TRIALS, 3))
@@ -156,42 +160,15 @@ def _verified(
     return np.flatnonzero(agree) if agree.sum() >= enough else np.zeros(0, int)
 
 
-@njit(inline="always", nogil=True)
-def _shown(row, x, y, z):
-    """Pixel of a point, local metres, in a photo (``_Photo.row``); NaN behind it."""
-    dx, dy, dz = x - row[9], y - row[10], z - row[11]
-    c = row[6] * dx + row[7] * dy + row[8] * dz
-    if c <= 0.1:
-        return np.nan, np.nan
-    a, b = (row[0] * dx + row[1] * dy + row[2] * dz) / c, (row[3] * dx + row[4] * dy + row[5] * dz) / c
-    r2 = a * a + b * b
-    radial = 1 + r2 * (row[16] + r2 * (row[17] + r2 * row[20]))
-    u = a * radial + 2 * row[18] * a * b + row[19] * (r2 + 2 * a * a)
-    v = b * radial + row[18] * (r2 + 2 * b * b) + 2 * row[19] * a * b
-    return row[12] * u + row[14], row[13] * v + row[15]
-
-
-@njit(nogil=True, cache=True)
-def _expected(rays, steps, centre, row, low, high):
-    """Where the features of one photo lie in another when they are as high as may be and as low, (K, 4), NaN where it
-    cannot show them; and their directions there, 0 to 2 pi, if they lie on the ground, (K,)."""
-    ends, turned = np.full((len(rays), 4), np.nan), np.zeros(len(rays))
-    for k in range(len(rays)):
-        if rays[k, 2] > -0.05 or centre[2] <= high:
-            continue
-        for which, height in enumerate((high, low)):
-            away = (height - centre[2]) / rays[k, 2]
-            x, y = _shown(row, centre[0] + away * rays[k, 0], centre[1] + away * rays[k, 1], height)
-            ends[k, 2 * which], ends[k, 2 * which + 1] = x, y
-        away = (low - centre[2]) / steps[k, 2] if steps[k, 2] < 0 else np.nan
-        x, y = _shown(row, centre[0] + away * steps[k, 0], centre[1] + away * steps[k, 1], low)
-        turn = np.arctan2(y - ends[k, 3], x - ends[k, 2])
-        turned[k] = turn % (2 * np.pi) if np.isfinite(turn) else 0.0
-    return ends, turned
-
-
-@njit(nogil=True, cache=True)
-def _agreeing(a, b, along, focal, tolerance, turn_sd, picks):
+def _agreeing(
+    a: np.ndarray,
+    b: np.ndarray,
+    along: np.ndarray,
+    focal: float,
+    tolerance: float,
+    turn_sd: float,
+    picks: np.ndarray,
+) -> np.ndarray:
     """(K,) bool: matches that agree on one turn of the second photo against the first (RANSAC).
 
     With the positions known the epipolar constraint ``along . (a x (b + turn x b)) = 0`` is linear in the turn: three
@@ -202,47 +179,19 @@ def _agreeing(a, b, along, focal, tolerance, turn_sd, picks):
         a, b: (K, 3) unit rays of the two photos, world frame by gimbals. along: (3,) unit, from the first photo to the
             second. focal, tolerance: pixels. turn_sd: radians. picks: (T, 3) matches of each trial.
     """
-    count = len(a)
     # Residual in pixels, and its derivatives by turn and by the direction.
-    off, by = np.empty(count), np.empty((count, 6))
-    for k in range(count):
-        cross = np.cross(a[k], b[k])
-        one, two = np.cross(along, a[k]), np.cross(along, b[k])
-        scale = focal / np.sqrt(np.dot(one, one) + np.dot(two, two) + 1e-12)
-        off[k] = scale * np.dot(along, cross)
-        near, beside = np.dot(a[k], b[k]), np.dot(along, b[k])
-        for d in range(3):
-            by[k, d] = scale * (along[d] * near - a[k, d] * beside)
-            by[k, 3 + d] = scale * cross[d]
-    found, most = np.zeros(6), -1
-    normal, right = np.empty((3, 3)), np.empty(3)
-    for trial in range(len(picks)):
-        for d in range(3):
-            right[d] = 0.0
-            for e in range(3):
-                normal[d, e] = (tolerance / turn_sd) ** 2 if d == e else 0.0
-        for pick in picks[trial]:
-            for d in range(3):
-                right[d] -= by[pick, d] * off[pick]
-                for e in range(3):
-                    normal[d, e] += by[pick, d] * by[pick, e]
-        turn = np.linalg.solve(normal, right)
-        agree = 0
-        for k in range(count):
-            agree += abs(off[k] + by[k, 0] * turn[0] + by[k, 1] * turn[1] + by[k, 2] * turn[2]) < tolerance
-        if agree > most:
-            most = agree
-            found[:3] = turn
-    near = np.abs(off + by @ found) < tolerance
+    cross = np.cross(a, b)
+    length2 = sum(np.sum(np.cross(along, each) ** 2, axis=1) for each in (a, b))
+    scale = focal / np.sqrt(length2 + 1e-12)
+    off = scale * (cross @ along)
+    by_turn = along * np.sum(a * b, axis=1)[:, None] - a * (b @ along)[:, None]
+    by = scale[:, None] * np.hstack([by_turn, cross])
+    rows, held = by[picks, :3], (tolerance / np.repeat([turn_sd, _ALONG_SD], 3)) ** 2
+    normal = rows.transpose(0, 2, 1) @ rows + np.diag(held[:3])
+    turns = np.linalg.solve(normal, -rows.transpose(0, 2, 1) @ off[picks][:, :, None])[:, :, 0]
+    agree = np.abs(off + turns @ by[:, :3].T) < tolerance
+    near = agree[agree.sum(axis=1).argmax()]
     for _ in range(3):
-        whole, pull = np.zeros((6, 6)), np.zeros(6)
-        for d in range(6):
-            whole[d, d] = (tolerance / (turn_sd if d < 3 else _ALONG_SD)) ** 2
-        for k in range(count):
-            if near[k]:
-                for d in range(6):
-                    pull[d] -= by[k, d] * off[k]
-                    for e in range(6):
-                        whole[d, e] += by[k, d] * by[k, e]
-        near = np.abs(off + by @ np.linalg.solve(whole, pull)) < tolerance
+        found = np.linalg.solve(by[near].T @ by[near] + np.diag(held), -by[near].T @ off[near])
+        near = np.abs(off + by @ found) < tolerance
     return near

@@ -112,13 +112,8 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
     A point may be joined to another only if no photo sees both.
     """
     count = len(block.points)
-    owner = {}
-    for image, key, point in zip(block.image.tolist(), block.key.tolist(), block.point.tolist(), strict=True):
-        owner[image << 32 | key] = point
     seen = np.zeros((len(block.keypoints), count), bool)
     seen[block.image, block.point] = True
-    added: list[tuple[int, int, int]] = []
-    same: list[tuple[int, int]] = []
     posed = np.flatnonzero(block.is_posed).tolist()
 
     def work(i: int) -> tuple[np.ndarray, np.ndarray]:
@@ -127,21 +122,18 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
     # Threads of BLAS would wait busily on the cores that these photos need.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(available_threads()) as workers:
         matches = list(workers.map(work, posed))
-    for i, found in zip(posed, matches, strict=True):
-        for point, key in zip(*(each.tolist() for each in found), strict=True):
-            if seen[i, point]:
-                continue
-            other = owner.get(i << 32 | key)
-            if other is None:
-                added.append((i, key, point))
-            elif other != point:
-                same.append((other, point))
-    if added:
-        image, key, point = np.array(added).T
-        block.add(image, key, point)
-        seen[image, point] = True
+    point, key = (np.concatenate([match[k] for match in matches]) for k in (0, 1))
+    image = np.repeat(posed, [len(found) for found, _ in matches])
+    # The point that has the keypoint already, -1 for none.
+    order, own = np.argsort(_codes(block)), np.sort(_codes(block))
+    place = np.searchsorted(own, image << 32 | key).clip(max=len(own) - 1)
+    other = np.where(own[place] == image << 32 | key, block.point[order[place]], -1)
+    new = ~seen[image, point]
+    added, same = new & (other < 0), new & (other >= 0) & (other != point)
+    block.add(image[added], key[added], point[added])
+    seen[image[added], point[added]] = True
     target = np.arange(count)
-    for a, b in same:
+    for a, b in zip(other[same].tolist(), point[same].tolist(), strict=True):
         while target[a] != a:
             a = target[a]
         while target[b] != b:
@@ -149,11 +141,8 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
         if a != b and not (seen[:, a] & seen[:, b]).any():
             target[b] = a
             seen[:, a] |= seen[:, b]
-    for p in range(count):
-        root = p
-        while target[root] != root:
-            root = target[root]
-        target[p] = root
+    while (target[target] != target).any():
+        target = target[target]
     block.point = target[block.point]
     # The same keypoint offered to two points: neither is sure of it.
     code = _codes(block)
