@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 #: A camera agrees within so many standard deviations of its geotag, and so many metres for the model's own error.
-GATE_SD, SLACK_M = 4.0, 0.3
+INLIER_SD, SLACK_M = 4.0, 0.3
 #: Triples that are tried.
 TRIALS = 500
 _CAMERA_FROM_BODY = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
@@ -78,7 +78,7 @@ def fit_similarity_robust(
     count = len(source)
     if count < 3:
         return None
-    limit = GATE_SD * sd + SLACK_M
+    limit = INLIER_SD * sd + SLACK_M
     best: tuple[int, np.ndarray] | None = None
     spread = np.linalg.norm(target - target.mean(axis=0), axis=1).max()
     for _ in range(TRIALS):
