@@ -151,7 +151,7 @@ def test_a_sheet_is_small_and_takes_any_text(stack, shown, flag):
         7, 5e5, 5.2e6, plot_id=HOSTILE, dbh_cm=dbh, dbh_se_cm=dbh and 0.4, method="photos", qc_flag=flag,
         qc_reason=reasons, n_views=12, arc_deg=300.0, taper_cm_m=-1.0, lean_deg=0.0,
     ).finish()  # fmt: skip
-    sheet = photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), shown, stack, 29.0))
+    sheet = photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), shown, stack))
     oval = replace(shown, shape=replace(shown.shape, oval=(0.003, 0.004)))
     assert len(photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), oval, stack)).jpeg()) <= MAX_BYTES
     data = sheet.jpeg()
