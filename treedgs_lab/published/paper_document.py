@@ -144,11 +144,6 @@ def _beside_samples(other: str, name: str) -> Make:
     return make
 
 
-def _flight(study: Study) -> list[Block] | None:
-    plots = study.workspaces
-    return study.chart("paper_flight", pictures.draw_flight(plots)) if plots else None
-
-
 def _matching(study: Study) -> list[Block] | None:
     pairs = [pictures.matched(plot, ref) for plot, ref in zip(study.plots, study.references, strict=True)]
     away = np.concatenate([np.linalg.norm(measured - field, axis=1) for field, measured in pairs])
@@ -157,10 +152,6 @@ def _matching(study: Study) -> list[Block] | None:
     text = f"Paired: {len(away)}; mean planimetric offset {away.mean():.3f} m, largest {away.max():.3f} m."
     figure = pictures.draw_matching(study.plots, study.references, pairs)
     return [Paragraph(text), *(study.chart("paper_matching", figure) or ())]
-
-
-def _sources(study: Study) -> list[Block] | None:
-    return study.chart("paper_reliability", pictures.draw_reliability(study.sources, study.reference))
 
 
 def _density(study: Study) -> list[Block] | None:
@@ -210,16 +201,10 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
     if cloud.source == "lidar":
         return "stems found in the cloud, or its own tree_id"
     plot = next(plot for plot in plots if plot.name == cloud.plot)
-    asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json").get("parameters", {})
-    if asked.get("preset") == "paper":
-        found = f"found in the surface points by --segmenter {asked.get('segmenter', 'own')}"
-    else:
-        found = (
-            "tree_id of the file (of a run without --preset paper: stems found in the photos, nothing segmented anew)"
-        )
-    return found + (
-        "" if cloud.whole else "; the file holds stem points only, so recall and what needs it are not known"
-    )
+    asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json")["parameters"]
+    whole = "" if cloud.whole else "; the file holds stem points only, so recall and what needs it are not known"
+    named = f"found in the surface points by --segmenter {asked['segmenter']}" if asked else "tree_id of the file"
+    return named + whole
 
 
 def _gallery(study: Study) -> list[Block] | None:
@@ -241,8 +226,8 @@ def _gallery(study: Study) -> list[Block] | None:
 
 #: Why a picture of Gaussians may be missing.
 NO_GAUSSIANS = (
-    "no workspace of photos-to-dbh with Gaussians (--preset paper, --fit gaussians) is given, or none "
-    "of them is near a reference stem"
+    "no workspace of photos-to-dbh with Gaussians (--preset paper, --fit gaussians) is given, none of them is near a "
+    "reference stem, or the package torch is not installed"
 )
 #: Why a stem's photos may be missing.
 NO_STEM = (
@@ -255,7 +240,12 @@ ITEMS = (
     Item("Figure 2", "A stem in distant photos", _of_workspace(pictures.draw_pixels, "paper_pixels"), NO_STEM),
     Item("Table 1", "Plots and their trees", lambda study: [table_of(plot_summary(study.evidence.trees))]),
     Item("Figure 3", "Plot layout", lambda study: study.chart("paper_plots", pictures.draw_layout(study.references))),
-    Item("Figure 4", "Flight pattern", _flight, "no workspace of photos-to-dbh is given"),
+    Item(
+        "Figure 4",
+        "Flight pattern",
+        lambda study: study.chart("paper_flight", pictures.draw_flight(study.workspaces)) if study.workspaces else None,
+        "no workspace of photos-to-dbh is given",
+    ),
     Item("Figure 5", "Field and measured stems, paired", _matching, "no stem was paired"),
     Item(
         "Figure 6",
@@ -269,7 +259,12 @@ ITEMS = (
         _beside_samples(point_sets.DEPTH, "paper_depth_fusion"),
         NO_GAUSSIANS,
     ),
-    Item("Figure 8", "Intensity and opacity as reliability", _sources, "no cloud shows breast height of a stem"),
+    Item(
+        "Figure 8",
+        "Intensity and opacity as reliability",
+        lambda study: study.chart("paper_reliability", pictures.draw_reliability(study.sources, study.reference)),
+        "no cloud shows breast height of a stem",
+    ),
     Item("Figure 9", "Points of each source", _density, "neither a workspace nor a cloud is given"),
     Item("Figure 10", "Choice of the exponent p", _chart("power"), "no cloud is given"),
     Item("Tables 2 and 3", "Accuracy by plot and method", _methods, "no cloud is given"),

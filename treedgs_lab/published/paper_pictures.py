@@ -24,7 +24,7 @@ from treedgs_geo.terrain.dtm import Dtm, read_dtm
 
 from .methods import StemPoints
 from .reference import Reference
-from .visibility import Stem, band_pixels, classify
+from .visibility import SeenStem, band_pixels, classify
 
 #: Slice shown of each source, heights above the ground (m); stems shown; half width of crops, px.
 SLICE_M, STEMS, HALF_PX = (BREAST_HEIGHT_M - 0.25, BREAST_HEIGHT_M + 0.25), 2, 40
@@ -58,14 +58,14 @@ def scene(plot: PlotFiles) -> tuple[LocalFrame, list[View]]:
     return load_views(plot.workspace_in / "sfm", photos)
 
 
-def _paired(plot: PlotFiles, frame: LocalFrame, reference: Reference) -> list[Stem]:
+def _paired(plot: PlotFiles, frame: LocalFrame, reference: Reference) -> list[SeenStem]:
     """Trees of the workspace that have a DBH and stand where a reference stem does, in its local frame."""
     assert plot.workspace_in is not None
     trees = read_trees(plot.workspace_in / "trees.gpkg")
     trees = trees[trees["dbh_cm"].notna() & trees["z_ground"].notna()].reset_index(drop=True)
     local = frame.to_local(trees[["x", "y", "z_ground"]].to_numpy(float))
     pairs = pair_by_position(reference.xy, trees[["x", "y"]].to_numpy(float))
-    return [Stem(*map(float, (*local[j], trees["dbh_cm"][j] / 100))) for _, j in pairs]
+    return [SeenStem(*map(float, (*local[j], trees["dbh_cm"][j] / 100))) for _, j in pairs]
 
 
 def draw_layout(references: list[Reference]) -> Any:
@@ -127,7 +127,7 @@ def draw_pixels(plot: PlotFiles, reference: Reference) -> Any | None:
     return _crops([*rows.itertuples()], 3, views, stem, lambda row: f"{row.image}\n{row.width_px:.1f} px across")
 
 
-def _crops(rows: list[Any], columns: int, views: list[View], stem: Stem, title: Callable[[Any], str]) -> Any:
+def _crops(rows: list[Any], columns: int, views: list[View], stem: SeenStem, title: Callable[[Any], str]) -> Any:
     """The stem's band in the photo of each row of :func:`classify`."""
     of_name = {view.name: view for view in views}
     figure, grid = panels(len(rows), columns, 2.8, 3.0)
@@ -249,7 +249,7 @@ def draw_bands(plot: PlotFiles, reference: Reference) -> Any | None:
     """Photos of one stem whose breast height is called free (above) and hidden (below)."""
     frame, views = scene(plot)
     stems = _paired(plot, frame, reference)
-    best: tuple[int, Stem, Any] | None = None
+    best: tuple[int, SeenStem, Any] | None = None
     for stem in stems[:: max(len(stems) // 6, 1)]:
         seen = classify(views, [stem])
         both = min(int(seen["free"].sum()), int((~seen["free"].astype(bool)).sum())) if len(seen) else 0

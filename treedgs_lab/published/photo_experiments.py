@@ -21,7 +21,7 @@ from .paper_pictures import scene
 from .reference import Reference
 from .sections import RUNTIME_COLUMNS, plain_latex, table_of, write_table, write_text
 from .study import Study
-from .visibility import Stem, agreement, classify, per_stem
+from .visibility import SeenStem, agreement, classify, per_stem
 
 #: What the error is set against: column of the table -> words.
 AGAINST = {
@@ -111,7 +111,7 @@ def _visibility(plot: PlotFiles, reference: Reference) -> tuple[pd.DataFrame, di
     usual = float(np.nanmedian(trees["dbh_cm"])) if trees["dbh_cm"].notna().any() else 25.0
     width = trees["dbh_cm"].fillna(usual).to_numpy(float) / 100
     partner = {int(j): int(i) for i, j in pair_by_position(reference.xy, place)}
-    stems = [Stem(*map(float, (*at, w))) for at, w in zip(local, width, strict=True)]
+    stems = [SeenStem(*map(float, (*at, w))) for at, w in zip(local, width, strict=True)]
     seen = classify(views, stems)
     of = [partner.get(k) for k in range(len(trees))]
     names = ["" if i is None else str(reference.tree[i]) for i in of]

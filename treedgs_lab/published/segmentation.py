@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.spatial import cKDTree
 
 from treedgs_geo.core.errors import InputError
@@ -81,9 +82,7 @@ def score_segmentation(predicted: np.ndarray, true: np.ndarray, whole: bool = Tr
         return round(a / b, 4) if b else None
 
     both = p & t
-    right = 0
-    for number in np.unique(np.asarray(predicted)[both]):
-        right += int(np.bincount(np.asarray(true)[both & (predicted == number)]).max())
+    right = int(pd.crosstab(np.asarray(predicted)[both], np.asarray(true)[both]).max(axis=1).sum())
     return {
         "tp": tp,
         "fp": fp,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,9 @@ class Study:
 
     @property
     def gaussians(self) -> list[PlotFiles]:
-        """The plots whose workspace has Gaussians and their surface samples."""
+        """The plots whose workspace has Gaussians and their surface samples; none where torch is not installed."""
+        if find_spec("torch") is None:
+            return []
         wanted = names.FIELD, names.SURFACE
         return [
             plot

@@ -28,16 +28,19 @@ FREE_SHARE = 0.7
 BARK_SPREAD = 13.0
 
 
-class Stem(NamedTuple):
-    """A stem's foot x, y and ground height z, local; dbh_m: its width."""
+class SeenStem(NamedTuple):
+    """Where a stem is looked for in photos, local metres."""
 
-    x: float
-    y: float
-    z: float
+    #: Its foot.
+    east: float
+    north: float
+    #: Height of the ground there.
+    ground: float
+    #: Its width.
     dbh_m: float
 
 
-def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
+def classify(views: list[View], stems: list[SeenStem]) -> pd.DataFrame:
     """One row a stem and photo that frames its band: ``stem, image, share, width_px, free``.
 
     share: of the band's samples whose colour lies near the stem's own bark colour, which is the median over the least
@@ -70,10 +73,10 @@ def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["stem", "image", "share", "width_px", "free"])
 
 
-def band_pixels(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
+def band_pixels(view: View, stem: SeenStem) -> tuple[np.ndarray | None, float]:
     """(ACROSS * ALONG, 2) pixels within the stem's outline, and its width in pixels."""
     height = np.linspace(*BAND_M, ALONG)
-    middle = np.column_stack([0 * height + stem.x, 0 * height + stem.y, stem.z + height])
+    middle = np.column_stack([0 * height + stem.east, 0 * height + stem.north, stem.ground + height])
     ray = middle[ALONG // 2] - view.centre
     distance = float(np.linalg.norm(ray))
     if np.hypot(ray[0], ray[1]) / distance < MIN_SINE:

@@ -19,7 +19,7 @@ from treedgs_lab.published import methods
 from treedgs_lab.published.experiment_charts import robust_trend
 from treedgs_lab.published.sections import methods_latex
 from treedgs_lab.published.segmentation import score_segmentation, true_labels
-from treedgs_lab.published.visibility import Stem, agreement, classify, per_stem
+from treedgs_lab.published.visibility import SeenStem, agreement, classify, per_stem
 from treedgs_lab.simulate.flight import rotation_from_angles
 
 CRS = pyproj.CRS.from_epsg(6344)
@@ -152,7 +152,7 @@ def painted(folder: Path, name: str, yaw: float, covered: float) -> View:
 def test_covered_bands_are_called_so(tmp_path):
     covers = [0, 0, 0, 0.5, 1.0, 0.1, 0, 1.2]
     views = [painted(tmp_path, f"{k}.png", 45.0 * k, cover) for k, cover in enumerate(covers)]
-    table = classify(views, [Stem(0.0, 0.0, 0.0, 0.3)])
+    table = classify(views, [SeenStem(0.0, 0.0, 0.0, 0.3)])
     free = table.set_index("image")["free"]
     assert len(table) == 8 and [bool(free[f"{k}.png"]) for k in range(8)] == [c < 0.3 for c in covers]
     summary = per_stem(table, 2)
@@ -172,5 +172,5 @@ def test_covered_bands_are_called_so(tmp_path):
 
 
 def test_a_stem_out_of_every_photo_is_seen_by_none(tmp_path):
-    table = classify([painted(tmp_path, "0.png", 0.0, 0)], [Stem(500.0, 0.0, 0.0, 0.3)])
+    table = classify([painted(tmp_path, "0.png", 0.0, 0)], [SeenStem(500.0, 0.0, 0.0, 0.3)])
     assert len(table) == 0 and per_stem(table, 1)["free_views"].tolist() == [0]

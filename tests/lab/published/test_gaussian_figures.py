@@ -138,7 +138,7 @@ def test_labels_are_drawn_with_and_without_truth(plot):
     assert draw_labels([]) is None
     assert "--segmenter own" in paper_document._labeller(cloud, [plot])
     assert "recall and what needs it are not known" in paper_document._labeller(replace(cloud, whole=False), [plot])
-    assert "found in the photos" in paper_document._labeller(cloud, [replace(plot, workspace_in=None)])
+    assert "tree_id of the file" in paper_document._labeller(cloud, [replace(plot, workspace_in=None)])
 
 
 def ring(dbh_cm: float, n: int = 3000) -> np.ndarray:

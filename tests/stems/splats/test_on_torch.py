@@ -15,7 +15,13 @@ from treedgs_geo.core.errors import InputError  # noqa: E402
 from treedgs_geo.stems.splats import kernels  # noqa: E402
 from treedgs_geo.stems.splats.on_torch import losses  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.harmonics import constant_of, harmonics  # noqa: E402
-from treedgs_geo.stems.splats.on_torch.project import project, projected_rows, turned  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.project import (  # noqa: E402
+    TILE_PX,
+    lists_by_tile,
+    project,
+    projected_rows,
+    turned,
+)
 from treedgs_geo.stems.splats.on_torch.rasterize import draw, projected, rasterize, tensors_of  # noqa: E402
 
 
@@ -100,6 +106,19 @@ def test_what_is_behind_the_camera_or_too_faint_is_not_drawn():
     p[5, 10] = -9.0
     rows = projected(p, view)
     assert 20 < rows.shape[1] == whole.shape[1] - 2 and (np.diff(rows[6]) >= 0).all()  # front to back
+
+
+def test_lists_by_tile_hold_each_gaussian_wherever_its_ellipse_is_drawn():
+    view = camera(60, 50)
+    rows = projected(cloud(40, 2), view)
+    start, items, across = lists_by_tile(torch.from_numpy(rows), view.width, view.height)
+    v, u = np.mgrid[: view.height, : view.width] + 0.5
+    for g in range(rows.shape[1]):
+        dx, dy = u - rows[0, g], v - rows[1, g]
+        inside = rows[2, g] * dx * dx + 2 * rows[3, g] * dx * dy + rows[4, g] * dy * dy < rows[13, g]
+        touched = set((v[inside] // TILE_PX * across + u[inside] // TILE_PX).astype(int))
+        assert all(g in items[start[tile] : start[tile + 1]] for tile in touched)
+    assert all((items[a:b].diff() > 0).all() for a, b in zip(start[:-1], start[1:], strict=True))  # front to back
 
 
 def test_harmonics_are_orthonormal_and_colours_change_with_the_view():

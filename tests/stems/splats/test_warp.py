@@ -12,9 +12,8 @@ from treedgs_geo.core.errors import InputError  # noqa: E402
 from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION  # noqa: E402
 from treedgs_geo.stems.splats.on_torch import check_device  # noqa: E402
-from treedgs_geo.stems.splats.on_torch.rasterize import projected, rasterize, tensors_of  # noqa: E402
-from treedgs_geo.stems.splats.on_torch.warp_raster import available, lists_by_tile  # noqa: E402
-from treedgs_geo.stems.splats.point_kernels import TILE_PX, tile_lists  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.warp_raster import available  # noqa: E402
 
 CAMERA = CropCamera(83, 57, 300.0, 310.0, 41.0, 29.0, np.eye(3), np.array([0, 0, 6.0]))
 DEVICES = [device for device in ("cpu", "cuda") if available(device) and (device == "cpu" or torch.cuda.is_available())]
@@ -51,16 +50,6 @@ def test_pictures_and_gradients_agree(device, full):
         assert k == 8 or (a - b).abs().max() < 0.02
     for mine, other in zip(*gradients, strict=True):
         torch.testing.assert_close(mine, other, atol=1e-2 * float(mine.abs().max()), rtol=0)
-
-
-def test_tile_lists_made_by_torch_are_those_of_the_kernel():
-    rows = projected(some(30), CAMERA)
-    start, items, across = lists_by_tile(torch.tensor(rows), CAMERA.width, CAMERA.height)
-    tiles_x, tiles_y = (CAMERA.width - 1) // TILE_PX + 1, (CAMERA.height - 1) // TILE_PX + 1
-    first, own = tile_lists(rows, tiles_x, tiles_y)
-    assert across == tiles_x
-    np.testing.assert_array_equal(start.numpy(), first)
-    np.testing.assert_array_equal(items.numpy(), own)
 
 
 def test_a_missing_gpu_is_one_sentence():

@@ -8,43 +8,6 @@ import numpy as np
 from .kernels import ALPHA_MAX, fast_exp
 
 _F = np.float32
-#: Side of the squares that Gaussians are listed by, pixels.
-TILE_PX = 8
-
-
-@numba.njit(cache=True, nogil=True)
-def _list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
-    """Tiles that each Gaussian's ellipse box touches, as compressed rows.
-
-    First call with ``fill`` False counts into ``start[1:]``; after a cumulative sum, a call with ``fill`` True writes
-    the Gaussians to ``items`` (``start`` ends one tile ahead and must be a copy).
-    """
-    for g in range(n):
-        ka, kb, kc, cut = proj[2, g], proj[3, g], proj[4, g], proj[13, g]
-        det = ka * kc - kb * kb
-        reach_u, reach_v = np.sqrt(cut * kc / det), np.sqrt(cut * ka / det)
-        x0 = max(int(np.floor((proj[0, g] - reach_u) / TILE_PX)), 0)
-        x1 = min(int(np.floor((proj[0, g] + reach_u) / TILE_PX)), tiles_x - 1)
-        y0 = max(int(np.floor((proj[1, g] - reach_v) / TILE_PX)), 0)
-        y1 = min(int(np.floor((proj[1, g] + reach_v) / TILE_PX)), tiles_y - 1)
-        for y in range(y0, y1 + 1):
-            for x in range(x0, x1 + 1):
-                tile = y * tiles_x + x
-                if fill:
-                    items[start[tile]] = g
-                    start[tile] += 1
-                else:
-                    start[tile + 1] += 1
-
-
-def tile_lists(projected: np.ndarray, tiles_x: int, tiles_y: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gaussians (columns of the projected matrix) by tile, in their order: start (tiles + 1,) and items, int64."""
-    n, start = projected.shape[1], np.zeros(tiles_x * tiles_y + 1, np.int64)
-    _list_by_tile(projected, n, tiles_x, tiles_y, start, start, False)
-    start = np.cumsum(start)
-    items = np.empty(start[-1], np.int64)
-    _list_by_tile(projected, n, tiles_x, tiles_y, start.copy(), items, True)
-    return start, items
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -52,8 +15,9 @@ def opacity_before(proj, start, items, point_start, points, opacity, drawn):
     """Cumulative opacity in front of each point (eq:radegs_point_offset ... eq:pointwise_opacity_integral).
 
     proj: projected Gaussians, any order (the product is order-free); row 13 limits each ellipse. start, items:
-    Gaussians by tile. point_start: (tiles + 1,) points by tile. points: (3, M) float32 u, v, distance, sorted by tile.
-    opacity: (M,) float32 out. drawn: (M,) int32 out, how many Gaussians the point's ray meets.
+    Gaussians by tile, as ``on_torch/project.py`` lists them. point_start: (tiles + 1,) points by tile. points: (3, M)
+    float32 u, v, distance, sorted by tile. opacity: (M,) float32 out. drawn: (M,) int32 out, how many Gaussians the
+    point's ray meets.
     """
     one, zero, half, top = _F(1.0), _F(0.0), _F(0.5), _F(ALPHA_MAX)
     longest = 1

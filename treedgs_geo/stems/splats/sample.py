@@ -17,6 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 
 from ...core.errors import InputError
 from ...core.progress import Reporter
@@ -24,9 +25,10 @@ from ...core.seeding import own_seed
 from ...reconstruction.cameras import View
 from .camera import CropCamera
 from .field import GaussianField
+from .on_torch.project import TILE_PX, lists_by_tile
 from .on_torch.rasterize import projected
 from .options import SampleOptions
-from .point_kernels import TILE_PX, opacity_before, tile_lists
+from .point_kernels import opacity_before
 
 #: Points scored at once: bounds memory.
 CHUNK = 400_000
@@ -81,14 +83,13 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tupl
     u, v = u - left, v - top
     width, height = int(u.max()) + 2, int(v.max()) + 2
     rows = projected(parameters, whole.part(left, top, width, height))
-    tiles_x, tiles_y = width // TILE_PX + 1, height // TILE_PX + 1
-    start, items = tile_lists(rows, tiles_x, tiles_y)
+    start, items, tiles_x = lists_by_tile(torch.from_numpy(rows), width, height)
     tile = (v // TILE_PX).astype(np.int64) * tiles_x + (u // TILE_PX).astype(np.int64)
     order = np.argsort(tile, kind="stable")
-    point_start = np.searchsorted(tile[order], np.arange(tiles_x * tiles_y + 1))
+    point_start = np.searchsorted(tile[order], np.arange(len(start)))
     rays = np.stack([u, v, np.linalg.norm(local, axis=1)])[:, order].astype(np.float32)
     before, met = np.empty(len(order), np.float32), np.empty(len(order), np.int32)
-    opacity_before(rows, start, items, point_start, rays, before, met)
+    opacity_before(rows, start.numpy(), items.numpy(), point_start, rays, before, met)
     index = np.flatnonzero(inside)[order]
     opacity[index], foreground[index] = before, met > 0
     return opacity, foreground

@@ -13,15 +13,13 @@ import torch
 import warp as wp
 
 from .. import kernels
-from ..point_kernels import TILE_PX
+from .project import TILE_PX, Lists, lists_by_tile
 
 wp.config.quiet = True
 # Arrays are made from tensors' memory before the first kernel is launched.
 wp.init()
 _TILE = wp.constant(TILE_PX)
 _TOP = wp.constant(float(kernels.ALPHA_MAX))
-#: Gaussians by tile, front to back within each: start (tiles + 1,) int32, items int32, tiles along x.
-Lists = tuple[torch.Tensor, torch.Tensor, int]
 
 
 @wp.kernel
@@ -133,26 +131,6 @@ def _backward(
 def available(device: str) -> bool:
     """Whether Warp can run on ``device`` ("cpu", "cuda", "cuda:0" ...)."""
     return any(str(found) == device or (device == "cuda" and found.is_cuda) for found in wp.get_devices())
-
-
-def lists_by_tile(rows: torch.Tensor, width: int, height: int) -> Lists:
-    """rows: (17, n) front to back."""
-    tiles_x, tiles_y = (width - 1) // TILE_PX + 1, (height - 1) // TILE_PX + 1
-    u, v, ka, kb, kc, cut = rows[0], rows[1], rows[2], rows[3], rows[4], rows[13]
-    det = ka * kc - kb * kb
-    reach_u, reach_v = (cut * kc / det).sqrt(), (cut * ka / det).sqrt()
-    left, right = (((u + side * reach_u) / TILE_PX).floor().long() for side in (-1, 1))
-    top, bottom = (((v + side * reach_v) / TILE_PX).floor().long() for side in (-1, 1))
-    left, top = left.clamp_min(0), top.clamp_min(0)
-    across = (right.clamp_max(tiles_x - 1) - left + 1).clamp_min(0)
-    count = across * (bottom.clamp_max(tiles_y - 1) - top + 1).clamp_min(0)
-    of = torch.repeat_interleave(torch.arange(len(u), device=rows.device), count)
-    place = torch.arange(len(of), device=rows.device) - (torch.cumsum(count, 0) - count)[of]
-    wide = across[of].clamp_min(1)
-    tile = (top[of] + place // wide) * tiles_x + left[of] + place % wide
-    tile, order = torch.sort(tile, stable=True)
-    start = torch.searchsorted(tile, torch.arange(tiles_x * tiles_y + 1, device=rows.device))
-    return start.to(torch.int32), of[order].to(torch.int32).contiguous(), tiles_x
 
 
 def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[torch.Tensor, Lists]:
