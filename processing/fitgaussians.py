@@ -1,4 +1,4 @@
-"""``treedgs:fitgaussians``: the Gaussian field of the stem band."""
+"""``treedgs:fitgaussians``: the Gaussians of a plot."""
 
 from __future__ import annotations
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ...core.errors import InputError
 
 #: Columns of the packed parameter matrix that the kernels and the optimiser work on.
 MEAN, QUATERNION, LOG_SCALE, LOGIT, COLOUR = slice(0, 3), slice(3, 7), slice(7, 10), 10, slice(11, 14)
-N_PARAMETERS = 14
 
 #: float32 coordinates beyond this lose more than half a millimetre (24 bits of mantissa).
 LARGEST_COORDINATE_M = 1e4
@@ -99,30 +99,10 @@ class GaussianField:
 
     def select(self, which: np.ndarray) -> GaussianField:
         """The Gaussians that ``which`` (mask or indices) names."""
-        return GaussianField(
-            self.means[which],
-            self.quaternions[which],
-            self.log_scales[which],
-            self.opacity_logits[which],
-            self.colours[which],
-        )
+        parts = (self.means, self.quaternions, self.log_scales, self.opacity_logits, self.colours)
+        return GaussianField(*(part[which] for part in parts))
 
 
 def quaternion_matrices(quaternions: np.ndarray) -> np.ndarray:
     """(N, 4) quaternions w x y z of any length -> (N, 3, 3) float64 rotation matrices."""
-    q = np.asarray(quaternions, float)
-    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
-    return np.stack(
-        [
-            1 - 2 * (y * y + z * z),
-            2 * (x * y - w * z),
-            2 * (x * z + w * y),
-            2 * (x * y + w * z),
-            1 - 2 * (x * x + z * z),
-            2 * (y * z - w * x),
-            2 * (x * z - w * y),
-            2 * (y * z + w * x),
-            1 - 2 * (x * x + y * y),
-        ],
-        axis=1,
-    ).reshape(-1, 3, 3)
+    return Rotation.from_quat(np.asarray(quaternions, float)[:, [1, 2, 3, 0]]).as_matrix()

@@ -15,13 +15,17 @@ from .rasterize import Rendered
 _C1, _C2 = 0.01**2, 0.03**2
 #: Window of the structural similarity: pixels and their standard deviation (as OpenCV's, and the published one).
 _WINDOW, _SIGMA = 11, 1.5
+#: Of the absolute colour error about zero.
+_SOFT = 1e-3
+#: Least alpha of a pixel that shows a surface.
+_SOLID = 0.5
 #: Share of the structural similarity in the loss, as published.
 _SSIM = 0.2
 
 
-def l1(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor, softness: float = 1e-3) -> torch.Tensor:
-    """Weighted mean of sqrt(d^2 + softness^2) - softness. shown, image: (H, W, 3). weight: (H, W)."""
-    size = ((shown - image) ** 2 + softness**2).sqrt() - softness
+def l1(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
+    """Weighted mean of sqrt(d^2 + s^2) - s, s = :data:`_SOFT`. shown, image: (H, W, 3). weight: (H, W)."""
+    size = ((shown - image) ** 2 + _SOFT**2).sqrt() - _SOFT
     return (size * _share(weight)).sum()
 
 
@@ -43,18 +47,17 @@ def normal_consistency(
     planes: torch.Tensor,
     rays: torch.Tensor,
     weight: torch.Tensor,
-    least_alpha: float = 0.5,
     distance: torch.Tensor | None = None,
 ) -> torch.Tensor:
     """Rendered normals against those of a surface of distances: weighted mean of 1 - cos.
 
     planes: (8, H, W) of :class:`.rasterize.Rendered`. rays: (H, W, 3) unit directions, camera axes
     (``CropCamera.pixel_rays``). weight: (H, W). distance: (H, W) from the camera centre, NaN where there is none
-    (``Rendered.median_depth``); default: the expected distance. Pixels with alpha below ``least_alpha`` or without a
+    (``Rendered.median_depth``); default: the expected distance. Pixels with alpha below :data:`_SOLID` or without a
     distance, and the border, are left out.
     """
     alpha = planes[3]
-    solid = alpha >= least_alpha
+    solid = alpha >= _SOLID
     if distance is None:
         distance = planes[4] / alpha.clamp_min(1e-3)
     else:
