@@ -36,6 +36,7 @@ STAGES = {
     "stems of low confidence": "Looking again at stems of low confidence",
     "stems seen farther up": "Measuring hidden stems farther up",
     "measure stems": "Measuring each stem",
+    "stems": "Stems, found and fitted",
     "heights": "Heights of the trees",
     "canopy": "Looking for treetops",
     "tag photos": "Writing tagged copies of the photos",

@@ -768,6 +768,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Messung jedes Stamms</translation>
     </message>
     <message>
+      <source>Stems, found and fitted</source>
+      <translation>Stämme, gefunden und angepasst</translation>
+    </message>
+    <message>
       <source>Heights of the trees</source>
       <translation>Höhen der Bäume</translation>
     </message>
@@ -2480,12 +2484,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Geländeraster</translation>
     </message>
     <message>
-      <source>points read</source>
-      <translation>gelesene Punkte</translation>
+      <source>points used</source>
+      <translation>verwendete Punkte</translation>
     </message>
     <message>
-      <source>ground points</source>
-      <translation>Bodenpunkte</translation>
+      <source>ground points among them</source>
+      <translation>darunter Bodenpunkte</translation>
     </message>
     <message>
       <source>share of the extent with a ground height, %</source>

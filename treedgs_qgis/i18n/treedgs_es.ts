@@ -766,6 +766,10 @@ cero.&lt;/p&gt;
       <translation>Medición de cada tronco</translation>
     </message>
     <message>
+      <source>Stems, found and fitted</source>
+      <translation>Troncos, hallados y ajustados</translation>
+    </message>
+    <message>
       <source>Heights of the trees</source>
       <translation>Alturas de los árboles</translation>
     </message>
@@ -2478,12 +2482,12 @@ cero.&lt;/p&gt;
       <translation>ráster del terreno</translation>
     </message>
     <message>
-      <source>points read</source>
-      <translation>puntos leídos</translation>
+      <source>points used</source>
+      <translation>puntos usados</translation>
     </message>
     <message>
-      <source>ground points</source>
-      <translation>puntos del suelo</translation>
+      <source>ground points among them</source>
+      <translation>de ellos, puntos del suelo</translation>
     </message>
     <message>
       <source>share of the extent with a ground height, %</source>
