@@ -69,9 +69,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     empty["plot_tree"], empty["camp_plot"] = empty["tree_id"], empty["plot_id"]
     table = pd.concat([part for part in trees if len(part)] or [empty], ignore_index=True)
     written = read_written(path)
-    table = written.fill(table.sort_values("tree_id", kind="stable", ignore_index=True))
-    left = written.left(table.iloc[:0], set(table["tree_id"]))
-    table = pd.concat([table, left], ignore_index=True) if len(left) else table
+    table = written.into(table.sort_values("tree_id", kind="stable", ignore_index=True))
 
     def beside(geopackage: Path) -> None:
         add_readings(geopackage, pd.concat(readings, ignore_index=True) if readings else None)

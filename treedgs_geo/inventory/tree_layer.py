@@ -132,9 +132,7 @@ def write_trees(
         with put_beside(path.with_name(f"{path.stem}.before{path.suffix}")) as (temporary, kept):
             shutil.copyfile(path, temporary)
         (reporter or Reporter()).warn(f"{path}: can no longer be read ({written.unread}); kept as {kept.name}.")
-    table = written.fill(tree_table(trees, crs))
-    left = written.left(table, set(table["tree_id"]))
-    table = pd.concat([table, left], ignore_index=True) if len(left) else table
+    table = written.into(tree_table(trees, crs))
     write_table(path, table, lambda temporary: add_layers(temporary, table, sections, searched, readings), sheets)
     written.report(reporter)
     return path

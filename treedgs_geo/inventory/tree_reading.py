@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ..core.errors import InputError
-from ..core.tables import refuse_other_formats
+from ..core.tables import read_table, refuse_other_formats
 
 LAYER = "trees"
 #: Names of columns that are longer than a shapefile can have, and what they are called there.
@@ -51,8 +51,15 @@ def read_trees(path: Path, as_written: bool = False) -> gpd.GeoDataFrame:
     path = Path(path)
     refuse_other_formats(path, layers=True)
     try:
-        layer = {"layer": LAYER} if path.suffix.lower() == ".gpkg" else {}
-        table = gpd.read_file(path, engine="pyogrio", **layer)
+        if path.suffix.lower() == ".csv":
+            cells = read_table(path, as_written=True).reset_index(drop=True)
+            points = gpd.points_from_xy(*(pd.to_numeric(cells[name]) for name in "xy"))
+            table = gpd.GeoDataFrame(cells, geometry=points)
+        else:
+            layer = {"layer": LAYER} if path.suffix.lower() == ".gpkg" else {}
+            table = gpd.read_file(path, engine="pyogrio", **layer)
+    except InputError:
+        raise
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a tree layer ({problem}).") from None
     # A shapefile of ours, or one that GDAL cut the names of.

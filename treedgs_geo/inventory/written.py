@@ -19,7 +19,7 @@ from ..core.errors import InputError
 from ..core.files import put_beside
 from ..core.progress import Reporter
 from ..core.shown import some
-from ..core.tables import read_rows, read_table, safe_frame
+from ..core.tables import read_rows, safe_frame
 from ..stems.quality.tree import TREE_FIELDS
 from .reviewed import A_TREE
 from .reviewed import COLUMNS as DECIDED
@@ -51,8 +51,9 @@ class Written:
     own: list[str] = field(default_factory=list)
     unread: str = ""
 
-    def fill(self, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-        """The tree table with each entry at the nearest tree within :data:`ENTRY_M`, one tree an entry."""
+    def into(self, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
+        """The tree table with each entry at the nearest tree within :data:`ENTRY_M`, one tree an entry; and rows for
+        trees that a person says stand there and that found no tree again."""
         if not len(self.entries):
             return table
         there = self._moved(self.entries[["x", "y"]].to_numpy(float), table.crs)
@@ -82,38 +83,27 @@ class Written:
             table.insert(
                 table.columns.get_loc("geometry"), name, self.entries[name].reindex(rows).set_axis(table.index)
             )
-        return table
-
-    def left(self, table: gpd.GeoDataFrame, taken: set[int]) -> gpd.GeoDataFrame:
-        """Rows, like those of ``table``, for trees that a person says stand there and that found no tree again.
-
-        taken: numbers that other trees have. To be asked once, after everything was filled.
-        """
-        rows = []
-        for k in np.flatnonzero(~self.kept):
+        added, numbers = [], set(table["tree_id"])
+        for k in map(int, np.flatnonzero(~self.kept & np.isfinite(there).all(axis=1))):
             entry = self.entries.iloc[k]
             if entry["rev_flag"] not in A_TREE and pd.isna(entry["rev_dbh_cm"]) and entry["tree_id"]:
                 continue
-            x, y = self._moved(np.array([[entry["x"], entry["y"]]], float), table.crs)[0]
-            if not np.isfinite([x, y]).all():
-                continue
             own = int(entry["tree_id"] or 0)
-            number = own if own and own not in taken else max(taken, default=0) + 1
-            taken.add(number)
+            number = own if own and own not in numbers else max(numbers, default=0) + 1
+            numbers.add(number)
             self.kept[k] = True
-            rows.append(kept_place(entry, number, float(x), float(y)) | {name: entry[name] for name in self.own})
-        if not rows:
-            return table.iloc[:0]
-        table = self.fill(table.iloc[:0])
-        named = some((row["tree_id"] for row in rows), 10)
+            added.append(kept_place(entry, number, *there[k].tolist()) | {name: entry[name] for name in self.own})
+        if not added:
+            return table
         self.sentences.append(
-            f"{len(rows)} place{'' if len(rows) == 1 else 's'} where a person says that a tree stands gave no tree in "
-            f"this run: kept in the layer without a measured DBH (not_found), as tree {named}."
+            f"{len(added)} place{'' if len(added) == 1 else 's'} where a person says that a tree stands gave no tree "
+            "in this run: kept in the layer without a measured DBH (not_found), as tree "
+            f"{some((row['tree_id'] for row in added), 10)}."
         )
-        made = pd.DataFrame(rows).reindex(columns=[name for name in table if name != "geometry"])
+        made = pd.DataFrame(added).reindex(columns=[name for name in table if name != "geometry"])
         made = made.astype({name: kind for name, kind in table.dtypes.items() if name != "geometry"})
         points = gpd.points_from_xy(made["x"], made["y"], made["z_ground"].fillna(0.0))
-        return gpd.GeoDataFrame(made, geometry=points, crs=table.crs)
+        return pd.concat([table, gpd.GeoDataFrame(made, geometry=points, crs=table.crs)], ignore_index=True)
 
     def report(self, reporter: Reporter | None) -> None:
         """Say what was kept, and what found no tree again."""
@@ -188,17 +178,12 @@ def _read(path: Path) -> Written:
     if not path.is_file():
         return Written(path)
     try:
-        if path.suffix.lower() == ".csv":
-            if not read_rows(path)[1]:
-                return Written(path)
-            table, crs = read_table(path, as_written=True).reset_index(drop=True), None
-            table[["x", "y"]] = table[["x", "y"]].apply(pd.to_numeric)
-        else:
-            layer = read_trees(path, as_written=True)
-            with suppress(InputError):  # a flag in words is a decision; what else stands there is kept all the same
-                layer = plain_flags(path, layer)
-            crs = layer.crs
-            table = pd.DataFrame(layer.drop(columns="geometry")).assign(**_places(layer))
+        if path.suffix.lower() == ".csv" and not read_rows(path)[1]:
+            return Written(path)
+        layer = read_trees(path, as_written=True)
+        with suppress(InputError):  # a flag in words is a decision; what else stands there is kept all the same
+            layer = plain_flags(path, layer)
+        table = pd.DataFrame(layer.drop(columns="geometry")).assign(**_places(layer))
         names = ("tree_id", "plot_id", *_NUMBERS[:-1], *COLUMNS, *DECIDED)
         found = pd.DataFrame({name: table.get(name) for name in names})
         for name in _NUMBERS:
@@ -222,7 +207,7 @@ def _read(path: Path) -> Written:
     placed = found[["x", "y"]].notna().all(axis=1)
     places = {row.tree_id: (row.x, row.y) for row in found[placed].itertuples()}
     found = found[found[[*COLUMNS, *DECIDED, *own]].notna().any(axis=1) | drawn & placed]
-    return Written(path, found.reset_index(drop=True), crs, places, np.zeros(len(found), bool), own=own)
+    return Written(path, found.reset_index(drop=True), layer.crs, places, np.zeros(len(found), bool), own=own)
 
 
 def _places(layer: gpd.GeoDataFrame) -> dict[str, pd.Series]:

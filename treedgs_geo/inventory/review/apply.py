@@ -18,7 +18,6 @@ import shapely
 from ...core.errors import InputError
 from ...core.folder_lock import one_writer
 from ...core.plausible import refuse_odd_diameters
-from ...core.tables import read_table
 from ...core.wrong_units import wrong_unit
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ...stems.quality.tree import TREE_FIELDS
@@ -248,19 +247,12 @@ def read_whole(path: Path) -> gpd.GeoDataFrame:
     Raises:
         InputError: not readable, no tree layer, or a tree without a number.
     """
-    if path.suffix.lower() == ".csv":
-        try:
-            table = read_table(path, as_written=True).reset_index(drop=True)
-            x, y = (pd.to_numeric(table[name]) for name in ("x", "y"))
-            pd.to_numeric(table["tree_id"]).astype(int), table[["dbh_cm", "qc_flag"]]
-        except (ValueError, KeyError) as problem:
-            raise InputError(
-                f"{path}: cannot be read as a tree table ({problem}); give a layer made by TreeDGS."
-            ) from None
-        return gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(x, y))
-    table = typed(path, read_trees(path, as_written=True))
-    if table["tree_id"].isna().any():
+    table = read_trees(path, as_written=True)
+    if pd.to_numeric(table["tree_id"], errors="coerce").isna().any():
         raise InputError(f"{path}: a tree has no tree_id; give every tree its own number.")
+    if path.suffix.lower() == ".csv":
+        return table
+    table = typed(path, table)
     layer = {"layer": "trees"} if path.suffix.lower() == ".gpkg" else {}
     info = pyogrio.read_info(path, **layer)
     for name, kind in zip(info["fields"], info["dtypes"], strict=True):
