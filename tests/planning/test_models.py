@@ -15,7 +15,8 @@ from treedgs_geo.planning.choose import judged, stems_of
 from treedgs_geo.planning.curves import Curves, outcome, view_odds
 from treedgs_geo.planning.drones import camera_of, known_cameras
 from treedgs_geo.planning.missions import PlanFlight, Target, grid, orbits, sees
-from treedgs_geo.planning.safety import Limits, Unsafe, lowest_clearance, made_safe, needed_height, speed_of
+from treedgs_geo.planning.safety import Unsafe, lowest_clearance, made_safe, needed_height, speed_of
+from treedgs_geo.planning.settings import FlyingSettings
 from treedgs_geo.planning.stand import CELL_M, Scene, StandNumbers, about_plot, drawn_stand, dressed_trees, make_scene
 from treedgs_geo.planning.sun import sun_day
 from treedgs_geo.planning.views import ViewModel, framed_views, shown_share
@@ -172,11 +173,11 @@ def test_a_flight_is_raised_over_a_hill_between_its_photos_or_refused():
     def hill(xy):
         return 20 + 22.0 * np.exp(-(((xy[..., 0] - 15) / 6) ** 2))
 
-    camera, limits = camera_of("m3e"), Limits(15, 110, 8, 1)
+    camera, limits = camera_of("m3e"), FlyingSettings(highest_m=110, exposure_ms=1)
     safe = made_safe(made_flight([45.0] * 6), hill, camera, limits)
     assert lowest_clearance(safe, hill, 15) >= 14.95 and safe.above_m[-1] == pytest.approx(45)
     with pytest.raises(Unsafe, match="takes .* over the ground on this slope"):
-        made_safe(made_flight([45.0] * 6), hill, camera, Limits(15, 50, 8, 1))
+        made_safe(made_flight([45.0] * 6), hill, camera, FlyingSettings(highest_m=50, exposure_ms=1))
     with pytest.raises(Unsafe, match="gimbal turns from -90 to 35"):
         made_safe(made_flight([80.0] * 3, pitch=-95.0), hill, camera, limits)
     with pytest.raises(Unsafe, match="does not cover 4 of 4"):
@@ -193,7 +194,8 @@ def test_a_flight_is_raised_over_a_hill_between_its_photos_or_refused():
     ],
 )
 def test_what_limits_the_speed(key, exposure, readout, speed, why):
-    found = speed_of(made_flight([50.0] * 4), camera_of(key, None, readout), Limits(15, 110, 8, exposure))
+    limits = FlyingSettings(highest_m=110, exposure_ms=exposure)
+    found = speed_of(made_flight([50.0] * 4), camera_of(key, None, readout), limits)
     assert found[0] == pytest.approx(speed, rel=0.01) and found[1] == why
 
 

@@ -16,14 +16,14 @@ from ..report.pdf import write_pdf
 from .choose import MORE, Choice, JudgedFlight
 from .drones import RESERVE, DroneCamera
 from .missions import Target
-from .safety import Limits
+from .settings import FlyingSettings
 from .site import PlanSite
 from .sun import LOWEST_SUN_DEG, SunDay
 
 
 def write_brief(
-    folder: Path, title: str, choice: Choice, site: PlanSite, camera: DroneCamera, limits: Limits, clearance_m: float,
-    heading: tuple[float, str], sun: SunDay, take_off: tuple[float, float, float], picture: bytes,
+    folder: Path, title: str, choice: Choice, site: PlanSite, camera: DroneCamera, limits: FlyingSettings,
+    clearance_m: float, heading: tuple[float, str], sun: SunDay, take_off: tuple[float, float, float], picture: bytes,
 ) -> list[Path]:  # fmt: skip
     """``brief.html`` and ``brief.pdf``. take_off: longitude, latitude, height."""
     plan = choice.plan
@@ -67,8 +67,8 @@ def _more(choice: Choice) -> list[str]:
 
 
 def _flight_table(
-    choice: Choice, site: PlanSite, camera: DroneCamera, limits: Limits, clearance_m: float, heading: tuple[float, str],
-    take_off: tuple[float, float, float],
+    choice: Choice, site: PlanSite, camera: DroneCamera, limits: FlyingSettings, clearance_m: float,
+    heading: tuple[float, str], take_off: tuple[float, float, float],
 ) -> Table:  # fmt: skip
     flight, budget = choice.plan.flight, choice.plan.budget
     heights = " and ".join(f"{height:.0f}" for height in flight.heights_m)
@@ -98,7 +98,9 @@ def _flight_table(
     return facts_table("flight", "The flight", rows)
 
 
-def checklist(choice: Choice, camera: DroneCamera, limits: Limits, sun: SunDay, clearance_m: float) -> list[str]:
+def checklist(
+    choice: Choice, camera: DroneCamera, limits: FlyingSettings, sun: SunDay, clearance_m: float
+) -> list[str]:
     """What the crew checks, in the order of the day."""
     budget = choice.plan.budget
     return [

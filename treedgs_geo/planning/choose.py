@@ -15,8 +15,8 @@ from .budget import Budget, budget_of
 from .curves import Curves, Outcome, outcome
 from .drones import DroneCamera
 from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, Target, grid, orbits
-from .safety import Limits, Unsafe, made_safe, speed_of
-from .settings import PATTERNS
+from .safety import Unsafe, made_safe, speed_of
+from .settings import PATTERNS, FlyingSettings, PlanFlightSettings
 from .site import PlanSite
 from .stand import CELL_M, REACH_M, Scene, about_plot, make_scene
 from .views import ViewModel, framed_views, shown_share
@@ -135,7 +135,7 @@ def judged(
 
 
 def heights_of(
-    site: PlanSite, camera: DroneCamera, limits: Limits, error_cm: float, curves: Curves
+    site: PlanSite, camera: DroneCamera, limits: FlyingSettings, error_cm: float, curves: Curves
 ) -> tuple[float, float]:
     """The two heights over the ground that are tried, m: the higher gives the wanted error at :data:`VIEWS_OF_HEIGHT`.
 
@@ -176,8 +176,8 @@ def candidates(
 
 
 def choose(
-    site: PlanSite, stems: list[PlotStems], camera: DroneCamera, limits: Limits, take_off: np.ndarray,
-    heading_deg: float, error_cm: float, share: float, batteries: int | None, pattern: str, reporter: Reporter,
+    site: PlanSite, stems: list[PlotStems], camera: DroneCamera, settings: PlanFlightSettings, take_off: np.ndarray,
+    heading_deg: float, reporter: Reporter,
 ) -> Choice:  # fmt: skip
     """The flight with the fewest photos that measures the share with the error, or the best with so many batteries.
 
@@ -185,25 +185,28 @@ def choose(
         InputError: nothing safe, or nothing that reaches the target; says what would do.
     """
     model, curves, costs = ViewModel.load(), Curves.load(), CostModel.load()
-    heights = heights_of(site, camera, limits, error_cm, curves)
+    error_cm, share, batteries = settings.target_error_cm, settings.target_share_pct / 100, settings.batteries
+    heights = heights_of(site, camera, settings, error_cm, curves)
     plans: list[JudgedFlight] = []
     refused: Counter[tuple[str, str]] = Counter()
     dbh_m = np.concatenate([2 * one.scene.stems[one.rows, 2] for one in stems])
     flights = [
-        flight for flight in candidates(site, camera, heights, heading_deg, pattern) if 0 < len(flight) <= MAX_PHOTOS
+        flight
+        for flight in candidates(site, camera, heights, heading_deg, settings.pattern)
+        if 0 < len(flight) <= MAX_PHOTOS
     ]
     for number, flight in enumerate(flights):
         try:
-            safe = made_safe(flight, site.canopy_top, camera, limits)
+            safe = made_safe(flight, site.canopy_top, camera, settings)
         except Unsafe as problem:
             refused[flight.pattern, str(problem)] += 1
             continue
         clear, gsd = judged(safe, stems, camera, model)
-        budget = budget_of(safe, camera, speed_of(safe, camera, limits), take_off, costs)
+        budget = budget_of(safe, camera, speed_of(safe, camera, settings), take_off, costs)
         plans.append(JudgedFlight(safe, outcome(curves, clear, gsd, dbh_m), budget, clear, gsd))
         reporter.progress((number + 1) / len(flights), f"flight {number + 1} of {len(flights)}")
     if not plans:
-        raise InputError(_nothing_safe(refused, limits))
+        raise InputError(_nothing_safe(refused, settings))
     good = _good(plans, error_cm, share, batteries)
     if not good:
         raise InputError(_unreachable(plans, error_cm, share, batteries))
@@ -249,7 +252,7 @@ def with_more(plan: JudgedFlight, plans: list[JudgedFlight], dbh_m: np.ndarray, 
     return outcome(curves, clear, gsd, dbh_m)
 
 
-def _nothing_safe(refused: Counter[tuple[str, str]], limits: Limits) -> str:
+def _nothing_safe(refused: Counter[tuple[str, str]], limits: FlyingSettings) -> str:
     if not refused:
         return (
             "--plots: no flight of fewer than 3000 photos shows them; plan the plots in groups that lie near one "

@@ -23,7 +23,7 @@ from ..core.files import atomic_path, write_json
 from .budget import TRANSIT_M_S
 from .choose import JudgedFlight
 from .drones import DroneCamera
-from .safety import Limits
+from .settings import FlyingSettings
 from .site import PlanSite
 
 
@@ -57,7 +57,7 @@ def mission_of(
     plan: JudgedFlight,
     site: PlanSite,
     camera: DroneCamera,
-    limits: Limits,
+    limits: FlyingSettings,
     take_off: np.ndarray,
     title: str,
     made: dt.datetime,

@@ -21,7 +21,7 @@ from .drones import camera_of
 from .layers import OWN_LAYERS, write_plan_layers
 from .mission_files import mission_of, write_kmz, write_litchi, write_plan
 from .missions import compass
-from .safety import Limits, lowest_clearance
+from .safety import lowest_clearance
 from .settings import PlanFlightSettings
 from .site import PlanSite, read_site
 from .sun import SunDay, sun_day
@@ -46,7 +46,6 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     load_fonts()  # says that the extra "reports" is missing before anything is computed
     ensure_unlocked(folder / "plan.gpkg", OWN_LAYERS)
     camera = camera_of(settings.camera, settings.trigger_s, settings.readout_ms)
-    limits = Limits(settings.clearance_m, settings.highest_m, settings.speed_m_s, settings.exposure_ms)
     day = parse_date(settings.flight_date, "--flight-date") if settings.flight_date else dt.date.today()
     with reporter.stage("read", 0.0, 0.1):
         site = read_site(settings, reporter)
@@ -57,18 +56,15 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     sun = sun_day(day, float(lon), float(lat), site.convergence_deg)
     heading = heading_of(site, sun)
     with reporter.stage("flights", 0.1, 0.85):
-        choice = choose(
-            site, stems, camera, limits, take_off, heading[0], settings.target_error_cm,
-            settings.target_share_pct / 100, settings.batteries, settings.pattern, reporter,
-        )  # fmt: skip
+        choice = choose(site, stems, camera, settings, take_off, heading[0], reporter)
     more = [*choice.not_flown(), *_beyond(site, choice, settings)]
     site.notes.extend(more)
     reporter.tell(more)
     with reporter.stage("write", 0.85, 1.0):
         # The middle of the day: the same plan gives the same file.
         stamp = sun.utc[len(sun.utc) // 2].replace(tzinfo=dt.timezone.utc)
-        mission = mission_of(choice.plan, site, camera, limits, take_off, folder.resolve().name, stamp)
-        clearance = lowest_clearance(choice.plan.flight, site.canopy_top, limits.clearance_m)
+        mission = mission_of(choice.plan, site, camera, settings, take_off, folder.resolve().name, stamp)
+        clearance = lowest_clearance(choice.plan.flight, site.canopy_top, settings.clearance_m)
         share = settings.target_share_pct / 100
         picture = draw_brief(choice, site, take_off, settings.target_error_cm, share)
         (folder / "plan.kmz").unlink(missing_ok=True)
@@ -80,8 +76,8 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
         plan = write_plan(folder / "plan.plan", mission)
         litchi = write_litchi(folder, "plan_litchi", mission)
         page, brief = write_brief(
-            folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, camera, limits, clearance, heading, sun,
-            mission.home, picture,
+            folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, camera, settings, clearance, heading,
+            sun, mission.home, picture,
         )  # fmt: skip
         figures = _figures(choice, clearance, heading[0])
         write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from .drones import DroneCamera
 from .missions import PlanFlight, compass
+from .settings import FlyingSettings
 
 #: Blur within an exposure and travel within a rolling shutter's readout, pixels on the ground.
 MAX_BLUR_PX, MAX_READOUT_PX = 0.5, 3.0
@@ -22,18 +23,7 @@ class Unsafe(Exception):
     """A flight that may not be flown; the text says why and what would do."""
 
 
-@dataclass(frozen=True)
-class Limits:
-    """clearance_m: least distance to the canopy. highest_m: most height over the ground. speed_m_s: most speed.
-    exposure_ms: time that the shutter is open."""
-
-    clearance_m: float
-    highest_m: float
-    speed_m_s: float
-    exposure_ms: float
-
-
-def made_safe(flight: PlanFlight, canopy: Canopy, camera: DroneCamera, limits: Limits) -> PlanFlight:
+def made_safe(flight: PlanFlight, canopy: Canopy, camera: DroneCamera, limits: FlyingSettings) -> PlanFlight:
     """The flight with photos raised until every way between them clears the canopy.
 
     canopy: (N, 2) -> height of the canopy's top, datum of the terrain model, NaN where the ground is unknown.
@@ -104,7 +94,7 @@ def _shortfall(flight: PlanFlight, canopy: Canopy, clearance_m: float) -> np.nda
     return short
 
 
-def speed_of(flight: PlanFlight, camera: DroneCamera, limits: Limits) -> tuple[float, str]:
+def speed_of(flight: PlanFlight, camera: DroneCamera, limits: FlyingSettings) -> tuple[float, str]:
     """Speed that keeps trigger, blur and readout within limits, m/s, and what sets it."""
     gsd_m = float(flight.above_m.min()) / camera.focal_px
     same = np.diff(flight.leg) == 0
