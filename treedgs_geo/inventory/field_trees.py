@@ -43,8 +43,8 @@ _LIST = 8
 
 
 @dataclass(frozen=True, kw_only=True)
-class FieldProtocol:
-    """How the field crew measured."""
+class Bearings:
+    """What bearings refer to."""
 
     north: str = param(
         "true",
@@ -57,9 +57,15 @@ class FieldProtocol:
         minimum=-180,
         maximum=180,
         help="magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by "
-        "--field-date or the table's date column",
+        "--field-date, or the date column of a field table",
     )
     field_date: str | None = param(None, help="day of the field work, year-month-day, for the declination")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldProtocol(Bearings):
+    """How the field crew measured."""
+
     distance: str = param(
         "horizontal",
         choices=("horizontal", "slope"),
@@ -362,7 +368,7 @@ def _refuse_far(path: Path, trees: pd.DataFrame, plots: dict[str, Plot]) -> None
 
 
 def bearing_to_grid_deg(
-    plot: Plot, crs: pyproj.CRS, protocol: FieldProtocol, day: str = "", path: Path = Path("field table")
+    plot: Plot, crs: pyproj.CRS, protocol: Bearings, day: str = "", path: Path = Path("field table")
 ) -> float:
     """Degrees to take off a field bearing to make it a grid bearing at this plot. day: ISO date of the field work.
 

@@ -9,10 +9,11 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import TABLES, param
+from ..inventory.field_trees import Bearings
 
 
 @dataclass(frozen=True, kw_only=True)
-class TapeSampleSettings:
+class TapeSampleSettings(Bearings):
     """Options of ``tape-sample``."""
 
     trees: Path = param(kind="file", help="measured trees: the tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
@@ -31,19 +32,6 @@ class TapeSampleSettings:
         "(within flags)",
     )
     seed: int = param(0, minimum=0, help="another number draws other trees; the same draws the same again")
-    north: str = param(
-        "true",
-        choices=("true", "grid", "magnetic"),
-        help="north that the form's bearings refer to (magnetic needs --field-date, or the declination)",
-    )
-    declination_deg: float | None = param(
-        None,
-        unit="degrees, east positive",
-        minimum=-180,
-        maximum=180,
-        help="magnetic declination at the plots; default: from the World Magnetic Model by --field-date",
-    )
-    field_date: str | None = param(None, help="day of the field work, year-month-day, for magnetic bearings")
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",

@@ -25,7 +25,6 @@ from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import LAYER, read_cells
-from ..field_trees import FieldProtocol
 from .form import make_form
 from .frame import Frame, read_frame
 from .sheets import sheets, walk
@@ -55,9 +54,8 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
         )
     if settings.n > len(frame.trees):
         reporter.warn(f"--n: {settings.n} tapes asked for, {len(frame.trees)} trees are there: all of them are drawn.")
-    protocol = FieldProtocol(north=settings.north, declination_deg=settings.declination_deg)
     day = parse_date(settings.field_date, "--field-date").isoformat() if settings.field_date else ""
-    trees = walk(frame, draw, protocol, day, settings.trees)
+    trees = walk(frame, draw, settings, day, settings.trees)
     with reporter.stage("write", 0.4, 1.0):
         table = tape_table(trees, len(frame.trees), draw.design, frame.mark)
         _write(folder, frame, trees, table, settings)

@@ -11,7 +11,7 @@ import pyproj
 
 from ...core.plots import Plot
 from ..double_sampling.designs import Draw
-from ..field_trees import FieldProtocol, bearing_to_grid_deg
+from ..field_trees import Bearings, bearing_to_grid_deg
 from .frame import Frame
 
 #: Trees of a page where there are no plots.
@@ -32,7 +32,7 @@ class Sheet:
     trees: pd.DataFrame
 
 
-def walk(frame: Frame, draw: Draw, protocol: FieldProtocol, day: str, path: Path) -> pd.DataFrame:
+def walk(frame: Frame, draw: Draw, protocol: Bearings, day: str, path: Path) -> pd.DataFrame:
     """The drawn trees: ``walk`` (1 is first), ``tree_id, plot_id, about_cm`` (NaN: no DBH), ``qc_flag, azim_deg,
     dist_m`` (from the plot's centre; NaN without plots), ``x, y, lon, lat`` (WGS 84), ``stratum, prob, dbh_cm``.
 
