@@ -2732,8 +2732,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Deklination [Grad, Ost positiv]</translation>
     </message>
     <message>
-      <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date or the table's date column</source>
-      <translation>magnetische Deklination an der Probefläche am Tag der Feldarbeit; Vorgabe: aus dem World Magnetic Model nach --field-date oder der Datumsspalte der Tabelle</translation>
+      <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date, or the date column of a field table</source>
+      <translation>magnetische Deklination an der Probefläche am Tag der Feldarbeit; Vorgabe: aus dem World Magnetic Model nach --field-date oder der Datumsspalte einer Feldtabelle</translation>
     </message>
     <message>
       <source>Field date</source>
@@ -3006,18 +3006,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>another number draws other trees; the same draws the same again</source>
       <translation>eine andere Zahl zieht andere Bäume, dieselbe wieder dieselben</translation>
-    </message>
-    <message>
-      <source>north that the form's bearings refer to (magnetic needs --field-date, or the declination)</source>
-      <translation>Nordrichtung, auf die sich die Richtungen im Formular beziehen (magnetic braucht --field-date oder die Missweisung)</translation>
-    </message>
-    <message>
-      <source>magnetic declination at the plots; default: from the World Magnetic Model by --field-date</source>
-      <translation>Missweisung an den Flächen; sonst: aus dem World Magnetic Model nach --field-date</translation>
-    </message>
-    <message>
-      <source>day of the field work, year-month-day, for magnetic bearings</source>
-      <translation>Tag der Feldarbeit, Jahr-Monat-Tag, für magnetische Richtungen</translation>
     </message>
     <message>
       <source>CRS of trees in a CSV, or of a layer without one</source>

@@ -2730,8 +2730,8 @@ cero.&lt;/p&gt;
       <translation>Declinación [grados, este positivo]</translation>
     </message>
     <message>
-      <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date or the table's date column</source>
-      <translation>declinación magnética en la parcela el día del trabajo de campo; por defecto, del World Magnetic Model según --field-date o la columna de fecha de la tabla</translation>
+      <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date, or the date column of a field table</source>
+      <translation>declinación magnética en la parcela el día del trabajo de campo; por defecto, del World Magnetic Model según --field-date o la columna de fecha de una tabla de campo</translation>
     </message>
     <message>
       <source>Field date</source>
@@ -3004,18 +3004,6 @@ cero.&lt;/p&gt;
     <message>
       <source>another number draws other trees; the same draws the same again</source>
       <translation>otro número sortea otros árboles; el mismo, los mismos otra vez</translation>
-    </message>
-    <message>
-      <source>north that the form's bearings refer to (magnetic needs --field-date, or the declination)</source>
-      <translation>norte al que se refieren los rumbos del formulario (magnetic necesita --field-date o la declinación)</translation>
-    </message>
-    <message>
-      <source>magnetic declination at the plots; default: from the World Magnetic Model by --field-date</source>
-      <translation>declinación magnética en las parcelas; por defecto: del World Magnetic Model según --field-date</translation>
-    </message>
-    <message>
-      <source>day of the field work, year-month-day, for magnetic bearings</source>
-      <translation>día del trabajo de campo, año-mes-día, para rumbos magnéticos</translation>
     </message>
     <message>
       <source>CRS of trees in a CSV, or of a layer without one</source>
