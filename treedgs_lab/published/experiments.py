@@ -117,12 +117,10 @@ def _methods(study: Study) -> None:
     names = [f"{p}/{t}" for p, t in zip(reference.plot, reference.tree, strict=True)]
     held = np.isin(names, split["held_out"])
     errors = {name: np.where(held, np.nan, read - reference.dbh_cm) for name, read in estimates.items()}
-    columns = {"plot_id": reference.plot, "tree_id": reference.tree, "reference_cm": reference.dbh_cm}
-    columns |= {"held_out": held, **estimates}
-    trees = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    trees = {"plot_id": reference.plot, "tree_id": reference.tree, "reference_cm": reference.dbh_cm, "held_out": held}
     main = "splats" if "splats" in sources else "lidar"
     ablation = ablate(sources[main], reference, held, powers[main])
-    for name, rows in {"methods": found["rows"], "power": found["sweep"], "method_trees": trees}.items():
+    for name, rows in {"methods": found["rows"], "power": found["sweep"], "method_trees": trees | estimates}.items():
         write_table(folder / f"{name}.csv", rows)
     write_text(folder / "methods.tex", methods_latex(found["rows"]))
     write_table(folder / "ablation.csv", ablation)

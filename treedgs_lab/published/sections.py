@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.core.files import atomic_path
-from treedgs_geo.core.tables import safe_frame
+from treedgs_geo.core.tables import write_csv
 from treedgs_geo.report.blocks import Column, Table
 from treedgs_geo.report.latex import booktabs
 
@@ -64,9 +64,9 @@ def table_of(rows: list[dict], title: str = "") -> Table:
     return Table("", title, columns, shown, note="" if rows else "Nothing.")
 
 
-def write_table(path: Path, rows: list[dict]) -> None:
-    """The rows as CSV that no spreadsheet takes for formulas."""
-    write_text(path, safe_frame(pd.DataFrame(rows)).to_csv(index=False, lineterminator="\n", float_format="%.4f"))
+def write_table(path: Path, rows: list[dict] | dict) -> None:
+    """Rows, or columns, as CSV that no spreadsheet takes for formulas."""
+    write_csv(path, pd.DataFrame(rows), float_format="%.4f")
 
 
 def write_text(path: Path, text: str) -> None:
