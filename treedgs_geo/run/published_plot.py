@@ -193,7 +193,7 @@ def sample_gaussians(
         InputError: no Gaussian, or none that a photo shows. MissingComponentError: torch is not installed.
     """
     from ..pointcloud.cloud import PointCloud
-    from ..stems.splats.sample import sample_surface
+    from ..stems.splats.on_torch.sample import sample_surface
 
     points = sample_surface(field, views, options, reporter)
     attributes = {"opacity": points.opacity, "n_views": points.n_views}

@@ -17,7 +17,6 @@ from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.options import SampleOptions
-from treedgs_geo.stems.splats.sample import sample_surface
 from treedgs_geo.terrain.dtm import Dtm
 from treedgs_lab.published import gallery, paper_document, point_sets
 from treedgs_lab.published.point_sets import fuse_depth
@@ -41,6 +40,9 @@ def bark(n: int = 1500) -> GaussianField:
 @pytest.fixture
 def plot(tmp_path, monkeypatch) -> PlotFiles:
     """A workspace with those Gaussians, their samples and the true stem; twelve photos."""
+    pytest.importorskip("torch")
+    from treedgs_geo.stems.splats.on_torch.sample import sample_surface
+
     work, truth = tmp_path / "work", tmp_path / "p" / "truth"
     work.mkdir()
     truth.mkdir(parents=True)

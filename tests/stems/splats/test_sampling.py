@@ -16,8 +16,8 @@ from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.stems.splats.camera import CropCamera
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.on_torch.rasterize import draw
+from treedgs_geo.stems.splats.on_torch.sample import draw_candidates, sample_surface, view_opacity
 from treedgs_geo.stems.splats.options import SampleOptions
-from treedgs_geo.stems.splats.sample import draw_candidates, sample_surface, view_opacity
 
 ROTATION = Rotation.from_euler("xyz", [150, 5, 20], degrees=True).as_matrix()
 

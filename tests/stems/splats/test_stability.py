@@ -16,7 +16,7 @@ from treedgs_geo.reconstruction.cameras import Camera, View  # noqa: E402
 from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.rasterize import draw, rasterize, tensors_of  # noqa: E402
-from treedgs_geo.stems.splats.sample import sample_surface, view_opacity  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.sample import sample_surface, view_opacity  # noqa: E402
 from treedgs_lab.published.point_sets import fuse_depth  # noqa: E402
 
 DOWN = np.diag([1.0, -1.0, -1.0])

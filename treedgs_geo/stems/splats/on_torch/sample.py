@@ -19,16 +19,16 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from ...core.errors import InputError
-from ...core.progress import Reporter
-from ...core.seeding import own_seed
-from ...reconstruction.cameras import View
-from .camera import CropCamera
-from .field import GaussianField
-from .on_torch.project import TILE_PX, lists_by_tile
-from .on_torch.rasterize import projected
-from .options import SampleOptions
-from .point_kernels import opacity_before
+from ....core.errors import InputError
+from ....core.progress import Reporter
+from ....core.seeding import own_seed
+from ....reconstruction.cameras import View
+from ..camera import CropCamera
+from ..field import GaussianField
+from ..options import SampleOptions
+from ..point_kernels import opacity_before
+from .project import TILE_PX, lists_by_tile
+from .rasterize import projected
 
 #: Points scored at once: bounds memory.
 CHUNK = 400_000
