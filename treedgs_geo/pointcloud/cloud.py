@@ -17,7 +17,7 @@ class PointCloud:
 
     xyz: (N, 3) float64, project coordinates in metres. crs: of the file (may be compound), ``None`` = local metres.
     attributes: name -> (N,) array: ``intensity``, ``classification``, returns, colours and any extra dimension.
-    layout: how the file that it came from stores points (:class:`.files.Layout`), so that it is written alike.
+    layout: laspy's header of the LAS file that it came from, so that it is written alike.
 
     Raises:
         ValueError: xyz of another shape, or an attribute of another length.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -21,30 +22,6 @@ from .text_files import iter_text
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
 _KEPT = ("intensity", "return_number", "number_of_returns", "classification", "gps_time", "red", "green", "blue")
 _RGB = ("red", "green", "blue")
-#: VLRs that are made anew when a file is written.
-_OWN_VLRS = {
-    ("laszip encoded", 22204),
-    ("LASF_Spec", 4),
-    ("copc", 1),
-    ("copc", 1000),
-    ("LASF_Projection", 2112),
-    ("LASF_Projection", 34735),
-    ("LASF_Projection", 34736),
-    ("LASF_Projection", 34737),
-}
-
-
-@dataclass(frozen=True)
-class Layout:
-    """How a LAS file stores its points: ``point_format`` 0-10, ``version``, ``scale`` and ``offset`` (3,), extra
-    dimensions as laspy's parameters, and the VLRs that are not rebuilt in writing."""
-
-    point_format: int
-    version: str
-    scale: np.ndarray
-    offset: np.ndarray
-    extras: dict[str, Any]
-    vlrs: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -129,7 +106,7 @@ def gathered(path: Path, pieces: Iterator[PointCloud], where: str = "") -> Point
     cloud = concatenate(itertools.chain([first], pieces))
     del first
     # What is zero throughout is what a writer fills in anyway: it need not be carried along.
-    extras = cloud.layout.extras if cloud.layout is not None else cloud.attributes
+    extras = cloud.attributes if cloud.layout is None else set(cloud.layout.point_format.extra_dimension_names)
     kept = {
         name: values for name, values in cloud.attributes.items() if name in _KEPT or name in extras or values.any()
     }
@@ -183,42 +160,59 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offse
 
     path = Path(path)
     check_cloud_output(path)
-    layout = cloud.layout
-    check_compression(path, layout.point_format if layout is not None else 6)
-    if layout is None:
-        coloured = all(name in cloud.attributes for name in _RGB)
-        header = laspy.LasHeader(version="1.4", point_format=7 if coloured else 6)
-        header.scales = np.full(3, 0.001)
-    else:
-        header = laspy.LasHeader(version=layout.version, point_format=layout.point_format)
-        header.scales, header.offsets = layout.scale, layout.offset
-        header.vlrs.extend(layout.vlrs)
+    values_of = {name[:32]: values for name, values in cloud.attributes.items()}
+    if "scan_angle_rank" in values_of and (cloud.layout is None or cloud.layout.point_format.id > 5):
+        values_of["scan_angle"] = np.round(values_of.pop("scan_angle_rank") / 0.006).astype(np.int16)
+    header = new_header(path, cloud, {name: _las_type(values) for name, values in values_of.items()})
+    header.remove_extra_dims([name for name in header.point_format.extra_dimension_names if name not in values_of])
     if scale is not None:
         header.scales = np.full(3, scale)
     if offsets is not None:
         header.offsets = np.asarray(offsets, float)
-    elif layout is None or not _fits(cloud.xyz, header):
+    elif cloud.layout is None or not _fits(cloud.xyz, header):
         header.offsets = np.floor(cloud.xyz.min(axis=0)) if len(cloud) else np.zeros(3)
-    if cloud.crs is not None:
-        header.add_crs(cloud.crs, keep_compatibility=False)
-    known = set(header.point_format.dimension_names)
-    values_of = dict(cloud.attributes)
-    if "scan_angle_rank" in values_of and "scan_angle" in known:
-        values_of["scan_angle"] = np.round(values_of.pop("scan_angle_rank") / 0.006).astype(np.int16)
-    extra = {name: values for name, values in values_of.items() if name not in known}
-    own = layout.extras if layout is not None else {}
-    header.add_extra_dims(
-        [
-            own.get(name) or laspy.ExtraBytesParams(name=name[:32], type=_las_type(values))
-            for name, values in extra.items()
-        ]
-    )
-    data = laspy.LasData(header)
-    data.x, data.y, data.z = cloud.xyz[:, 0], cloud.xyz[:, 1], cloud.xyz[:, 2]
+    record = laspy.ScaleAwarePointRecord.zeros(len(cloud), header=header)
+    record.x, record.y, record.z = cloud.xyz.T
     for name, values in values_of.items():
-        data[name[:32]] = values.astype(_las_type(values)) if name in extra and name not in own else values
-    with atomic_path(path) as temporary:
-        data.write(str(temporary))
+        record[name] = values
+    with atomic_path(path) as temporary, laspy.open(temporary, "w", header=header) as writer:
+        writer.write_points(record)
+
+
+def new_header(path: Path, cloud: PointCloud, extra: dict[str, str]) -> Any:
+    """laspy's header of a new file: of points stored as those of ``cloud`` (of no LAS file: 1.4, format 6 or, with
+    colours, 7, millimetres), with ``extra`` dimensions, name -> type, that the format does not have.
+
+    Raises:
+        InputError: waveform points for LAZ, whose compressor loses their packet fields where there are several scanner
+            channels.
+    """
+    import laspy
+
+    if cloud.layout is None:
+        header = laspy.LasHeader(version="1.4", point_format=7 if all(name in cloud.attributes for name in _RGB) else 6)
+        header.scales = np.full(3, 0.001)
+    else:
+        if cloud.layout.point_format.id in (9, 10) and path.suffix.lower() == ".laz":
+            raise InputError(
+                f"{path}: waveform points (format {cloud.layout.point_format.id}) do not survive LAZ compression "
+                "unharmed, expected .las for them; rename the output."
+            )
+        header = copy.deepcopy(cloud.layout)
+        header.version = laspy.header.Version.from_str(writable_version(header))
+        # What belongs to the other file: its compression, its index, a CRS that is not the points'.
+        kept_crs = cloud.crs is not None and cloud.crs == header.parse_crs()
+        users = {"copc", "laszip encoded"} | (set() if kept_crs else {"LASF_Projection"})
+        header.vlrs = laspy.vlrs.vlrlist.VLRList([vlr for vlr in header.vlrs if vlr.user_id not in users])
+        if header.evlrs is not None:
+            header.evlrs = laspy.vlrs.vlrlist.VLRList([vlr for vlr in header.evlrs if vlr.user_id not in users])
+    if cloud.crs is not None and header.parse_crs() is None:
+        header.add_crs(cloud.crs, keep_compatibility=False)
+    there = set(header.point_format.dimension_names)
+    header.add_extra_dims(
+        [laspy.ExtraBytesParams(name=name, type=kind) for name, kind in extra.items() if name not in there]
+    )
+    return header
 
 
 def check_cloud_output(path: Path) -> None:
@@ -231,19 +225,6 @@ def check_cloud_output(path: Path) -> None:
         raise InputError(f"{path}: found ending {Path(path).suffix!r}, expected .laz or .las; rename the output.")
     if str(path).lower().endswith(".copc.laz"):
         raise InputError(f"{path}: COPC is read but not written, expected .laz; rename the output.")
-
-
-def check_compression(path: Path, point_format: int) -> None:
-    """Refuse waveform formats in LAZ: with several scanner channels the compressor loses their packet fields.
-
-    Raises:
-        InputError: formats 9 and 10 under the name of .laz.
-    """
-    if point_format in (9, 10) and Path(path).suffix.lower() == ".laz":
-        raise InputError(
-            f"{path}: waveform points (format {point_format}) do not survive LAZ compression unharmed, "
-            "expected .las for them; rename the output."
-        )
 
 
 def _fits(xyz: np.ndarray, header: Any) -> bool:
@@ -267,7 +248,6 @@ def _iter_las(
         header = reader.header
         own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs)
         names = _names(header, attributes)
-        layout = _layout(header)
         pieces = (
             copc_pieces(path, bounds)
             if bounds is not None and is_copc(header)
@@ -276,31 +256,7 @@ def _iter_las(
         for points in pieces:
             xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
             values = {name: np.asarray(points[name]) for name in names}
-            yield _clip(PointCloud(xyz, own, values, layout), bounds)
-
-
-def _layout(header: Any) -> Layout:
-    import laspy
-
-    extras = {}
-    for dimension in header.point_format.extra_dimensions:
-        extras[dimension.name] = laspy.ExtraBytesParams(
-            name=dimension.name,
-            type=dimension.type_str() or dimension.dtype,
-            description=dimension.description or "",
-            offsets=dimension.offsets,
-            scales=dimension.scales,
-            no_data=dimension.no_data,
-        )
-    kept = tuple(vlr for vlr in header.vlrs if (vlr.user_id, vlr.record_id) not in _OWN_VLRS)
-    return Layout(
-        header.point_format.id,
-        writable_version(header),
-        np.asarray(header.scales, float).copy(),
-        np.asarray(header.offsets, float).copy(),
-        extras,
-        kept,
-    )
+            yield _clip(PointCloud(xyz, own, values, header), bounds)
 
 
 def _names(header: Any, attributes: tuple[str, ...] | None) -> list[str]:

@@ -3,7 +3,6 @@ stored integers of every coordinate stay as they are."""
 
 from __future__ import annotations
 
-import copy
 import itertools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,8 +16,8 @@ import pyproj
 from ..core.files import atomic_path
 from .cloud import PointCloud
 from .file_crs import LOCAL
-from .files import check_cloud_output, check_compression, has_no_layout, iter_without_layout
-from .las_reader import iter_points, open_reader, writable_version
+from .files import check_cloud_output, has_no_layout, iter_without_layout, new_header
+from .las_reader import iter_points, open_reader
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
 Step = Callable[[np.ndarray, Callable[[str], np.ndarray]], tuple[np.ndarray | None, dict[str, np.ndarray]]]
@@ -69,46 +68,22 @@ def _records(
     source: Path, target: Path, added: dict[str, str], crs: pyproj.CRS | None
 ) -> Iterator[tuple[Any, Iterator[Any]]]:
     """The new file's header, and laspy's point records of ``source``, chunk by chunk. Text and E57 have no layout of
-    their own: LAS 1.4, format 6, a tenth of a millimetre."""
+    their own: a tenth of a millimetre."""
     if has_no_layout(source):
         pieces = iter_without_layout(source, LOCAL, False, _CHUNK)
         first = next(pieces)
-        header = _bare_header(replace(first, crs=crs), added)
-        yield header, (_bare_record(piece, header) for piece in itertools.chain([first], pieces))
+        header = new_header(
+            target, replace(first, crs=crs), {name[:32]: "float64" for name in first.attributes} | added
+        )
+        header.scales, header.offsets = np.full(3, 1e-4), np.floor(np.median(first.xyz, axis=0))
+        yield header, (_record(piece, header) for piece in itertools.chain([first], pieces))
         return
     with open_reader(source) as reader:
-        check_compression(target, reader.header.point_format.id)
-        header = _new_header(reader.header, added)
-        if crs is None:
-            header.vlrs = _without(header.vlrs, "LASF_Projection")
-        elif reader.header.parse_crs() is None:
-            header.add_crs(crs, keep_compatibility=False)
+        header = new_header(target, PointCloud(np.empty((0, 3)), crs, {}, reader.header), added)
         yield header, iter_points(source, reader, _CHUNK)
 
 
-def _new_header(source: Any, added: dict[str, str]) -> Any:
-    import laspy
-
-    header = copy.deepcopy(source)
-    header.version = laspy.header.Version.from_str(writable_version(source))
-    header.vlrs = _without(source.vlrs, "copc", "laszip encoded")
-    if header.evlrs is not None:
-        header.evlrs = _without(header.evlrs, "copc")
-    there = set(header.point_format.dimension_names)
-    new = [laspy.ExtraBytesParams(name=name, type=kind) for name, kind in added.items() if name not in there]
-    if new:
-        header.add_extra_dims(new)
-    return header
-
-
-def _without(records: Any, *users: str) -> Any:
-    """The variable length records that are not these users'."""
-    import laspy
-
-    return laspy.vlrs.vlrlist.VLRList([record for record in records if record.user_id not in users])
-
-
-def _bare_record(piece: PointCloud, header: Any) -> Any:
+def _record(piece: PointCloud, header: Any) -> Any:
     import laspy
 
     out = laspy.ScaleAwarePointRecord.zeros(len(piece), header=header)
@@ -118,18 +93,3 @@ def _bare_record(piece: PointCloud, header: Any) -> Any:
     for name, value in piece.attributes.items():
         out[name[:32]] = value
     return out
-
-
-def _bare_header(piece: PointCloud, added: dict[str, str]) -> Any:
-    import laspy
-
-    header = laspy.LasHeader(version="1.4", point_format=6)
-    header.scales, header.offsets = np.full(3, 1e-4), np.floor(np.median(piece.xyz, axis=0))
-    if piece.crs is not None:
-        header.add_crs(piece.crs, keep_compatibility=False)
-    there = set(header.point_format.dimension_names)
-    extra = {name[:32]: "float64" for name in piece.attributes} | added
-    header.add_extra_dims(
-        [laspy.ExtraBytesParams(name=name, type=kind) for name, kind in extra.items() if name not in there]
-    )
-    return header
