@@ -22,13 +22,11 @@ from ..core.workspace import peak_memory_mb
 from ..inventory.report import write_report
 from ..inventory.searched import not_seen, partly_searched, searched_table
 from ..inventory.tree_layer import check_output, tree_table, write_trees
-from ..pointcloud.cloud import PointCloud, thin, usable
+from ..pointcloud.cloud import PointCloud
 from ..pointcloud.cloud import extent as extent_of
 from ..pointcloud.file_crs import LOCAL_CRS
-from ..pointcloud.file_crs import placed as placed_on_map
-from ..pointcloud.files import describe_cloud, iter_cloud, write_cloud
-from ..pointcloud.sanity import examine
-from ..pointcloud.survey import Extent, Survey
+from ..pointcloud.files import write_cloud
+from ..pointcloud.survey import Extent
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
 from ..stems.cloud.estimate.options import MeasureOptions
@@ -37,8 +35,7 @@ from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.quality.odd_heights import mark_odd_heights
 from ..stems.quality.repeated import mark_repeated
 from ..stems.quality.tree import Tree
-from ..terrain.cloud_ground import CloudGround, found_ground, given_ground
-from ..terrain.dtm import read_dtm, require_coverage
+from ..terrain.cloud_ground import CloudGround
 from .cloud_input import load_ground, read_checked, tree_summary
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .searched import LOW_M, day_scanned, seen_in_cloud
@@ -56,11 +53,6 @@ MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angl
 MARGIN_M = 5.0
 #: Core-seconds per million cloud points: reading, ground, stems.
 CLOUD_S_MILLION = 9.0
-#: Of the dry run's look at the ground: points up to here above the lowest of their square metre are kept, one a voxel
-#: of this side, metres.
-_ABOVE_M, _VOXEL_M = 1.0, 0.05
-#: Larger clouds (m2) are not looked at before the run: that would take as long as the run's own ground.
-_LARGEST_M2 = 20_000.0
 
 
 @dataclass
@@ -68,9 +60,9 @@ class CloudJob:
     """A run over a point cloud. What was asked for; then what its stages found, in their order.
 
     settings: of the verb. attributes: of the points, to keep (``None`` = all, and every point of a large cloud).
-    find_stems: stems are to be found. cloud: its usable points, in a dry run the first of them. extent: beyond it are
-    strays. low, high: (3,) corners, project coordinates. lowest: (N, 3) lowest points, of a dry run. plots: none = the
-    whole cloud. tree_id: (N,) of each point, 0 = none. stems: of ``segment-stems``.
+    find_stems: stems are to be found. cloud: its usable points. extent: beyond it are strays. low, high: (3,) corners,
+    project coordinates. plots: none = the whole cloud. tree_id: (N,) of each point, 0 = none. stems: those of
+    ``segment-stems``.
     sheets: ``tree_id`` -> evidence sheet. result: of the verb.
     """
 
@@ -82,7 +74,6 @@ class CloudJob:
     extent: Extent = field(init=False)
     low: np.ndarray = field(init=False)
     high: np.ndarray = field(init=False)
-    lowest: np.ndarray = field(init=False)
     plots: list[Plot] = field(default_factory=list)
     ground: CloudGround = field(init=False)
     trees: list[Tree] = field(default_factory=list)
@@ -108,33 +99,11 @@ def _check_outputs(job: CloudJob) -> None:
 
 
 def _read_cost(job: CloudJob, findings: Findings) -> Cost:
-    """Read the cloud through once: where its points are, how many, the lowest of them."""
-    asked, survey, parts, first = job.settings, Survey(), [], None
-    for piece in iter_cloud(asked.input, crs=asked.crs, need_crs=False):
-        if not len(piece):
-            continue
-        if first is None:
-            crs = placed_on_map(piece.crs, piece.xyz, asked.input, findings, asked.crs, asked.dtm)
-            first = replace(piece, crs=crs)
-        xyz = piece.xyz[usable(piece)]
-        survey.add(xyz)
-        parts.append(_low(xyz))
-    if first is None or not survey.n_points:
-        raise InputError(f"{asked.input}: holds no usable point, expected a point cloud; check the file.")
-    found, odd = examine(survey, asked.input, True, describe_cloud(asked.input).scale, asked.dtm is not None)
-    for finding in odd:
-        (findings.problem if finding.refuse else findings.warn)(finding.sentence)
-    if findings.problems:
-        raise InputError(findings.problems[0])
-    lowest = _low(np.concatenate(parts))
-    job.cloud, job.low, job.high, job.lowest = first, found.low, found.high, lowest[found.holds(lowest)]
-    span, count = found.high - found.low, found.n_points - found.n_strays
+    """Read the cloud as the run does."""
+    _read(job, findings)
+    span, count = job.high - job.low, len(job.cloud)
     density = count / max(float(span[0] * span[1]), 1.0)
-    where = first.horizontal_crs.name if first.horizontal_crs is not None else "local metres, no CRS"
-    findings.info(
-        f"{count:,} points, {span[0]:.0f} x {span[1]:.0f} m, {density:,.0f} points a square metre, heights "
-        f"{found.low[2]:.1f} to {found.high[2]:.1f} m, {where}."
-    )
+    findings.info(f"{density:,.0f} points a square metre, heights {job.low[2]:.1f} to {job.high[2]:.1f} m.")
     if density < 300:
         findings.warn(
             f"{density:.0f} points a square metre are few: a stem needs about 100 points on its lower 3 m (drone LiDAR "
@@ -144,20 +113,8 @@ def _read_cost(job: CloudJob, findings: Findings) -> Cost:
     return Cost(
         seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
         memory_gb=0.5 + 0.35 * count / 1e6,
-        disk_gb=0.05 + (0.00003 * count / 1e3 if asked.stems_output else 0.0),
+        disk_gb=0.05 + (0.00003 * count / 1e3 if job.settings.stems_output else 0.0),
     )
-
-
-def _low(xyz: np.ndarray) -> np.ndarray:
-    """The lowest of (N, 3) points."""
-    if not len(xyz):
-        return xyz
-    column = np.floor(xyz[:, :2] - xyz[:, :2].min(axis=0)).astype(np.int64)
-    _, cell = np.unique(column[:, 0] * (column[:, 1].max() + 1) + column[:, 1], return_inverse=True)
-    lowest = np.full(cell.max() + 1, np.inf)
-    np.minimum.at(lowest, cell, xyz[:, 2])
-    low = xyz[xyz[:, 2] < lowest[cell] + _ABOVE_M]
-    return low[thin(low, _VOXEL_M)]
 
 
 def _read(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
@@ -242,20 +199,9 @@ def _check_weights(job: CloudJob) -> None:
 
 
 def _ground_cost(job: CloudJob, findings: Findings) -> Cost:
-    """Ask of the lowest points what the run will ask of the cloud."""
-    asked, given = job.settings, None
-    if asked.dtm is not None:
-        given = read_dtm(asked.dtm, job.cloud.crs, findings)
-        x, y = np.meshgrid(np.linspace(job.low[0], job.high[0], 12), np.linspace(job.low[1], job.high[1], 12))
-        require_coverage(given, np.column_stack([x.ravel(), y.ravel()]), str(asked.dtm))
-    xyz = job.lowest
-    if not len(xyz) or float(np.prod(np.ptp(xyz[:, :2], axis=0))) > _LARGEST_M2:
-        return Cost()
+    """Find the ground as the run does."""
     try:
-        if given is not None:
-            given_ground(given, xyz, str(asked.dtm), findings)
-        else:
-            found_ground(xyz, job.cloud.horizontal_crs, str(asked.input), findings, asked.z_is)
+        _ground(job, findings)
     except InputError as refusal:
         findings.problem(str(refusal))
     return Cost()
