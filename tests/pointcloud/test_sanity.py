@@ -17,20 +17,13 @@ from treedgs_geo.cli import main
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.pointcloud.files import describe_cloud, read_cloud
 from treedgs_geo.pointcloud.sanity import examine
-from treedgs_geo.pointcloud.survey import SAMPLE_POINTS, Survey
+from treedgs_geo.pointcloud.survey import SAMPLE_POINTS, sample, survey
 from treedgs_geo.stems.quality.reasons import REASONS
 from treedgs_geo.terrain import thinned
 
 
-def survey_of(xyz, pieces=1):
-    survey = Survey()
-    for part in np.array_split(xyz, pieces):
-        survey.add(part)
-    return survey
-
-
 def kinds(xyz, **more):
-    return [(finding.kind, finding.refuse) for finding in examine(survey_of(xyz), "a.laz", **more)[1]]
+    return [(finding.kind, finding.refuse) for finding in examine(xyz, "a.laz", **more)[1]]
 
 
 def sentence(capsys, *arguments, code=2):
@@ -170,7 +163,7 @@ def test_units_in_the_geotiff_keys_are_read(tmp_path):
 )
 def test_points_far_off_are_counted_and_left_out(tmp_path, capsys, monkeypatch, stray):
     xyz = np.vstack([np.array(stray, float), PLOT])
-    extent, findings = examine(survey_of(xyz, 7), "a.laz")
+    extent, findings = examine(xyz, "a.laz")
     assert [finding.kind for finding in findings] == ["strays"] and not findings[0].refuse
     assert 1 <= extent.n_strays <= len(stray) <= extent.n_strays_most
     np.testing.assert_array_equal(np.flatnonzero(~extent.holds(xyz)), np.arange(len(stray)))
@@ -219,7 +212,7 @@ def test_strays_are_in_no_output_by_either_road(tmp_path, capsys, monkeypatch, s
 def test_two_groups_far_apart_are_not_strays():
     """Many points far off are no strays: what cannot be gridded is refused, what can is worked on as before."""
     xyz = np.vstack([PLOT, PLOT[::3] + (3e6, 0, 0)])
-    extent, findings = examine(survey_of(xyz), "a.laz")
+    extent, findings = examine(xyz, "a.laz")
     assert findings[0].refuse and "3,000 km away" in findings[0].sentence and extent.n_strays == 0
     near = np.vstack([PLOT, PLOT[::3] + (90, 0, 0)])
     assert kinds(near) == []
@@ -227,11 +220,9 @@ def test_two_groups_far_apart_are_not_strays():
 
 def test_a_large_survey_keeps_a_sample_and_the_whole_extent():
     rng = np.random.default_rng(0)
-    survey = Survey()
-    for _ in range(20):
-        survey.add(rng.uniform([0, 0, 0], [300, 200, 30], (60_000, 3)))
-    extent = survey.extent()
-    assert survey.n_points == 1_200_000 and SAMPLE_POINTS / 2 <= len(survey.sample()) <= SAMPLE_POINTS
+    xyz = rng.uniform([0, 0, 0], [300, 200, 30], (1_200_000, 3))
+    extent = survey(xyz)
+    assert extent.n_points == 1_200_000 and SAMPLE_POINTS / 2 <= len(sample(xyz, extent)) <= SAMPLE_POINTS
     assert extent.n_strays == 0 and (extent.high - extent.low > [299, 199, 29.9]).all()
 
 
@@ -293,7 +284,7 @@ def test_memory_stays_that_of_the_plot_with_a_point_a_thousand_kilometres_off(tm
 def test_real_clouds_pass(folder, name):
     path = needs_shared(folder) / name
     cloud = read_cloud(path, crs="local", attributes=())
-    extent, findings = examine(survey_of(cloud.xyz), path, True, describe_cloud(path).scale)
+    extent, findings = examine(cloud.xyz, path, True, describe_cloud(path).scale)
     assert extent.n_strays == 0 and {finding.kind for finding in findings} <= {"ground"}
     assert not any(finding.refuse for finding in findings)
     if folder in ("lidar_treels", "plot_a") and name != "pine.laz":

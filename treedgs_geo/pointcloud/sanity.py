@@ -14,7 +14,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from .survey import Extent, Survey
+from .survey import Extent, sample, survey
 
 #: The tallest trees on earth reach 116 m, few stands 55 m and hardly one 75 m: beyond, the heights are remarked,
 #: flagged (every tree to check) or refused.
@@ -66,17 +66,17 @@ class Ground:
 
 
 def examine(
-    survey: Survey, path: Path, stems: bool = True, scale: np.ndarray | None = None, own_ground: bool = False
+    xyz: np.ndarray, path: Path, stems: bool = True, scale: np.ndarray | None = None, own_ground: bool = False
 ) -> tuple[Extent, list[Finding]]:
-    """The extent without strays, and everything that is wrong, what ends the job first.
+    """The extent of (N, 3) finite points without strays, and everything that is wrong, what ends the job first.
 
     stems: stems are to be found in it (for a terrain model a thin, sparse cloud is fine). scale: (3,) coordinate steps
     of the file. own_ground: heights come from a terrain model of the user.
     """
-    extent = survey.extent()
+    extent = survey(xyz)
     if not extent.n_points:
         return extent, []
-    findings = list(_examine(survey, extent, Path(path), stems, scale, own_ground))
+    findings = list(_examine(xyz, extent, Path(path), stems, scale, own_ground))
     return extent, sorted(findings, key=lambda finding: not finding.refuse)
 
 
@@ -93,7 +93,7 @@ def report(findings: list[Finding], reporter: Reporter) -> None:
 
 
 def _examine(
-    survey: Survey, extent: Extent, path: Path, stems: bool, scale: np.ndarray | None, own_ground: bool
+    xyz: np.ndarray, extent: Extent, path: Path, stems: bool, scale: np.ndarray | None, own_ground: bool
 ) -> Iterator[Finding]:
     if sentence := _degrees(extent, scale):
         yield Finding("degrees", f"{path}: {sentence}", True)
@@ -107,7 +107,7 @@ def _examine(
             f"{path}: {count} of {extent.n_points:,} points lie up to {_distance(extent.reach_m)} "
             "away from all others and are left out; remove them if the file is used elsewhere.",
         )
-    points = survey.sample(extent)
+    points = sample(xyz, extent)
     if len(points) < 50:
         return
     span = extent.high - extent.low

@@ -1,12 +1,13 @@
-"""Where a cloud's points lie, counted in coarse steps while it is read: its extent, single points far off, a sample."""
+"""Where a cloud's points lie, counted in coarse steps: its extent, single points far off, a sample."""
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
-from .cloud import extent, in_box
+from .cloud import extent, in_box, slices
 
 #: Width of a step along an axis, metres.
 STEP_M = 10.0
@@ -23,7 +24,7 @@ SAMPLE_POINTS = 400_000
 
 @dataclass(frozen=True)
 class Extent:
-    """What a :class:`Survey` found.
+    """Where points lie.
 
     low, high: (3,) the box of the points without the strays, project coordinates. n_points: all. n_strays: points
     far outside the box along one axis, to be left out (of the axis with most; n_strays_most: all axes' together).
@@ -45,74 +46,50 @@ class Extent:
         return np.asarray(in_box(xyz, self.low - margin, self.high + margin))
 
 
-class Survey:
-    """Fed with a cloud piece by piece; memory is that of the sample and of the occupied steps along each axis."""
-
-    def __init__(self) -> None:
-        self.n_points = 0
-        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
-        self._steps: list[tuple[np.ndarray, np.ndarray]] = [(np.empty(0, np.int64), np.empty(0, np.int64))] * 3
-        self._stride, self._next = 1, 0
-        self._parts: list[np.ndarray] = []
-        self._sampled = 0
-
-    def add(self, xyz: np.ndarray) -> None:
-        """Count (N, 3) finite points."""
-        if not len(xyz):
-            return
-        low, high = extent(np.asarray(xyz, float))
-        self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
-        for axis in range(3):
-            step, count = _counted(np.floor(np.clip(xyz[:, axis] / STEP_M, -_FARTHEST, _FARTHEST)).astype(np.int64))
-            known, before = self._steps[axis]
-            both, place = np.unique(np.concatenate([known, step]), return_inverse=True)
-            total = np.bincount(place, np.concatenate([before, count]), len(both)).astype(np.int64)
-            self._steps[axis] = both, total
-        part = xyz[self._next :: self._stride]
-        self._next = (self._next - len(xyz)) % self._stride
-        self._parts.append(part.copy())
-        self._sampled += len(part)
-        self.n_points += len(xyz)
-        while self._sampled > SAMPLE_POINTS:
-            self._parts = [np.concatenate(self._parts)[::2]]
-            self._sampled = len(self._parts[0])
-            self._stride *= 2
-
-    def sample(self, extent: Extent | None = None) -> np.ndarray:
-        """(M, 3) every so-many-th point, those in the box of ``extent``."""
-        points = np.concatenate(self._parts) if self._parts else np.empty((0, 3))
-        return points if extent is None else points[extent.holds(points)]
-
-    def extent(self) -> Extent:
-        """The box of the main group, and what lies far from it."""
-        low, high = self._low.copy(), self._high.copy()
-        if not self.n_points:
-            return Extent(low, high, 0)
-        away_along, reach = [], 0.0
-        for axis in range(3):
-            first, last, away = _main_range(*self._steps[axis], GAP_Z_M if axis == 2 else GAP_XY_M)
-            step, count = self._steps[axis]
-            away_along.append(int(count[(step < first) | (step > last)].sum()))
-            reach = max(reach, away)
-            low[axis], high[axis] = max(low[axis], first * STEP_M), min(high[axis], (last + 1) * STEP_M)
-        outside = sum(away_along)
-        if not outside:
-            return Extent(low, high, self.n_points)
-        if outside > max(STRAY_SHARE * self.n_points, FEW_STRAYS):
-            return Extent(
-                self._low.copy(), self._high.copy(), self.n_points, n_groups_off=max(away_along), reach_m=reach
-            )
-        return Extent(low, high, self.n_points, max(away_along), outside, reach_m=reach)
+def survey(xyz: np.ndarray) -> Extent:
+    """The box of the main group of (N, 3) finite points, and what lies far from it."""
+    low, high = extent(xyz) if len(xyz) else (np.full(3, np.inf), np.full(3, -np.inf))
+    if not len(xyz):
+        return Extent(low, high, 0)
+    whole, away_along, reach = (low.copy(), high.copy()), [], 0.0
+    for axis in range(3):
+        step, count = _steps(xyz[:, axis])
+        first, last, away = _main_range(step, count, GAP_Z_M if axis == 2 else GAP_XY_M)
+        away_along.append(int(count[(step < first) | (step > last)].sum()))
+        reach = max(reach, away)
+        low[axis], high[axis] = max(low[axis], first * STEP_M), min(high[axis], (last + 1) * STEP_M)
+    outside, most = sum(away_along), max(away_along)
+    if not outside:
+        return Extent(low, high, len(xyz))
+    if outside > max(STRAY_SHARE * len(xyz), FEW_STRAYS):
+        return Extent(*whole, len(xyz), n_groups_off=most, reach_m=reach)
+    return Extent(low, high, len(xyz), most, outside, reach_m=reach)
 
 
-def _counted(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The steps that occur, sorted, and how often each does."""
-    first = int(steps.min())
-    if int(steps.max()) - first > 10 * len(steps) + 1000:
-        return np.unique(steps, return_counts=True)
-    count = np.bincount(steps - first)
-    there = np.flatnonzero(count)
-    return there + first, count[there]
+def sample(xyz: np.ndarray, within: Extent) -> np.ndarray:
+    """(M, 3) every so-many-th of (N, 3) points, those in the box."""
+    stride = 1
+    while len(xyz) > SAMPLE_POINTS * stride:
+        stride *= 2
+    points = xyz[::stride]
+    return points[within.holds(points)]
+
+
+def _steps(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The steps in which (N,) coordinates along an axis lie, sorted, and how many in each."""
+    found: Counter[int] = Counter()
+    for part in slices(len(values)):
+        step = np.floor(np.clip(values[part] / STEP_M, -_FARTHEST, _FARTHEST)).astype(np.int64)
+        first = int(step.min())
+        if int(step.max()) - first > 10 * len(step) + 1000:
+            there, count = np.unique(step, return_counts=True)
+        else:
+            count = np.bincount(step - first)
+            there = np.flatnonzero(count)
+            count, there = count[there], there + first
+        found.update(dict(zip(there.tolist(), count.tolist(), strict=True)))
+    steps = np.array(sorted(found))
+    return steps, np.array([found[step] for step in steps.tolist()])
 
 
 def _main_range(step: np.ndarray, count: np.ndarray, gap_m: float) -> tuple[int, int, float]:

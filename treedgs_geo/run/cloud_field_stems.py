@@ -58,7 +58,7 @@ def name_stems(
     ids, facts = np.cumsum(np.r_[False, ~seen[1:]]).astype(np.int32), {}
     if field is not None:
         answers = answer_stems(stems, field)
-        ids, _ = named(stems, field, answers)
+        ids = named(stems, field, answers)
         facts = _answered(field, answers, output, reporter)
     ids[seen] = 0
     if seen.any():

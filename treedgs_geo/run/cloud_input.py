@@ -87,10 +87,9 @@ def checked(
     Raises:
         InputError, CRSError: as :func:`read_checked`; no usable point.
     """
-    from ..pointcloud.cloud import slices, usable
+    from ..pointcloud.cloud import usable
     from ..pointcloud.file_crs import placed
     from ..pointcloud.sanity import examine, report
-    from ..pointcloud.survey import Survey
 
     good = usable(cloud)
     if not good.any():
@@ -102,10 +101,8 @@ def checked(
         share = 1.0 - float(good.mean())
         text = f"{path}: {np.count_nonzero(~good):,} points ({share:.1%}) are classed as noise or withheld: left out."
         (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
-    survey = Survey()
-    for part in slices(len(cloud)):
-        survey.add(cloud.xyz[part][good[part]])
-    extent, findings = examine(survey, path, find_stems, scale, dtm is not None)
+    xyz = cloud.xyz if good.all() else cloud.xyz[good]
+    extent, findings = examine(xyz, path, find_stems, scale, dtm is not None)
     report(findings, reporter)
     kept = extent.holds(cloud.xyz) & good
     cloud = cloud if kept.all() else cloud.select(kept)

@@ -79,8 +79,8 @@ def _reason_missing(stems: StemMap, place: np.ndarray, unseen: np.ndarray, gap: 
     return "merged" if (gap < radii + TAKEN_M).any() else "few_points"
 
 
-def named(stems: StemMap, field: FieldStems, answers: list[Answer]) -> tuple[np.ndarray, list[str]]:
-    """``(new ids (S + 1,) by old tree_id, names of field stems that were not found)``, by :func:`answer_stems`.
+def named(stems: StemMap, field: FieldStems, answers: list[Answer]) -> np.ndarray:
+    """(S + 1,) new ids by old tree_id, by :func:`answer_stems`.
 
     A stem that is only perhaps the field's is not named. Stems without a name are numbered on from the largest field
     id."""
@@ -90,4 +90,4 @@ def named(stems: StemMap, field: FieldStems, answers: list[Answer]) -> tuple[np.
             new[answer.stem + 1] = number
     rest = np.flatnonzero(new[1:] == 0) + 1
     new[rest] = int(field.ids.max()) + 1 + np.arange(len(rest))
-    return new, [answer.name for answer in answers if answer.answer in ("missing", "unsure")]
+    return new
