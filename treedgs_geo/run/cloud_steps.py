@@ -164,9 +164,8 @@ def _find_stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     asked, cloud = job.settings, job.cloud
     height = height_above_ground(cloud.xyz, job.ground.dtm)
     if asked.segmenter != "own":
-        found = segment_other(cloud, asked.segmenter, asked.segmenter_command, asked.segmenter_model, reporter)
-        tree_id, count, source = found.tree_id, found.n_trees, asked.segmenter
-        label = _in_order(tree_id)
+        tree_id = segment_other(cloud, asked.segmenter, asked.segmenter_command, asked.segmenter_model, reporter)
+        label, count, source = _in_order(tree_id), int(tree_id.max()), asked.segmenter
     else:
         given = read_places(asked.field_stems, cloud.horizontal_crs, job.low[:2], job.high[:2])
         stems = find_stems(cloud, job.ground.dtm, asked, reporter, None if given is None else given.xy, height)

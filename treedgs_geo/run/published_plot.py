@@ -227,7 +227,7 @@ def _segmented(
     """(P,) stem of each point, 0 = none; the stems where our own segmenter found them; (P,) height above ground."""
     height = height_above_ground(cloud.xyz, site.dtm)
     if asked.segmenter != "own":
-        found = segment_other(cloud, asked.segmenter, asked.segmenter_command, asked.segmenter_model, reporter)
-        return found.tree_id, None, height
+        command, model = asked.segmenter_command, asked.segmenter_model
+        return segment_other(cloud, asked.segmenter, command, model, reporter), None, height
     stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
     return label_points(cloud.xyz, height, stems), stems, height

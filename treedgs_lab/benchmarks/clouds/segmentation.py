@@ -97,7 +97,7 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
     if segmenter == "own":
         label = label_points(cloud.xyz, height, find_stems(cloud, dtm))
     else:
-        label = segment_external(cloud, segmenter, command).tree_id
+        label = segment_external(cloud, segmenter, command)
     seconds = time.perf_counter() - began
     true, names = true_labels(plot, cloud.xyz)
     rows = {row["tree_id"]: row for row in stems_inside(plot).to_dict("records")}

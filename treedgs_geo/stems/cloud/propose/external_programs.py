@@ -10,7 +10,6 @@ from __future__ import annotations
 import shlex
 import subprocess
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,66 +24,34 @@ NAME = "cloud"
 SEGMENTERS = ("forestformer3d", "segmentanytree", "treex")
 #: Names under which SegmentAnyTree and its kin write the tree number.
 _LAS_FIELDS = ("PredInstance", "preds_instance_segmentation", "instance_pred", "tree_id", "treeID")
-_PLY_TYPES = {
-    "char": "i1",
-    "int8": "i1",
-    "uchar": "u1",
-    "uint8": "u1",
-    "short": "i2",
-    "int16": "i2",
-    "ushort": "u2",
-    "uint16": "u2",
-    "int": "i4",
-    "int32": "i4",
-    "uint": "u4",
-    "uint32": "u4",
-    "float": "f4",
-    "float32": "f4",
-    "double": "f8",
-    "float64": "f8",
-}
+#: PLY's old names of types; the new ones are numpy's.
+_PLY_TYPES = {"float": "float32", "double": "float64", "int": "int32", "uint": "uint32", "char": "int8",
+              "uchar": "uint8", "short": "int16", "ushort": "uint16"}  # fmt: skip
 
 
-@dataclass(frozen=True)
-class ExternalLabels:
-    """tree_id: (N,) int32 in the order of the cloud, 0 = no tree, numbered from 1. n_trees. reordered: the program
-    returned the points in another order and they were matched by place."""
+def segment_external(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter | None = None) -> np.ndarray:
+    """(N,) int32 tree of each point, from 1, 0 = none, as a segmenter has them; a warning where it returned the points
+    in another order.
 
-    tree_id: np.ndarray
-    n_trees: int
-    reordered: bool
-
-
-def segment_external(
-    cloud: PointCloud,
-    segmenter: str,
-    command: str,
-    reporter: Reporter | None = None,
-) -> ExternalLabels:
-    """Run a segmenter on a cloud.
-
-    segmenter: one of ``SEGMENTERS``. command: its command line with ``{input}`` (folder with the
-    cloud), ``{output}`` (folder for the result) and, if wanted, ``{name}``; no shell is involved.
+    segmenter: one of ``SEGMENTERS``. command: its command line with ``{input}`` (folder with the cloud), ``{output}``
+    (folder for the result) and, if wanted, ``{name}``; no shell is involved.
 
     Raises:
-        MissingComponentError: the program is not there. InputError: a bad command. OutputError: the program failed, or
-        what it wrote does not fit the cloud.
+        MissingComponentError: the program is not there. InputError: it may not be run. OutputError: it failed, or what
+        it wrote does not fit the cloud.
     """
-    reporter = reporter or Reporter()
-    if segmenter not in SEGMENTERS:
-        raise InputError(f"segmenter: found {segmenter!r}, expected one of {', '.join(SEGMENTERS)}.")
-    if "{input}" not in command or "{output}" not in command:
-        raise InputError(
-            f"segmenter command: found {command!r}, expected a command line with {{input}} and {{output}} "
-            "in it, for example 'docker run --rm -v {input}:/in -v {output}:/out IMAGE'."
-        )
-    if len(cloud) == 0:
-        raise InputError("segmenter: the cloud has no points; give one that has.")
     with tempfile.TemporaryDirectory(prefix="treedgs-segmenter-") as folder:
-        return _run(cloud, segmenter, command, reporter, Path(folder))
+        return _run(cloud, segmenter, command, reporter or Reporter(), Path(folder))
 
 
-def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, work: Path) -> ExternalLabels:
+def numbered(given: np.ndarray, trees: np.ndarray) -> np.ndarray:
+    """(N,) int32 from 1 on, of the (N,) numbers of those that are ``trees``, 0 of the others."""
+    tree_id = np.zeros(len(given), np.int32)
+    tree_id[trees] = np.unique(given[trees], return_inverse=True)[1] + 1
+    return tree_id
+
+
+def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, work: Path) -> np.ndarray:
     given, made = work / "input", work / "output"
     given.mkdir()
     made.mkdir()
@@ -113,7 +80,7 @@ def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, wo
         )
     result = _result(made, segmenter)
     xyz, instance = _read_ply(result) if result.suffix == ".ply" else _read_las(result)
-    return _checked(local, xyz, instance, result, segmenter)
+    return _checked(local, xyz, instance, result, segmenter, reporter)
 
 
 def _result(folder: Path, segmenter: str) -> Path:
@@ -134,7 +101,9 @@ def _result(folder: Path, segmenter: str) -> Path:
     return exact[0] if exact else found[0]
 
 
-def _checked(sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Path, segmenter: str) -> ExternalLabels:
+def _checked(
+    sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Path, segmenter: str, reporter: Reporter
+) -> np.ndarray:
     """The labels in the order of the points that were sent, once it is sure that they belong to them."""
     if len(back) != len(sent):
         raise OutputError(
@@ -145,7 +114,6 @@ def _checked(sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Pat
         raise OutputError(f"{path.name}: {segmenter} returned coordinates that are not numbers; run it again.")
     # The program may have moved the cloud as a whole: the bounding box says by how much, whatever the order.
     moved = back + (sent.min(axis=0) - back.min(axis=0))
-    reordered = False
     if np.abs(moved - sent).max() > SAME_POINT_M:
         from scipy.spatial import cKDTree
 
@@ -156,17 +124,15 @@ def _checked(sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Pat
                 f"{path.name}: {segmenter} returned other points than it was given (one is "
                 f"{away.max():.3f} m off), expected the same coordinates; its labels cannot be used."
             )
-        instance, reordered = instance[nearest], True
+        instance = instance[nearest]
+        reporter.warn(f"{segmenter} returned the points in another order; they were matched by place.")
     trees = instance > (-1 if segmenter == "forestformer3d" else 0)
     if not trees.any():
         raise OutputError(
             f"{path.name}: {segmenter} found no tree at all in {len(sent)} points; that is how a broken "
             "installation shows, check it on its own example."
         )
-    tree_id = np.zeros(len(sent), np.int32)
-    _, number = np.unique(instance[trees], return_inverse=True)
-    tree_id[trees] = number + 1
-    return ExternalLabels(tree_id, int(tree_id.max()), reordered)
+    return numbered(instance, trees)
 
 
 def write_labelled_ply(path: Path, xyz: np.ndarray) -> None:
@@ -200,23 +166,21 @@ def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
                 f"{path.name}: has the properties {', '.join(names) or 'none'}, expected x, y, z and "
                 "instance_pred; use the segmenter's final output."
             )
-        text = any(h.startswith("format ascii") for h in head)
-        order = ">" if any("big_endian" in h for h in head) else "<"
+        big = any("big_endian" in h for h in head)
         try:
-            if text:
-                values = np.loadtxt(stream, ndmin=2, max_rows=count or None)
-                table = {name: values[:, k] for k, name in enumerate(names)}
+            if any(h.startswith("format ascii") for h in head):
+                rows = np.loadtxt(stream, [(name, float) for name in names], ndmin=1, max_rows=count or None)
             else:
-                kinds = np.dtype([(name, order + _PLY_TYPES[kind]) for kind, name in fields])
-                rows = np.frombuffer(stream.read(count * kinds.itemsize), kinds)
-                table = {name: rows[name] for name in names}
-            got = len(table["x"])
-        except (ValueError, IndexError, KeyError) as problem:
+                kinds = [
+                    (name, np.dtype(_PLY_TYPES.get(kind, kind)).newbyteorder(">" if big else "<"))
+                    for kind, name in fields
+                ]
+                rows = np.fromfile(stream, np.dtype(kinds), count)
+        except (ValueError, IndexError, TypeError) as problem:
             raise OutputError(f"{path.name}: cannot be read ({problem}); run the segmenter again.") from None
-    if got != count:
-        raise OutputError(f"{path.name}: promises {count} points and holds {got}; run the segmenter again.")
-    xyz = np.column_stack([table[axis] for axis in "xyz"]).astype(float)
-    return xyz, np.asarray(table[wanted]).astype(np.int64)
+    if len(rows) != count:
+        raise OutputError(f"{path.name}: promises {count} points and holds {len(rows)}; run the segmenter again.")
+    return np.column_stack([rows[axis] for axis in "xyz"]).astype(float), rows[wanted].astype(np.int64)
 
 
 def _read_las(path: Path) -> tuple[np.ndarray, np.ndarray]:

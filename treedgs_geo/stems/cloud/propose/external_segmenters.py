@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from ....core.errors import InputError
 from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud
-from .external_programs import ExternalLabels, segment_external
+from .external_programs import segment_external
 from .network_model import load_network, segment_model
 
 
@@ -35,13 +37,17 @@ def check_segmenter(segmenter: str, command: str | None, model: Path | None) -> 
             f"--segmenter {segmenter}: needs its command line, give --segmenter-command "
             "(docs/analyst/measuring.md has one)."
         )
+    elif "{input}" not in command or "{output}" not in command:
+        raise InputError(
+            f"--segmenter-command: found {command!r}, expected a command line with {{input}} and {{output}} "
+            "in it, for example 'docker run --rm -v {input}:/in -v {output}:/out IMAGE'."
+        )
 
 
 def segment_other(
     cloud: PointCloud, segmenter: str, command: str | None, model: Path | None, reporter: Reporter
-) -> ExternalLabels:
-    """Trees of a cloud as another segmenter has them, :func:`check_segmenter` passed; a warning where it returned the
-    points in another order.
+) -> np.ndarray:
+    """(N,) int32 tree of each point as another segmenter has them, :func:`check_segmenter` passed.
 
     Raises:
         As :func:`.external_programs.segment_external` and :func:`.network_model.segment_model`.
@@ -49,7 +55,4 @@ def segment_other(
     if segmenter == "model":
         assert model is not None
         return segment_model(cloud, model, reporter)
-    found = segment_external(cloud, segmenter, command or "", reporter)
-    if found.reordered:
-        reporter.warn(f"{segmenter} returned the points in another order; they were matched by place.")
-    return found
+    return segment_external(cloud, segmenter, command or "", reporter)

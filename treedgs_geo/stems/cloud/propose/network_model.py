@@ -16,24 +16,22 @@ import numpy as np
 from ....core.errors import InputError, MissingComponentError, OutputError
 from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud
-from .external_programs import ExternalLabels
+from .external_programs import numbered
 
 #: Endings of the files that are understood; what is missing where one is given.
 TORCH, ONNX = (".pt", ".pth", ".ts"), (".onnx",)
 Network = Callable[[np.ndarray], np.ndarray]
 
 
-def segment_model(cloud: PointCloud, path: Path, reporter: Reporter | None = None) -> ExternalLabels:
-    """Trees of a cloud as the network in ``path`` has them.
+def segment_model(cloud: PointCloud, path: Path, reporter: Reporter | None = None) -> np.ndarray:
+    """(N,) int32 tree of each point, from 1, 0 = none, as the network in ``path`` has them.
 
     Raises:
-        InputError: the file is missing or cannot be loaded, or the cloud is empty. MissingComponentError: torch or
+        InputError: the file is missing or cannot be loaded. MissingComponentError: torch or
         onnxruntime is not installed. OutputError: the network fails, or gives something else than one whole number a
         point, or no tree.
     """
     reporter = reporter or Reporter()
-    if len(cloud) == 0:
-        raise InputError("segmenter: the cloud has no points; give one that has.")
     network = load_network(path)
     points = np.ascontiguousarray(cloud.xyz - cloud.xyz.min(axis=0), np.float32)
     reporter.info(f"{path.name}: {len(points):,} points")
@@ -42,7 +40,7 @@ def segment_model(cloud: PointCloud, path: Path, reporter: Reporter | None = Non
     except Exception as problem:  # whatever the network raises
         said = str(problem).strip().splitlines() or ["no message"]
         raise OutputError(f"{path}: the network failed ({type(problem).__name__}: {said[-1][:200]}).") from None
-    return ExternalLabels(*_numbered(given, len(points), path), False)
+    return _checked(given, len(points), path)
 
 
 def load_network(path: Path) -> Network:
@@ -108,8 +106,7 @@ def _missing(path: Path, package: str) -> str:
     )
 
 
-def _numbered(given: np.ndarray, count: int, path: Path) -> tuple[np.ndarray, int]:
-    """(N,) int32 trees numbered from 1, 0 = none, and how many there are."""
+def _checked(given: np.ndarray, count: int, path: Path) -> np.ndarray:
     if given.shape not in ((count,), (count, 1)):
         raise OutputError(
             f"{path}: the network gave numbers of the shape {given.shape}, expected ({count},), one for each point."
@@ -124,7 +121,4 @@ def _numbered(given: np.ndarray, count: int, path: Path) -> tuple[np.ndarray, in
     trees = given > 0
     if not trees.any():
         raise OutputError(f"{path}: the network found no tree in {count} points; try it on a cloud it was trained for.")
-    tree_id = np.zeros(count, np.int32)
-    _, number = np.unique(given[trees].astype(np.int64), return_inverse=True)
-    tree_id[trees] = number + 1
-    return tree_id, int(tree_id.max())
+    return numbered(given, trees)
