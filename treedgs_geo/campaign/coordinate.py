@@ -7,7 +7,6 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import TreeDGSError
-from ..core.folder_lock import Busy, Lease
 from ..core.progress import Reporter
 from .engine_process import EngineProcess
 from .places import TREES
@@ -129,7 +127,8 @@ class Coordinator:
             free_gb = self.capacity.memory_gb - sum(running.job["need_gb"] for running in self._running.values())
             if len(self._running) == self.capacity.plots:
                 return
-            if at > time.monotonic() or (self._running and self._need_gb[index] > free_gb):
+            room = self._need_gb[index] <= free_gb or self._need_gb[index] > self.capacity.memory_gb
+            if at > time.monotonic() or (self._running and not room):
                 continue
             del self._waiting[index]
             job = job_of(self.plan.entries[index], self.campaign, self.capacity)
@@ -146,9 +145,7 @@ class Coordinator:
                 seen = max(job["need_gb"] * 2 ** len(peaks), 1.3 * max(peaks))
                 job["need_gb"] = min(seen, max(self.capacity.memory_gb, job["need_gb"]))
             self._need_gb[index] = job["need_gb"]
-            if job["need_gb"] > self.capacity.memory_gb:
-                self._too_large(index, job)
-            elif self._running and job["need_gb"] > free_gb:
+            if self._running and free_gb < job["need_gb"] <= self.capacity.memory_gb:
                 self._waiting[index] = 0.0
             else:
                 running = Running(index, job, time.monotonic())
@@ -173,7 +170,7 @@ class Coordinator:
             return
         again = answer.get("may_retry")
         if outcome in ELSEWHERE:
-            again = self._tries[index] < RETRIES
+            again = outcome != "too_large" and self._tries[index] < RETRIES
             self._tries[index] += 1
         if again:
             self._waiting[index] = time.monotonic() + AGAIN_S
@@ -205,22 +202,3 @@ class Coordinator:
         self.tally.failed += 1
         self._board.settled(index)
         self.reporter.warn(f"{plot_id} is given up: {message}.")
-
-    def _too_large(self, index: int, job: dict[str, Any]) -> None:
-        """This computer has not the memory that the plot declares: said, not tried."""
-        message = (
-            f"needs about {job['need_gb']:.1f} GB of memory, this computer has {self.capacity.memory_gb:.1f} GB for "
-            "plots; use a larger machine, or a faster preset"
-        )
-        with suppress(Busy, OSError, TreeDGSError):
-            lease = Lease.take(Path(job["folder"]))
-            try:
-                record = Record.read(Path(job["folder"]))
-                record.attempts.append(
-                    {"series": job["series"], "key": "", "outcome": "memory", "message": message, "peak_gb": 0.0}
-                )
-                record.status = "failed"
-                record.save()
-            finally:
-                lease.free()
-        self._give_up(index, job["plot_id"], message)

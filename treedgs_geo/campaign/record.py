@@ -17,8 +17,9 @@ RETRIES = 2
 MAX_INTERRUPTIONS = 12
 #: Endings that another try at once cannot change.
 _FINAL = {"input"}
-#: Endings that are not the plot's: a full disk, a host without a library. They do not use up its attempts.
-ELSEWHERE = {"disk", "setup", "missing"}
+#: Endings that are not the plot's: a full disk, a host without a library or with too little memory. They do not use up
+#: its attempts.
+ELSEWHERE = {"disk", "setup", "missing", "too_large"}
 _KEPT_ATTEMPTS = 60
 
 

@@ -109,6 +109,12 @@ def _engine(
     """Start the engine and watch it to its end."""
     import psutil
 
+    if job["need_gb"] > job["limit_gb"]:
+        return Ending(
+            "too_large",
+            f"needs about {job['need_gb']:.1f} GB of memory, this computer has {job['limit_gb']:.1f} GB for plots; use "
+            "a larger machine, or a faster preset",
+        )
     free = psutil.disk_usage(str(folder)).free / 1e9
     if free < job["disk_gb"]:
         return Ending(
