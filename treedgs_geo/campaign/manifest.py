@@ -148,7 +148,8 @@ class Checker:
         if route == "photos" and plots:
             values["plots"] = plots
         self._table_of(plots, plot_id, line)
-        build(self.commands[route].settings, {**values, **_placeholders(route)})
+        places = {"output": "t.gpkg", "workspace": "w"} if route == "photos" else {"output": "t.gpkg"}
+        build(self.commands[route].settings, {**values, **places})
         if tally:
             build(self.match, {**pairing, "trees": "t.gpkg", "field": tally, "plots": plots, "output": "p.gpkg"})
         return PlotRow(line, plot_id, route, values, plots, tally, pairing)
@@ -228,10 +229,6 @@ def own_field(row: dict[str, Any]) -> list[dict[str, str]]:
     wanted = {_plot_of(found) for found in own_plots(row)}
     named = any(_plot_of(found) for found in cells)
     return [found for found in cells if not named or _plot_of(found) in wanted]
-
-
-def _placeholders(route: str) -> dict[str, str]:
-    return {"output": "t.gpkg", "workspace": "w"} if route == "photos" else {"output": "t.gpkg"}
 
 
 def _specs(settings: type) -> dict[str, Param]:

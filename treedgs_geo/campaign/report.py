@@ -41,6 +41,7 @@ def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
             state = "failed" if tried else "not run"
         result = record.result if state == "done" else {}
         accuracy = result.get("accuracy") or {}
+        size = (path.lstat().st_size for path in folder.rglob("*") if path.is_file())
         attempts = [a for a in record.attempts if a.get("key") == record.key] if fits else record.attempts
         yield {
             **{name: result.get(name) for name in _OF_RESULT},
@@ -51,7 +52,7 @@ def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
             "number": campaign.number(row["plot_id"]),
             "reasons": ", ".join(f"{n} {name}" for name, n in sorted((result.get("reasons") or {}).items())),
             "memory_gb": result.get("peak_gb"),
-            "disk_gb": round(_size(folder), 4) if state == "done" else None,
+            "disk_gb": round(sum(size) / 1e9, 4) if state == "done" else None,
             "photos": inputs["photos"],
             "megapixels": round(inputs["megapixels"], 2),
             "points_m": round(inputs["points_m"], 4),
@@ -110,8 +111,3 @@ def _shown(row: dict[str, Any]) -> dict[str, Any]:
         "remark": row["remark"] or "; ".join(row["warnings"]),
         "mark": "done" if row["state"] == "done" else "failed",
     }
-
-
-def _size(folder: Path) -> float:
-    """Gigabytes in a plot's folder."""
-    return sum(path.lstat().st_size for path in folder.rglob("*") if path.is_file()) / 1e9

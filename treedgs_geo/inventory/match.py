@@ -101,7 +101,8 @@ def match_plots(
                 "y": middle[1],
             }
         )
-        beyond[rows] = _beyond(moved, searched)
+        if searched is not None:
+            beyond[rows] = ~contains_xy(searched.buffer(_RIM_M), *moved.T)
         result.warnings += _remarks(plot, placed, rows[~beyond[rows]], good, suggested)
     _finish(result, drawn, np.select([left_out, beyond], ["rejected", "unsearched"], "no"), near_plot, plots)
     n_beyond = int((result.field_trees["paired"] == "unsearched").sum())
@@ -111,13 +112,6 @@ def match_plots(
             "left unpaired, and no accuracy counts them as missed."
         )
     return result
-
-
-def _beyond(places: np.ndarray, searched: BaseGeometry | None) -> np.ndarray:
-    """(N,) places farther from the searched ground than maps of it differ."""
-    if searched is None:
-        return np.zeros(len(places), bool)
-    return ~contains_xy(searched.buffer(_RIM_M), *np.asarray(places, float).T)
 
 
 def tally_of_other_trees(pairs: list[dict], tally: pd.DataFrame, path: Path) -> list[str]:

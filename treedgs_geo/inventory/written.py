@@ -119,8 +119,9 @@ class Written:
             reporter.warn(f"{self.path.name}: {sentence}")
         lost = self.entries[~self.kept]
         if len(lost):
+            said = (*COLUMNS, "rev_flag", "rev_dbh_cm", "rev_note", *self.own)
             named = [
-                f"{row['tree_id']} at {row['x']:.1f} {row['y']:.1f} ({', '.join(_words(row, self.own))})"
+                f"{row['tree_id']} at {row['x']:.1f} {row['y']:.1f} ({', '.join(map(str, row[[*said]].dropna()))})"
                 for _, row in lost.iterrows()
             ]
             beside = self.path.with_name(f"{self.path.stem}.lost.csv")
@@ -183,7 +184,10 @@ def _read(path: Path) -> Written:
         layer = read_trees(path, as_written=True)
         with suppress(InputError):  # a flag in words is a decision; what else stands there is kept all the same
             layer = plain_flags(path, layer)
-        table = pd.DataFrame(layer.drop(columns="geometry")).assign(**_places(layer))
+        table, points = pd.DataFrame(layer.drop(columns="geometry")), layer.geometry.centroid
+        for name, at in (("x", points.x), ("y", points.y)):
+            said = pd.to_numeric(layer.get(name, pd.Series(np.nan, layer.index)), errors="coerce")
+            table[name] = at.fillna(said)
         names = ("tree_id", "plot_id", *_NUMBERS[:-1], *COLUMNS, *DECIDED)
         found = pd.DataFrame({name: table.get(name) for name in names})
         for name in _NUMBERS:
@@ -208,17 +212,6 @@ def _read(path: Path) -> Written:
     places = {row.tree_id: (row.x, row.y) for row in found[placed].itertuples()}
     found = found[found[[*COLUMNS, *DECIDED, *own]].notna().any(axis=1) | drawn & placed]
     return Written(path, found.reset_index(drop=True), layer.crs, places, np.zeros(len(found), bool), own=own)
-
-
-def _places(layer: gpd.GeoDataFrame) -> dict[str, pd.Series]:
-    """``x, y`` of each tree: its point, or what its row says where it has none."""
-    points, named = layer.geometry.centroid, {name: layer.get(name, pd.Series(np.nan, layer.index)) for name in "xy"}
-    return {name: getattr(points, name).fillna(pd.to_numeric(named[name], errors="coerce")) for name in "xy"}
-
-
-def _words(row: pd.Series, own: list[str]) -> list[str]:
-    names = (*COLUMNS, "rev_flag", "rev_dbh_cm", "rev_note", *own)
-    return [str(row[name]) for name in names if pd.notna(row[name])]
 
 
 #: A person looked at a diameter; one that is this much off in a new run is another, cm.

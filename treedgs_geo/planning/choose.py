@@ -207,7 +207,10 @@ def choose(
         reporter.progress((number + 1) / len(flights), f"flight {number + 1} of {len(flights)}")
     if not plans:
         raise InputError(_nothing_safe(refused, settings))
-    good = _good(plans, error_cm, share, batteries)
+    if batteries is None:
+        good = [plan for plan in plans if plan.outcome.share >= share and plan.outcome.error_cm <= error_cm]
+    else:
+        good = [plan for plan in plans if plan.budget.batteries <= batteries]
     if not good:
         raise InputError(_unreachable(plans, error_cm, share, batteries))
     if batteries is None:
@@ -218,12 +221,6 @@ def choose(
         near = [made for made in good if made.outcome.share >= best - 0.005]
         plan = min(near, key=lambda made: (made.outcome.error_cm, made.budget.photos))
     return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, dbh_m, curves), refused)
-
-
-def _good(plans: list[JudgedFlight], error_cm: float, share: float, batteries: int | None) -> list[JudgedFlight]:
-    if batteries is not None:
-        return [plan for plan in plans if plan.budget.batteries <= batteries]
-    return [plan for plan in plans if plan.outcome.share >= share and plan.outcome.error_cm <= error_cm]
 
 
 def _row(plan: JudgedFlight) -> tuple[str, str, int, float, float, int, float]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..core.files import atomic_path
-from .blocks import Block, Document, Fragment, Picture
+from .blocks import Document, Fragment, Picture
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -36,12 +36,10 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.globals.update(kind=_kind, image=_image, fragment=_fragment, max_rows=MAX_ROWS)
+    found.globals.update(
+        kind=lambda block: type(block).__name__.lower(), image=_image, fragment=_fragment, max_rows=MAX_ROWS
+    )
     return found
-
-
-def _kind(block: Block) -> str:
-    return type(block).__name__.lower()
 
 
 def _image(picture: Picture) -> str:

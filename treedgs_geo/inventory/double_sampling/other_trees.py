@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.stats import spearmanr
+from scipy.stats import binom, spearmanr
 
 from ...core.shown import some
 from .tapes import Taped
@@ -66,7 +66,8 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
         moved = np.full(len(taped_cm), np.nan)
         moved[max(-rows, 0) : len(moved) - max(rows, 0)] = taped_cm[max(rows, 0) : len(moved) - max(-rows, 0)]
         asked = off & np.isfinite(moved)
-        if _more_than_chance(int(_fits(moved, dbh_cm, within)[asked].sum()), int(asked.sum()), by_chance):
+        n_fit, n_asked = int(_fits(moved, dbh_cm, within)[asked].sum()), int(asked.sum())
+        if n_fit >= _EXPLAINED * n_asked and binom.sf(n_fit - 1, n_asked, by_chance) < _CHANCE:
             first = int(np.flatnonzero(off)[0])
             return OtherTrees(
                 f"from {names[first]} on the taped values fit the trees {abs(rows)} row{'s' * (abs(rows) > 1)} "
@@ -156,10 +157,3 @@ def _spread(taped: np.ndarray, dbh: np.ndarray) -> float:
 def _fits(taped: np.ndarray, dbh: np.ndarray, within: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         return np.abs(taped - dbh) <= within
-
-
-def _more_than_chance(n_fit: int, n: int, by_chance: float) -> bool:
-    """Whether so many of n fit that chance would hardly do it."""
-    from scipy.stats import binom
-
-    return n_fit >= _EXPLAINED * n and float(binom.sf(n_fit - 1, n, by_chance)) < _CHANCE

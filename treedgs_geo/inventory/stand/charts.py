@@ -87,7 +87,8 @@ def draw_overview(stand: Stand) -> bytes | None:
 def draw_plots(stand: Stand) -> bytes | None:
     """PNG: the trees of each plot, discs growing with DBH; None without positions or for a census."""
     placed = [(k, plot) for k, plot in enumerate(stand.plots) if plot.outline is not None]
-    if stand.design.census or not any(np.isfinite(_positions(stand, k)).any() for k, _ in placed):
+    known = np.isfinite(stand.trees["x"].to_numpy(float))[stand.rows["tree"].to_numpy(int)]
+    if stand.design.census or not (known & (stand.rows["kind"] == "measured")).any():
         return None
     placed = placed[:_MAPS]
     across = min(len(placed), 2 if len(placed) in (2, 4) else 3)
@@ -116,11 +117,6 @@ def draw_plots(stand: Stand) -> bytes | None:
     axes[-1, 0].set_ylabel("m north of the centre", fontsize=9)
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=9)
     return chart_png(figure)
-
-
-def _positions(stand: Stand, plot: int) -> np.ndarray:
-    tree = stand.rows.loc[(stand.rows["plot"] == plot) & (stand.rows["kind"] == "measured"), "tree"].to_numpy(int)
-    return stand.trees["x"].to_numpy(float)[tree]
 
 
 def _trees(

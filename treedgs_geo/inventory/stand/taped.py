@@ -120,7 +120,8 @@ def correct_estimates(
     ids = taped.trees["tree_id"].to_numpy(object)[mine]
     changed = dict(estimates)
     for name in CORRECTED:
-        each, before = _worth(values, name), estimates[name]
+        unit, before = 1000.0 if name == "biomass" else 1.0, estimates[name]
+        each = np.ones(len(values.dbh)) if name == "trees" else values.value[name] / unit
         x = _as_counted(rows, expanded, each, n_list) / area
         y = np.where(counts, reach[given.rows] * each[n_list : n_list + len(taped.trees)], 0.0)
         extra = _extra(taped, each[n_list + len(taped.trees) :], given, reach, area, set(members))
@@ -134,12 +135,6 @@ def correct_estimates(
         changed[name] = _combine(design, found.total, before.se_plots * factor, found.se, found.df)
     changed["qmd"] = _mean_diameter(design, estimates["qmd"], made, tapes)
     return changed, made
-
-
-def _worth(values: TreeValues, name: str) -> np.ndarray:
-    if name == "trees":
-        return np.ones(len(values.dbh))
-    return values.value[name] / (1000.0 if name == "biomass" else 1.0)
 
 
 def _as_counted(rows: pd.DataFrame, expanded: Expanded, each: np.ndarray, n_list: int) -> np.ndarray:

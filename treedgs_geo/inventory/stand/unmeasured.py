@@ -154,6 +154,7 @@ def stand_ins(gaps: Gaps, rows: pd.DataFrame, table: pd.DataFrame, min_dbh_cm: f
     measured trees of about the diameter that was read of it; one that was not read as the mean of its plot's."""
     d = table["dbh_cm"].to_numpy(float)
     alive = rows[rows["kind"].isin(["measured", "small"])]
+    alive_cm = d[alive["tree"].to_numpy(int)]
     parts = [rows.iloc[:0].assign(kind=pd.Series(dtype=object), group=pd.Series(dtype=int))]
     for group, mine in gaps.stems.groupby("group"):
         plot, read_cm = mine["plot"].iloc[0], float(mine["read_cm"].iloc[0])
@@ -164,7 +165,7 @@ def stand_ins(gaps: Gaps, rows: pd.DataFrame, table: pd.DataFrame, min_dbh_cm: f
             donors = alive
             share = donors["weight"].to_numpy() * _alike(d[donors["tree"]], read_cm, float(mine["read_se_cm"].iloc[0]))
         else:
-            donors = _thin_ones(alive, d) if mine["thin"].iloc[0] else alive
+            donors = alive[alive_cm <= np.quantile(alive_cm, THIN_QUANTILE)] if mine["thin"].iloc[0] else alive
             own = donors[donors["plot"] == plot]
             donors = own if len(own) >= OWN_DONORS else donors
             share = donors["weight"].to_numpy()
@@ -181,9 +182,3 @@ def _alike(dbh_cm: np.ndarray, read_cm: float, se_cm: float) -> np.ndarray:
     wide = max(float(np.nan_to_num(se_cm)), UNKNOWN_SHARE * read_cm)
     off = 0.5 * ((dbh_cm - read_cm) / wide) ** 2
     return np.exp(off.min() - off)
-
-
-def _thin_ones(rows: pd.DataFrame, d: np.ndarray) -> pd.DataFrame:
-    """The rows of the thinnest trees."""
-    mine = d[rows["tree"].to_numpy(int)]
-    return rows[mine <= np.quantile(mine, THIN_QUANTILE)]
