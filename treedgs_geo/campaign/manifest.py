@@ -38,14 +38,6 @@ class PlotRow:
     pairing: dict[str, Any] = item(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Checked:
-    """A row that can be run, with what is known of its inputs."""
-
-    row: PlotRow
-    inputs: PlotInputs
-
-
 def table_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
     """``(line, cells by column name)`` of a table (:func:`~treedgs_geo.core.tables.read_rows`) without empty cells."""
     heads, rows = read_rows(Path(path))
@@ -72,8 +64,8 @@ class Checker:
         self._inner: dict[str, int] = {}
         self._table: tuple[str, set[str], str] = ("", set(), "")
 
-    def rows(self) -> Iterator[Checked]:
-        """Rows that can be run; the others are kept as sentences (:meth:`conclude`)."""
+    def rows(self) -> Iterator[tuple[PlotRow, PlotInputs]]:
+        """Rows that can be run, with what is known of their inputs; the others are kept as sentences (:meth:`conclude`)."""
         for line, cells in table_rows(self.manifest):
             name = cells.get("plot_id")
             try:
@@ -97,7 +89,7 @@ class Checker:
         if not self._ids:
             raise InputError(f"{self.manifest}: holds no plot, expected one row a plot below the heading.")
 
-    def _check(self, line: int, cells: dict[str, str]) -> Checked:
+    def _check(self, line: int, cells: dict[str, str]) -> tuple[PlotRow, PlotInputs]:
         plot_id = cells.pop("plot_id", "")
         if not plot_id:
             raise InputError("has no plot_id; give every plot its own id in a column plot_id.")
@@ -115,7 +107,7 @@ class Checker:
         if row.route == "cloud" and inputs.use_crs:
             row.values["crs"] = inputs.use_crs
         self._twice(row)
-        return Checked(row, inputs)
+        return row, inputs
 
     def _row(self, line: int, plot_id: str, route: str, cells: dict[str, str]) -> PlotRow:
         specs = self.verbs[route]

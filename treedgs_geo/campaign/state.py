@@ -101,10 +101,10 @@ def make_plan(
     """
     checker = Checker(manifest, crs, run_programs)
     entries: list[dict[str, Any]] = []
-    for checked in checker.rows():
-        inputs = asdict(checked.inputs)
-        need = asdict(model.predict(checked.row.route, inputs))
-        entries.append({"row": asdict(checked.row), "inputs": inputs, "settings": settings_hash(checked.row), **need})
+    for row, found in checker.rows():
+        inputs = asdict(found)
+        need = asdict(model.predict(row.route, inputs))
+        entries.append({"row": asdict(row), "inputs": inputs, "settings": settings_hash(row), **need})
         if len(entries) % 200 == 0:
             reporter.progress(0.5, f"{len(entries)} rows checked")
     _one_crs(checker, entries, crs)
