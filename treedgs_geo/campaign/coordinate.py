@@ -180,7 +180,9 @@ class Coordinator:
                 self.tally.retried += 1
                 self.reporter.warn(f"{plot_id} failed and is tried again: {message}.")
             return
-        self._give_up(index, plot_id, message)
+        self.tally.failed += 1
+        self._board.settled(index)
+        self.reporter.warn(f"{plot_id} is given up: {message}.")
         if outcome in ("setup", "missing"):
             self._stuck += 1
             if self._stuck >= MAX_STUCK and not self.tally.done:
@@ -197,8 +199,3 @@ class Coordinator:
         self._board.settled(index, result["seconds"] if new else None)
         if new:
             self._board.line(self.tally, self.plan.entries[index]["row"]["plot_id"], result)
-
-    def _give_up(self, index: int, plot_id: str, message: str) -> None:
-        self.tally.failed += 1
-        self._board.settled(index)
-        self.reporter.warn(f"{plot_id} is given up: {message}.")

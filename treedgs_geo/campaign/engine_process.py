@@ -152,21 +152,17 @@ class EngineProcess:
 
     def ending(self) -> Ending:
         """Outcome, in words, with what it took."""
-        found = self._outcome()
+        code, full = self._process.poll(), free_bytes(self.folder) < FULL_BYTES
         remove_leftovers(self.folder)
-        found.peak_gb = self.peak_gb
-        return found
-
-    def _outcome(self) -> Ending:
-        code = self._process.poll()
         if self._stopped:
-            return Ending(*self._stopped)
+            return Ending(*self._stopped, peak_gb=self.peak_gb)
         if code == 0 and self._result is not None:
-            return Ending("done", "", self._result)
+            return Ending("done", "", self._result, self.peak_gb)
         message = self._sentence or _last_line(self.folder / "engine.log")
-        if is_full(message) or free_bytes(self.folder) < FULL_BYTES:
-            return Ending("disk", f"{self.folder}: the disk is full; make room and run again ({message})")
-        return Ending(*explain(code, message))
+        if full or is_full(message):
+            sentence = f"{self.folder}: the disk is full; make room and run again ({message})"
+            return Ending("disk", sentence, peak_gb=self.peak_gb)
+        return Ending(*explain(code, message), peak_gb=self.peak_gb)
 
 
 def explain(code: int | None, message: str) -> tuple[str, str]:

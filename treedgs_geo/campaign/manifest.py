@@ -65,7 +65,7 @@ class Checker:
         self._table: tuple[str, set[str], str] = ("", set(), "")
 
     def rows(self) -> Iterator[tuple[PlotRow, PlotInputs]]:
-        """Rows that can be run, with what is known of their inputs; the others are kept as sentences (:meth:`conclude`)."""
+        """Rows that can be run, with what is known of their inputs; the others are sentences (:meth:`conclude`)."""
         for line, cells in table_rows(self.manifest):
             name = cells.get("plot_id")
             try:

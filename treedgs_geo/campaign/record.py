@@ -51,10 +51,6 @@ class Record:
         kept = {name: value for name, value in vars(self).items() if name != "folder"}
         write_json(self.folder / RECORD, {**kept, "attempts": self.attempts[-_KEPT_ATTEMPTS:]})
 
-    def is_done(self, key: str) -> bool:
-        """Finished with the same inputs and settings, and the trees are still there."""
-        return self.status == "done" and self.key == key and self.has_trees()
-
     def is_unchanged(self, stamp: str, settings: str) -> bool:
         """Finished, and nothing about its files and settings looks different: no need to read them."""
         return self.status == "done" and self.stamp == stamp and self.key.split(":")[0] == settings and self.has_trees()

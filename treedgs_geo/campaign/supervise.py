@@ -64,7 +64,7 @@ def _run(
             "message": f"an input cannot be read on {host()} ({trouble}); every computer needs "
             "the inputs under the same path",
         }
-    if record.is_done(key):
+    if record.status == "done" and record.key == key and record.has_trees():
         record.stamp = job["stamp"]
         record.save()
         return {"outcome": "kept"}

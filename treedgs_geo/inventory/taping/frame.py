@@ -38,10 +38,6 @@ class Frame:
         )
         return hashlib.sha256(text.encode()).hexdigest()[:8]
 
-    def members(self) -> dict[object, int]:
-        """Plot -> trees of the frame in it."""
-        return self.trees["plot_id"].value_counts().to_dict()
-
 
 def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
     """Trees of a layer, without those that are dead; of the plots only, where ``plots`` or the layer name any.

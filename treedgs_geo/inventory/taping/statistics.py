@@ -148,12 +148,13 @@ def _totals(
     ids, plots = table["tree_id"].to_numpy(object)[mine], table["plot_id"].to_numpy(object)[mine]
     keys = [(row.plot_id, None if pd.isna(row.near_id) else row.near_id) for row in taped.extra.itertuples()]
     worth = BA * taped.extra["taped_cm"].to_numpy(float) ** 2
+    members = frame.trees["plot_id"].value_counts().to_dict()
     halve = more_tapes_to_halve(int(mine.sum()), taped.n_frame)
     for name, x, y, extra in (
         ("trees", np.ones(len(dbh_cm)), live.astype(float), np.ones(len(keys))),
         ("ba_m2", x_ba, y_ba, worth),
     ):
-        shared = share_out(ids, plots, frame.members(), [(*key, w) for key, w in zip(keys, extra, strict=True)])
+        shared = share_out(ids, plots, members, [(*key, w) for key, w in zip(keys, extra, strict=True)])
         for estimator in ESTIMATORS:
             found = correct_total(tapes, float(x.sum()), x[rows][mine], y + shared, estimator)
             made.totals[name, estimator] = found
