@@ -11,6 +11,7 @@ import struct
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 #: Tables with one row or more a layer; a layer that is put in anew keeps what people wrote into the last two.
 _BOOKS = ("gpkg_geometry_columns", "gpkg_ogr_contents", "gpkg_extensions", "gpkg_contents")
@@ -134,25 +135,28 @@ def _put_in(there: sqlite3.Connection, layer: str) -> None:
 
 
 def _copy_rows(there: sqlite3.Connection, book: str, layer: str, moved: Mapping[int, int]) -> None:
-    if not _exists(there, "fresh", book):
-        return
-    if not _exists(there, "main", book):
-        there.execute(there.execute("SELECT sql FROM fresh.sqlite_master WHERE name = ?", (book,)).fetchone()[0])
-    names = [name for name in _columns(there, "fresh", book) if name in _columns(there, "main", book)]
-    for row in there.execute(
-        f"SELECT {', '.join(map(_quoted, names))} FROM fresh.{book} WHERE table_name = ?", (layer,)
-    ).fetchall():
-        values = dict(zip(names, row, strict=True))
+    for values in _rows(there, "fresh", book, "table_name = ?", layer) if _shared(there, book) else ():
         if values.get("srs_id") is not None:
             values["srs_id"] = moved.get(values["srs_id"], values["srs_id"])
-        if (
-            book == "gpkg_contents"
-            and there.execute(
-                "SELECT 1 FROM main.gpkg_contents WHERE identifier = ?", (values.get("identifier"),)
-            ).fetchone()
-        ):
+        named = "SELECT 1 FROM main.gpkg_contents WHERE identifier = ?"
+        if book == "gpkg_contents" and there.execute(named, (values.get("identifier"),)).fetchone():
             values["identifier"] = None  # unique, and another layer has it
         _insert(there, book, values)
+
+
+def _shared(there: sqlite3.Connection, table: str) -> bool:
+    """Whether ``source`` has a table; where ``target`` lacks it, it is made there."""
+    made = there.execute("SELECT sql FROM fresh.sqlite_master WHERE name = ?", (table,)).fetchone()
+    if made is not None and not _exists(there, "main", table):
+        there.execute(made[0])
+    return made is not None
+
+
+def _rows(there: sqlite3.Connection, schema: str, table: str, where: str = "1", *asked: object) -> list[dict[str, Any]]:
+    """Rows of a table of both files, by the columns that both have."""
+    names = [name for name in _columns(there, "fresh", table) if name in _columns(there, "main", table)]
+    wanted = f"SELECT {', '.join(map(_quoted, names))} FROM {schema}.{_quoted(table)} WHERE {where}"
+    return [dict(zip(names, row, strict=True)) for row in there.execute(wanted, asked).fetchall()]
 
 
 def _insert(there: sqlite3.Connection, table: str, values: Mapping[str, object]) -> None:
@@ -166,29 +170,18 @@ def _insert(there: sqlite3.Connection, table: str, values: Mapping[str, object])
 def _srs(there: sqlite3.Connection, number: int) -> int:
     """The number that a CRS of ``source`` has in ``target``; put in where it is missing."""
     _widen_srs(there)
-    names = [
-        name
-        for name in _columns(there, "fresh", "gpkg_spatial_ref_sys")
-        if name in _columns(there, "main", "gpkg_spatial_ref_sys")
-    ]
-    row = there.execute(
-        f"SELECT {', '.join(map(_quoted, names))} FROM fresh.gpkg_spatial_ref_sys WHERE srs_id = ?", (number,)
-    ).fetchone()
-    if row is None:
+    found = _rows(there, "fresh", "gpkg_spatial_ref_sys", "srs_id = ?", number)
+    if not found:
         return number
-    values = dict(zip(names, row, strict=True))
+    values = found[0]
 
-    def same(other: sqlite3.Row | tuple) -> bool:
-        theirs = dict(zip(names, other, strict=True))
+    def is_same(theirs: dict[str, Any]) -> bool:
         if str(values["organization"]).upper() not in ("EPSG", "ESRI"):
-            return all(theirs[name] == values[name] for name in names if name.startswith("definition"))
-        return (
-            str(theirs["organization"]).upper() == str(values["organization"]).upper()
-            and theirs["organization_coordsys_id"] == values["organization_coordsys_id"]
-        )
+            return all(theirs[name] == value for name, value in values.items() if name.startswith("definition"))
+        names = ("organization", "organization_coordsys_id")
+        return all(str(theirs[name]).upper() == str(values[name]).upper() for name in names)
 
-    known = there.execute(f"SELECT {', '.join(map(_quoted, names))} FROM main.gpkg_spatial_ref_sys").fetchall()
-    numbers = {dict(zip(names, other, strict=True))["srs_id"]: same(other) for other in known}
+    numbers = {theirs["srs_id"]: is_same(theirs) for theirs in _rows(there, "main", "gpkg_spatial_ref_sys")}
     if numbers.get(number) or number in (0, -1) and number in numbers:
         return number
     if any(numbers.values()):
@@ -213,28 +206,17 @@ def _widen_srs(there: sqlite3.Connection) -> None:
 
 def _put_styles(there: sqlite3.Connection, layers: list[str]) -> None:
     """Our styles; not as default where a person has made another one the default."""
-    if not _exists(there, "fresh", "layer_styles"):
+    if not _shared(there, "layer_styles"):
         return
-    if not _exists(there, "main", "layer_styles"):
-        there.execute(there.execute("SELECT sql FROM fresh.sqlite_master WHERE name = 'layer_styles'").fetchone()[0])
     if not there.execute("SELECT 1 FROM main.gpkg_contents WHERE table_name = 'layer_styles'").fetchone():
         _copy_rows(there, "gpkg_contents", "layer_styles", {})
-    names = [
-        name
-        for name in _columns(there, "fresh", "layer_styles")
-        if name in _columns(there, "main", "layer_styles") and name != "id"
-    ]
     for layer in layers:
         own = there.execute(
             "SELECT 1 FROM main.layer_styles WHERE f_table_name = ? COLLATE NOCASE AND useAsDefault", (layer,)
         ).fetchone()
-        for row in there.execute(
-            f"SELECT {', '.join(map(_quoted, names))} FROM fresh.layer_styles WHERE f_table_name = ?", (layer,)
-        ).fetchall():
-            values = dict(zip(names, row, strict=True))
-            if own:
-                values["useAsDefault"] = 0
-            _insert(there, "layer_styles", values)
+        for values in _rows(there, "fresh", "layer_styles", "f_table_name = ?", layer):
+            values.pop("id", None)
+            _insert(there, "layer_styles", values | ({"useAsDefault": 0} if own else {}))
 
 
 def _exists(there: sqlite3.Connection, schema: str, table: str) -> str | None:
