@@ -14,6 +14,7 @@ import numpy as np
 import pyproj
 
 from .errors import CRSError, InputError
+from .files import read_json, write_json
 from .frames import horizontal, same_datum, suggest_utm, transform, vertical_of
 from .map_scale import ground_scale
 
@@ -93,17 +94,8 @@ class LocalFrame:
 
     def save(self, path: Path) -> None:
         """Write as JSON (WKT, origin and scale)."""
-        from .files import write_json
-
-        write_json(
-            path,
-            {
-                "crs_wkt": self.crs.to_wkt(),
-                "crs": self.crs.to_string(),
-                "origin": self.origin.tolist(),
-                "scale": self.scale,
-            },
-        )
+        named = {"crs_wkt": self.crs.to_wkt(), "crs": self.crs.to_string()}
+        write_json(path, named | {"origin": self.origin.tolist(), "scale": self.scale})
 
     @classmethod
     def load(cls, path: Path) -> LocalFrame:
@@ -112,8 +104,6 @@ class LocalFrame:
         Raises:
             InputError: missing, or without a CRS and an origin.
         """
-        from .files import read_json
-
         record = read_json(path)
         try:
             crs, origin = pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float)

@@ -53,12 +53,13 @@ def check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, r
         )
     if named is None and source is None:
         shift = _shift_from_itrf(track, crs)
+        name = f"EPSG:{assumed.to_epsg()}" if assumed.to_epsg() else repr(assumed.name)
         if shift > 0.05:
             reporter.warn(
                 f"{track.path.name}: its header says {track.datum or 'nothing'!r}, which names no frame; the positions "
                 f"are taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If "
                 f"they were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, "
-                f"else --geotags-crs {_code(assumed)} to say so."
+                f"else --geotags-crs {name} to say so."
             )
 
 
@@ -71,11 +72,6 @@ def _shift_from_itrf(track: Trajectory, crs: pyproj.CRS) -> float:
     except CRSError:
         return 0.0
     return float(np.linalg.norm((there - lonlat_to_project(flat, lon, lat, height))[0]))
-
-
-def _code(crs: pyproj.CRS) -> str:
-    code = crs.to_epsg()
-    return f"EPSG:{code}" if code else repr(crs.name)
 
 
 def decimal_year(gps_s: np.ndarray) -> float:

@@ -85,18 +85,14 @@ def interpolate(
             found.xyz[wanted] = xyz[epochs[0]]
         else:
             found.xyz[wanted] = PchipInterpolator(times[epochs], xyz[epochs])(gps_s[wanted])
-    for i in np.flatnonzero(inside):
-        pair = [left[i], right[i]]
-        worst = int(np.max(believed[pair])) if (believed[pair] > 0).all() else 5
-        spread = trajectory.sd[pair]
-        own_sd = np.max(spread, axis=0) if np.isfinite(spread).all() else np.zeros(3)
-        if worst == FIX and gap[i] <= max_gap_s:
-            found.quality[i], floor = "fix", FIX_FLOOR_M
-        elif worst in (FIX, FLOAT, 6):
-            found.quality[i], floor = "float", FLOAT_FLOOR_M
-        else:
-            found.quality[i], floor = "single", SINGLE_FLOOR_M
-        found.sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
+    pair = np.column_stack([left, right])[inside]
+    worst = np.where((believed[pair] > 0).all(axis=1), believed[pair].max(axis=1), 5)
+    spread, guessed = trajectory.sd[pair], gap[inside] > max_gap_s
+    own_sd = np.where(np.isfinite(spread).all(axis=(1, 2))[:, None], spread.max(axis=1), 0.0)
+    grade = np.select([(worst == FIX) & ~guessed, np.isin(worst, (FIX, FLOAT, 6))], [0, 1], 2)
+    found.quality[inside] = np.array(["fix", "float", "single"], object)[grade]
+    floor = np.stack([FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M])[grade]
+    found.sd[inside] = np.maximum(own_sd, floor) + np.where(guessed, 0.1 * gap[inside] ** 2, 0.0)[:, None]
     near = np.flatnonzero(inside & (gap <= MAX_GAP_S))
     found.velocity[near] = path_velocities(times, xyz, trajectory.quality, segment, gps_s[near], own)
     return found

@@ -56,6 +56,11 @@ class Known:
     late_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(1))
     contradicted: np.ndarray = field(default_factory=lambda: np.zeros(1, bool))
 
+    @property
+    def is_precise(self) -> bool:
+        """Whether the geotags can level a block, or start one."""
+        return are_precise(self.xyz, self.sd)
+
 
 @dataclass(frozen=True)
 class Adjusted:
@@ -150,11 +155,6 @@ def typical_px(block: Block) -> float:
     error = np.linalg.norm(block.residuals(), axis=1)
     error = error[np.isfinite(error)]
     return float(np.median(error)) if len(error) else 0.3
-
-
-def geotags_are_precise(known: Known) -> bool:
-    """Whether the geotags can level a block, or start one."""
-    return are_precise(known.xyz, known.sd)
 
 
 def _sigma_px(problem: Problem, state: State) -> float:

@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 
 from ..geotags.control import ControlPoints
-from ..geotags.stations import are_precise
 from . import bundle_kernels as kernels
 from .bundle_kernels import CX, CY, FIRST_FLIGHT, K1, K2, K3, LOG_ASPECT, LOG_F, N_POSE, P1, P2, READOUT
 from .cameras import Camera
@@ -207,7 +206,7 @@ class Problem:
         )
         # Gimbals count where geotags do not level the block.
         self.aimed = np.zeros(0, int)
-        if known.gimbal is not None and not are_precise(known.xyz, known.sd):
+        if known.gimbal is not None and not known.is_precise:
             self.aimed = np.flatnonzero(~self.held & np.isfinite(known.gimbal).all(axis=(1, 2)))
 
     def _observe(self, block: Block, control: ControlPoints | None) -> None:

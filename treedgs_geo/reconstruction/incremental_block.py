@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
-from .adjustment import Adjusted, Known, adjust, adjust_roughly, geotags_are_precise, prune, typical_px
+from .adjustment import Adjusted, Known, adjust, adjust_roughly, prune, typical_px
 from .bundle import GOOD, LAST
 from .cameras import Sensor
 from .control import align_to_control
@@ -154,7 +154,7 @@ def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sen
     with their geotags.
     """
     # Geotags that are metres off would tear such a start apart.
-    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped) if geotags_are_precise(known) else 3):
+    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped) if known.is_precise else 3):
         other = from_gimbal(placement, store, known, sensor)
         if other.mapped.sum() > placement.mapped.sum():
             reporter.info(

@@ -12,7 +12,7 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations, are_precise
-from .adjustment import Known, geotags_are_precise
+from .adjustment import Known
 from .calibration import Calibration, calibration_of
 from .cameras import Sensor
 from .geotag_errors import LATE_SD_S
@@ -70,7 +70,7 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
         gimbal=rotations,
         taken_s=stations.utc,
     )
-    if geotags_are_precise(known):
+    if known.is_precise:
         flights = len(np.unique(stations.flight))
         known = replace(known, late_s=np.zeros(flights), late_sd_s=np.full(flights, LATE_SD_S))
     height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
-from .adjustment import Known, adjust, geotags_are_precise
+from .adjustment import Known, adjust
 from .bundle import GOOD, PARTS, PIXEL_LOSS
 from .bundle_kernels import FIRST_FLIGHT, READOUT
 from .calibration import Calibration
@@ -73,7 +73,7 @@ def free_shutter(
     if has_speed.mean() > 0.7:
         # It hovered: whatever the readout takes, the camera stood still meanwhile.
         return known, replace(sensor, readout_s=seconds), frozenset()
-    if not geotags_are_precise(known):
+    if not known.is_precise:
         # Movements of nadir photos and the bend of their block look alike: two metres on ``drone_brighton_beach``.
         return known, sensor, frozenset()
     return replace(known, travel_sd_m=float(np.hypot(turn_m, likely * _SPEED_SD_M_S))), sensor, frozenset({"travel"})
