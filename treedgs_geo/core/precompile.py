@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import queue
 import signal
 import subprocess
 import sys
@@ -58,21 +59,25 @@ def compile_ahead(reporter: Reporter | None = None, processes: int | None = None
     count = processes or max(usual, 1)
     order = TopologicalSorter({name: entry["after"] for name, entry in modules.items()})
     order.prepare()
-    idle = [_child() for _ in range(count)]
-    started = list(idle)
+    started: list[subprocess.Popen[str]] = []
+    idle: queue.SimpleQueue[subprocess.Popen[str]] = queue.SimpleQueue()
 
     def compiled(module: str) -> dict[str, Any]:
-        child = idle.pop()
+        try:
+            child = idle.get_nowait()
+        except queue.Empty:
+            child = subprocess.Popen(
+                python_command(__name__), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+            )
+            started.append(child)
         try:
             child.stdin.write(module + "\n")  # type: ignore[union-attr]
             child.stdin.flush()  # type: ignore[union-attr]
             answer = json.loads(child.stdout.readline())  # type: ignore[union-attr]
         except (OSError, ValueError):
-            child = _child()
-            started.append(child)
             reason = f"{module}: its process ended early, most likely for want of memory"
-            answer = {"compiled": 0, "kept": 0, "failed": [reason]}
-        idle.append(child)
+            return {"compiled": 0, "kept": 0, "failed": [reason]}
+        idle.put(child)
         return answer
 
     workers = ThreadPoolExecutor(count)
@@ -95,11 +100,6 @@ def compile_ahead(reporter: Reporter | None = None, processes: int | None = None
             child.kill()
             child.wait()
     return found
-
-
-def _child() -> subprocess.Popen[str]:
-    command = python_command(__name__)
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8")
 
 
 def described(kind: Any) -> Any:

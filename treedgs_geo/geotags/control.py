@@ -87,7 +87,7 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     _check_heights(path, xyz, stations, reporter)
     of_point = rows.groupby("label", sort=False)
     sd = np.where(of_point[DEVIATIONS].max().isna(), CONTROL_SD_M, of_point[DEVIATIONS].max())
-    check = of_point["is_check"].first().fillna(False).to_numpy(bool)
+    check = of_point["is_check"].first().eq(True).to_numpy(bool)
 
     marks = _marks(path, rows, stations, reporter)
     seen = marks["label"].value_counts().reindex(points.index, fill_value=0)
