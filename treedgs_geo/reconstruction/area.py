@@ -55,8 +55,6 @@ def area_seen(
 
     Returns an area without circles where no cell is seen often enough.
     """
-    if not views:
-        return Area(np.empty((0, 2)), np.empty(0))
     aims = []
     for view in views:
         down = view.rotation[2]
@@ -68,9 +66,8 @@ def area_seen(
     x = np.arange(low[0], high[0] + cell_m, cell_m)
     y = np.arange(low[1], high[1] + cell_m, cell_m)
     grid = np.column_stack([a.ravel() for a in np.meshgrid(x, y)])
-    points = np.column_stack([grid, np.full(len(grid), ground_z)])
+    points = np.column_stack([grid, np.full(len(grid), ground_z)]).reshape(len(y), len(x), 3)
     count = np.zeros((len(y), len(x)), int)
-    points = points.reshape(len(y), len(x), 3)
     for view in views:
         part = _window(view, ground_z, x, y)
         some = points[part].reshape(-1, 3)
@@ -78,8 +75,7 @@ def area_seen(
         offset = some - view.centre
         sine = np.hypot(offset[:, 0], offset[:, 1]) / np.linalg.norm(offset, axis=1)
         count[part] += (view.contains(pixels) & (sine >= min_sin_nadir)).reshape(count[part].shape)
-    seen = (count >= n_views).reshape(len(y), len(x))
-    return _cover(seen, x, y)
+    return _cover(count >= n_views, x, y)
 
 
 def _window(view: View, ground_z: float, x: np.ndarray, y: np.ndarray) -> tuple[slice, slice]:
