@@ -18,7 +18,8 @@ from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.tables import evidence_from_pairs
 from treedgs_geo.inventory.pairs_layer import FIELD, MEASURED, PAIR_COLUMNS, PAIRS, PLOTS, SUGGESTED
-from treedgs_geo.inventory.searched import add_searched, searched_table
+from treedgs_geo.inventory.searched import SEARCHED, searched_table
+from treedgs_geo.inventory.side_layers import add_tables
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.verbs.match_plots import MatchPlotsSettings, run
@@ -376,7 +377,8 @@ def test_field_trees_on_ground_that_was_not_searched_are_not_missed(survey):
     pd.read_csv(survey / "plots.csv").assign(radius_m=12.62).to_csv(survey / "plots.csv", index=False)
     before = evidence_from_pairs(match(survey) and survey / "pairs.gpkg")
     crs = pyproj.CRS.from_epsg(6344)
-    add_searched(survey / "trees.gpkg", searched_table(Point(CENTRE + OFFSET).buffer(9.5), [], crs))
+    searched = searched_table(Point(CENTRE + OFFSET).buffer(9.5), [], crs)
+    add_tables(survey / "trees.gpkg", {SEARCHED: searched})
     _, warnings = match(survey, output=survey / "searched.gpkg")
     after = evidence_from_pairs(survey / "searched.gpkg")
     assert any("15 of 30 field trees stand where stems were not searched for" in text for text in warnings)

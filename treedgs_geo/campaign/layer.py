@@ -18,8 +18,8 @@ from ..core.plots import read_plots
 from ..core.progress import Reporter
 from ..core.shown import some
 from ..inventory import tree_layer
-from ..inventory.searched import add_searched, read_searched
-from ..inventory.side_layers import add_readings, read_readings
+from ..inventory.searched import SEARCHED, read_searched
+from ..inventory.side_layers import READINGS, add_tables, read_readings
 from ..inventory.tree_layer import tree_table, write_table
 from ..inventory.tree_reading import read_trees
 from ..inventory.written import read_written
@@ -72,9 +72,9 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     table = written.into(table.sort_values("tree_id", kind="stable", ignore_index=True))
 
     def beside(geopackage: Path) -> None:
-        add_readings(geopackage, pd.concat(readings, ignore_index=True) if readings else None)
         # What was searched of some plots only would make the others unsearched.
-        add_searched(geopackage, pd.concat(searched, ignore_index=True) if searched and not silent else None)
+        parts = {SEARCHED: [] if silent else searched, READINGS: readings}
+        add_tables(geopackage, {name: pd.concat(of, ignore_index=True) for name, of in parts.items() if of})
 
     write_table(path, table, beside)
     if silent and searched and reporter is not None:

@@ -14,7 +14,7 @@ import shapely
 from shapely.geometry import MultiPolygon, Point, box
 from shapely.geometry.base import BaseGeometry
 
-from ..core.layer_files import add_layer, read_if_there
+from ..core.layer_files import read_if_there
 from ..core.plots import Plot
 from ..core.shown import some
 
@@ -66,12 +66,6 @@ def covered(mask: np.ndarray, corner: tuple[float, float], cell_m: float) -> Bas
             for a, b in zip(steps[::2], steps[1::2], strict=True)
         ]
     return shapely.union_all(strips) if strips else _NOTHING
-
-
-def add_searched(geopackage: Path, table: gpd.GeoDataFrame | None) -> None:
-    """Append the layer to a tree layer's GeoPackage."""
-    if table is not None and len(table):
-        add_layer(geopackage, SEARCHED, table, "MultiPolygon")
 
 
 def read_searched(path: Path) -> gpd.GeoDataFrame | None:

@@ -3,6 +3,7 @@ stems were read as."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import geopandas as gpd
@@ -12,7 +13,7 @@ import pyproj
 from shapely.geometry import Point
 
 from ..core.layer_files import add_layer, read_if_there
-from .searched import add_searched
+from .searched import SEARCHED
 
 #: Names of the layers in ``trees.gpkg``.
 CIRCLES, SECTIONS = "circles", "sections"
@@ -41,25 +42,6 @@ def section_table(sections: list[dict], crs: pyproj.CRS) -> gpd.GeoDataFrame:
     return gpd.GeoDataFrame(table, geometry=gpd.GeoSeries(shapes, crs=crs), crs=crs)
 
 
-def add_layers(
-    geopackage: Path,
-    trees: gpd.GeoDataFrame,
-    sections: list[dict] | None = None,
-    searched: gpd.GeoDataFrame | None = None,
-    readings: pd.DataFrame | None = None,
-) -> None:
-    """Append ``circles`` (and ``sections``, ``searched`` and ``readings`` where there are any) to a tree layer's
-    GeoPackage."""
-    tables = {CIRCLES: circle_table(trees)}
-    if sections:
-        tables[SECTIONS] = section_table(sections, trees.crs)
-    for name, table in tables.items():
-        if len(table):
-            add_layer(geopackage, name, table, "Polygon")
-    add_searched(geopackage, searched)
-    add_readings(geopackage, readings)
-
-
 #: Name of the table of what refused stems were read as, and its columns. Such a reading is no DBH: it may be off by far
 #: more than its error says. It tells a thin stem from a thick one all the same, for whoever has to count them.
 READINGS = "readings"
@@ -69,12 +51,6 @@ READING_COLUMNS = ("tree_id", "read_cm", "read_se_cm")
 def readings_table(rows: list[tuple[int, float, float]]) -> pd.DataFrame:
     """rows: number, diameter and its standard error, cm."""
     return pd.DataFrame(rows, columns=list(READING_COLUMNS)).round(2).astype({"tree_id": "int64"})
-
-
-def add_readings(geopackage: Path, table: pd.DataFrame | None) -> None:
-    """Append the table to a tree layer's GeoPackage."""
-    if table is not None and len(table):
-        add_layer(geopackage, READINGS, table)
 
 
 def read_readings(path: Path) -> pd.DataFrame | None:
@@ -90,3 +66,24 @@ def with_readings(trees: pd.DataFrame, path: Path) -> pd.DataFrame:
         return trees.assign(read_cm=np.nan, read_se_cm=np.nan)
     found = table.drop_duplicates("tree_id").set_index("tree_id").reindex(pd.to_numeric(trees["tree_id"]))
     return trees.assign(**{name: found[name].to_numpy(float) for name in READING_COLUMNS[1:]})
+
+
+def add_layers(
+    geopackage: Path,
+    trees: gpd.GeoDataFrame,
+    sections: list[dict] | None = None,
+    searched: gpd.GeoDataFrame | None = None,
+    readings: pd.DataFrame | None = None,
+) -> None:
+    """Append ``circles`` (and ``sections``, ``searched`` and ``readings`` where there are any) to a tree layer's
+    GeoPackage."""
+    measured = section_table(sections, trees.crs) if sections else None
+    add_tables(geopackage, {CIRCLES: circle_table(trees), SECTIONS: measured, SEARCHED: searched, READINGS: readings})
+
+
+def add_tables(geopackage: Path, tables: Mapping[str, pd.DataFrame | None]) -> None:
+    """Append those that hold anything to a tree layer's GeoPackage, by their names."""
+    shapes = {CIRCLES: "Polygon", SECTIONS: "Polygon", SEARCHED: "MultiPolygon", READINGS: None}
+    for name, table in tables.items():
+        if table is not None and len(table):
+            add_layer(geopackage, name, table, shapes[name])
