@@ -89,8 +89,6 @@ def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
     table["error_cm"] = table["error_cm"].round(2)
     write_csv(folder / "tape_check.csv", table)
     place = frame.trees.set_index("tree_id").loc[table["tree_id"], ["x", "y"]].to_numpy(float)
-    for name in ("plot_id", "qc_flag", "inside", "state", "outlier", "note"):
-        table[name] = table[name].astype(object).where(table[name].notna(), None)
     layer = gpd.GeoDataFrame(
         table.assign(x=place[:, 0], y=place[:, 1]), geometry=gpd.points_from_xy(*place.T), crs=frame.crs
     )

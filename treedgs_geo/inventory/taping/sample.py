@@ -134,8 +134,6 @@ def tape_table(trees: pd.DataFrame, n_frame: int, design: str, mark: str) -> pd.
 def write_layer(path: Path, table: pd.DataFrame, crs: pyproj.CRS) -> Path:
     """The layer ``tapes``, styled, with its form."""
     layer = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=crs)
-    for name in ("state", "tape_note", "plot_id"):
-        layer[name] = layer[name].astype(object).where(layer[name].notna(), None)
     return layer_files.write_layer(path, OWN_LAYERS, LAYER, layer, "Point")
 
 
