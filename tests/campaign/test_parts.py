@@ -16,8 +16,8 @@ import pytest
 from treedgs_geo.campaign.coordinate import Capacity, Coordinator
 from treedgs_geo.campaign.engine_process import explain
 from treedgs_geo.campaign.inputs import input_files
-from treedgs_geo.campaign.record import MAX_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.campaign.state import Campaign, Plan
+from treedgs_geo.campaign.supervise import MAX_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.core import folder_lock as leases
 from treedgs_geo.core.costs import CostModel, fit, makespan
 from treedgs_geo.core.errors import InputError

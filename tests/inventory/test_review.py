@@ -17,7 +17,7 @@ import treedgs_geo as tg
 from treedgs_geo.campaign.layer import write_layer
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.inventory.review.decisions import Decision, read_decisions
+from treedgs_geo.inventory.review.apply import Decision, read_decisions
 from treedgs_geo.inventory.reviewed import DECISIONS
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees

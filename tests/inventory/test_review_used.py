@@ -13,7 +13,7 @@ from inventory.test_match import match, survey  # noqa: F401  (a fixture)
 
 import treedgs_geo as tg
 from treedgs_geo.inventory.pairs_layer import MEASURED, PAIRS
-from treedgs_geo.inventory.review.decisions import Decision
+from treedgs_geo.inventory.review.apply import Decision
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.verbs.evaluate import EvaluateSettings, run
 

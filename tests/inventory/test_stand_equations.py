@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.inventory.stand.equations import COLUMNS, ORIGINS, QUANTITIES, choose, read_equations
-from treedgs_geo.inventory.stand.expression import Formula
+from treedgs_geo.inventory.stand.equations import COLUMNS, ORIGINS, QUANTITIES, Formula, choose, read_equations
 from treedgs_geo.inventory.stand.species import species_of
 from treedgs_geo.inventory.stand.values import fit_curve
 

@@ -20,8 +20,7 @@ from shared_data import needs_shared
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.settings import build
 from treedgs_geo.inventory.searched import searched_table
-from treedgs_geo.inventory.stand.layers import tree_layer, write_shapefiles
-from treedgs_geo.inventory.stand.sheets import CSV_TABLES, csv_name
+from treedgs_geo.inventory.stand.files import CSV_TABLES, csv_name, tree_layer, write_shapefiles
 from treedgs_geo.inventory.stand.tables import cross_table, species_class_table
 from treedgs_geo.inventory.stand.units import UNITS
 from treedgs_geo.verbs.stand_table import StandTableSettings

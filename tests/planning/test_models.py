@@ -10,12 +10,11 @@ from PIL import Image
 
 from treedgs_geo.core.costs import CostModel
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.planning.budget import budget_of
 from treedgs_geo.planning.choose import judged, stems_of
 from treedgs_geo.planning.curves import Curves, outcome, view_odds
 from treedgs_geo.planning.drones import camera_of, known_cameras
 from treedgs_geo.planning.missions import PlanFlight, Target, grid, orbits, sees
-from treedgs_geo.planning.safety import Unsafe, lowest_clearance, made_safe, needed_height, speed_of
+from treedgs_geo.planning.safety import Unsafe, budget_of, lowest_clearance, made_safe, needed_height, speed_of
 from treedgs_geo.planning.settings import FlyingSettings
 from treedgs_geo.planning.stand import CELL_M, Scene, StandNumbers, about_plot, drawn_stand, dressed_trees, make_scene
 from treedgs_geo.planning.sun import sun_day

@@ -12,8 +12,8 @@ from ..core.tables import write_csv
 from ..report.blocks import Block, Column, Document, Sentences, Table, facts_table
 from ..report.html import write_html
 from .places import REPORT, TABLE, plot_folder
-from .record import Record
 from .state import Campaign, Plan
+from .supervise import Record
 
 COLUMNS = (
     "plot_id", "state", "route", "n_trees", "n_measured", "n_rejected", "reasons", "mean_dbh_cm", "seconds", "cpu_s",

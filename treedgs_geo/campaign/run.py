@@ -14,10 +14,9 @@ from ..core.folder_lock import Busy, Lease
 from ..core.machine import cores, free_memory
 from ..core.progress import Reporter
 from ..core.resource_errors import is_full
-from .coordinate import Capacity, Coordinator, Tally
+from .coordinate import Capacity, Coordinator, Tally, write_text
 from .layer import check_output, twins, write_layer
 from .places import COSTS, PLOTS, REPORT, STATUS, TABLE, TREES
-from .progress import write_text
 from .report import rows_of, write_report
 from .state import Campaign, Plan, layer_crs, make_plan
 

@@ -11,11 +11,10 @@ import numpy as np
 from ..core.costs import CostModel
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from .budget import Budget, budget_of
 from .curves import Curves, Outcome, outcome
 from .drones import DroneCamera
 from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, Target, grid, orbits
-from .safety import Unsafe, made_safe, speed_of
+from .safety import Budget, Unsafe, budget_of, made_safe, speed_of
 from .settings import PATTERNS, FlyingSettings, PlanFlightSettings
 from .site import PlanSite
 from .stand import CELL_M, REACH_M, Scene, about_plot, make_scene

@@ -20,9 +20,9 @@ import numpy as np
 import pandas as pd
 
 from ..core.files import atomic_path, write_json
-from .budget import TRANSIT_M_S
 from .choose import JudgedFlight
 from .drones import DroneCamera
+from .safety import TRANSIT_M_S
 from .settings import FlyingSettings
 from .site import PlanSite
 

@@ -31,10 +31,17 @@ from .crew import measured_trees
 from .document import make_document
 from .equations import read_equations
 from .expansion import expand
-from .fvs import long_names, write_fvs
-from .layers import write_geopackage, write_shapefiles
+from .files import (
+    CSV_TABLES,
+    csv_name,
+    long_names,
+    write_csv,
+    write_fvs,
+    write_geopackage,
+    write_shapefiles,
+    write_workbook,
+)
 from .sample import SamplePlot, as_searched, census, crs_of_plots, read_boundary, read_sample
-from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
 from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand

@@ -25,9 +25,8 @@ from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import LAYER, read_cells
-from .form import make_form
+from .form import make_form, sheets, walk
 from .frame import Frame, read_frame
-from .sheets import sheets, walk
 
 
 def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
