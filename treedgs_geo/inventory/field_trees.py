@@ -105,7 +105,7 @@ def read_field_trees(
     Returns:
         one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
         the pith) or ``x`` and ``y`` (m, with their ``epsg``), all NaN where the row does not say them
-        (:func:`.unplaced.drop_unplaced`), ``dbh_cm`` and ``height_m`` (NaN where not measured), ``status``,
+        (:func:`drop_unplaced`), ``dbh_cm`` and ``height_m`` (NaN where not measured), ``status``,
         ``species``, ``date``, ``line`` (in the file), ``lacks`` (what keeps the tree off the map, empty for most).
 
     Raises:

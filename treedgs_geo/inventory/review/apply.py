@@ -151,7 +151,7 @@ def review_trees(
 
     Args:
         trees: the tree layer (.gpkg, .shp, .geojson, .csv); it is changed in place, all decisions or none.
-        decisions: a CSV (:func:`.decisions.read_decisions`), or its rows.
+        decisions: a CSV (:func:`read_decisions`), or its rows.
         by: who decided, where the table does not say; ``None`` = the user of this machine.
         dbh_unit: unit of the table's DBHs where its column does not say it.
 

@@ -43,7 +43,7 @@ class SamplePlot:
 
     x, y: centre (NaN for ``area``). outline: the plot on the ground. inside: share of it inside the stand (1 without a
     boundary). weight_area_ha: the area that its trees are divided by. edge: what was found about the stand's edge.
-    searched: share in which stems were searched for; the others are then this part (:mod:`.searched_part`).
+    searched: share in which stems were searched for; the others are then this part (:func:`as_searched`).
     """
 
     plot_id: str
