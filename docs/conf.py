@@ -28,8 +28,7 @@ version = release = treedgs_geo.__version__
 
 extensions = ["sphinx.ext.autodoc", "myst_parser"]
 exclude_patterns = ["results"]
-# Short names of types that stand in two rooms (Area, Stem.x) are links to one of them.
-suppress_warnings = ["config.cache", "ref.python"]
+suppress_warnings = ["config.cache"]
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 3

@@ -20,7 +20,7 @@ from treedgs_geo.core.plots import read_plots
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.photos import read_photo
 from treedgs_geo.geotags.tables import is_position_table, read_position_table
-from treedgs_geo.run.photos import read_kept_trees
+from treedgs_geo.run.measure_stage import read_kept_trees
 
 UTM = pyproj.CRS("EPSG:6344")
 HEAD = "plot_id,easting,northing,radius_m,epsg\n"

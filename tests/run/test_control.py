@@ -55,9 +55,9 @@ def handed(monkeypatch) -> list[dict]:
             (sfm / name).write_text(json.dumps(REPORTED))
         return REPORTED
 
-    monkeypatch.setattr("treedgs_geo.run.photos.reconstruct_photos", reconstruct)
-    monkeypatch.setattr("treedgs_geo.run.photos.load_views", lambda *_: (None, []))
-    monkeypatch.setattr("treedgs_geo.run.photos.load_points", lambda _: np.zeros((0, 3)))
+    monkeypatch.setattr("treedgs_geo.run.reconstruct_stage.reconstruct_photos", reconstruct)
+    monkeypatch.setattr("treedgs_geo.run.reconstruct_stage.load_views", lambda *_: (None, []))
+    monkeypatch.setattr("treedgs_geo.run.reconstruct_stage.load_points", lambda _: np.zeros((0, 3)))
     return calls
 
 

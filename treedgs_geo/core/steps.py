@@ -75,7 +75,8 @@ class Steps:
 
     def weigh(self, name: str, factor: float) -> None:
         """The stage ``name``, still to come, takes ``factor`` times longer than usual: the progress bar knows it."""
-        self._left[name] *= factor
+        if name in self._left:
+            self._left[name] *= factor
 
     def skip(self, name: str) -> None:
         """The stage ``name`` will not run: the progress bar does not wait for it."""

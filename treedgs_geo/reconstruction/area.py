@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from shapely import Point, union_all
+from shapely.geometry.base import BaseGeometry
 
 from .cameras import View
 
@@ -37,6 +39,11 @@ class Area:
         low = (self.centres - self.radii_m[:, None]).min(axis=0) - margin_m
         high = (self.centres + self.radii_m[:, None]).max(axis=0) + margin_m
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    def shape(self, margin_m: float = 0.0) -> BaseGeometry:
+        """The ground of the circles grown by ``margin_m``, each place once."""
+        discs = zip(self.centres, self.radii_m + margin_m, strict=True)
+        return union_all([Point(*centre).buffer(radius) for centre, radius in discs])
 
     def outline(self, margin_m: float = 0.0, corners: int = 24) -> np.ndarray:
         """(K * corners, 2) points on the circles grown by ``margin_m``."""

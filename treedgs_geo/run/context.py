@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,9 @@ from ..reconstruction.area import Area, area_seen
 from ..reconstruction.cameras import View
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm
-
-if TYPE_CHECKING:
-    from .routes import Preset
-    from .settings import PhotosToDbhSettings
+from .forecast import PlannedSearch
+from .presets import Preset
+from .settings import PhotosToDbhSettings
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,8 @@ class PhotoJob:
     preset: how much of the scene is modelled. steps: what is done; space: where it is kept (in a dry run nowhere).
     photos: the files; files: by the name that the workspace knows them by. stations: photos with their positions.
     plots: none = all that is seen. given: the user's terrain model. nothing: why no stem can be measured, empty
-    where one may. aligned, site: ``None`` where nothing was matched. trees: project coordinates. run_id: names what
+    where one may. planned: cameras by geotags and gimbal, about the middle of the flight; search: for stems, by these.
+    aligned, site: ``None`` where nothing was matched. trees: project coordinates. run_id: names what
     measured them.
     """
 
@@ -85,6 +85,8 @@ class PhotoJob:
     plots: list[Plot] = field(default_factory=list)
     given: Dtm | None = None
     nothing: str = ""
+    planned: list[View] = field(default_factory=list)
+    search: PlannedSearch | None = None
     aligned: Aligned | None = None
     area: Area | None = None
     site: Site | None = None

@@ -1,15 +1,19 @@
-"""Heights of the trees and a canopy height model from the block's own photos."""
+"""The stage ``heights``: heights of the trees and a canopy height model from the block's own photos."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from affine import Affine
 
+from ..core import workspace as names
+from ..core.files import read_json, write_json
 from ..core.progress import Reporter
+from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.canopy import CELL_M, CanopyVolume, is_air, surface_of, volume_of
@@ -19,8 +23,12 @@ from ..stems.photos.tiles import split
 from ..stems.photos.tree_heights import Heights, heights_of, profiles
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm, write_dtm
-from .context import Site
+from .context import PhotoJob, Site
+from .ground_stage import circles
+from .stage import Key, Stage
 
+#: The heights of a run's trees, in its workspace.
+KEPT_HEIGHTS = "heights.json"
 #: Pixel of the pictures that are compared, metres at the middle of the crowns, and photos that each is compared with.
 PIXEL_M, NEIGHBOURS = 0.0735, 12
 #: Crowns reach over the rim of a plot, and their tops stand beside their stems, metres.
@@ -139,3 +147,39 @@ def _write(path: Any, surfaces: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
     size = CELL_M * site.frame.scale
     grid = Affine(size, 0, corner[0], 0, -size, corner[1])
     write_dtm(path, Dtm(heights, grid, site.frame.crs), band="canopy height above ground")
+
+
+def _wants_heights(job: PhotoJob) -> bool:
+    wanted = job.settings.heights
+    return bool(job.trees) and (wanted == "photos" or (wanted == "auto" and job.preset.heights))
+
+
+def _heights_key(job: PhotoJob) -> Key:
+    used: dict[str, Any] = {"places": [[round(tree.x, 2), round(tree.y, 2), tree.dbh_cm] for tree in job.trees]}
+    return Key(used | {"plots": circles(job.place.area), "ground": job.space.output_hashes("ground")})
+
+
+def _heights(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    raster = job.path(names.CHM)
+    style_raster(raster, "chm")
+    fits = job.path(names.FITS)
+    found = find_heights(job.place, job.block.points, job.trees, fits, job.settings.bh_m, raster, reporter)
+    write_json(job.path(KEPT_HEIGHTS), found)
+    return {"heights": sum(entry["height_m"] is not None for entry in found.values())}
+
+
+def _load_heights(job: PhotoJob, _: object) -> None:
+    """The trees with ``height_m``, ``height_se_m`` and, where there is no height, ``height_why``."""
+    found = read_json(job.path(KEPT_HEIGHTS))
+    job.trees = [replace(tree, **found.get(str(tree.tree_id), {})) for tree in job.trees]
+
+
+HEIGHTS = Stage(
+    "heights",
+    0.08,
+    _heights,
+    key=_heights_key,
+    outputs=lambda job: [job.path(KEPT_HEIGHTS), job.path(names.CHM)],
+    load=_load_heights,
+    wanted=_wants_heights,
+)

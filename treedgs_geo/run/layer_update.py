@@ -15,7 +15,6 @@ from ..core import workspace as names
 from ..core.errors import InputError, OutputError
 from ..core.geopackage import is_whole
 from ..core.progress import Reporter
-from ..core.steps import Collector
 from ..inventory.review.apply import BESIDE_M, read_whole, with_row
 from ..inventory.reviewed import NO_TREE, decided
 from ..inventory.searched import read_searched
@@ -25,8 +24,6 @@ from ..inventory.tree_reading import LAYER
 from ..inventory.written import COLUMNS, DECIDED, carried_decision
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
-from .given_store import read_given
-from .outputs import write_page
 
 if TYPE_CHECKING:
     from pyproj import CRS
@@ -76,14 +73,6 @@ class Held:
         return f"tree {self.tree_id} ({dbh}, {self.flag}{word}), {far}, which the layer holds already"
 
 
-@dataclass(frozen=True)
-class Change:
-    """A tree for the layer. instead: number of the row that it takes the place of; ``None`` = of its own."""
-
-    tree: Tree
-    instead: int | None = None
-
-
 def _layer(job: PhotoJob, trees: list[Tree]) -> tuple[Path, gpd.GeoDataFrame]:
     """The layer that new trees go into: the output if it is there, else the run's own, else ``trees``, as measured."""
     for path in (job.settings.output, job.path(names.TREES)):
@@ -125,8 +114,9 @@ def held_trees(job: PhotoJob, trees: list[Tree]) -> list[Held]:
     ]
 
 
-def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], reporter: Reporter) -> None:
-    """The changed trees into the output and into the run's own layer; nothing else in them changes.
+def merge_layers(job: PhotoJob, changed: list[tuple[Tree, Held | None]], trees: list[Tree], reporter: Reporter) -> None:
+    """The changed trees, each in place of the row beside it, into the output and into the run's own layer; nothing else
+    in them changes.
 
     trees: of the run, for a layer that is not there yet.
 
@@ -140,7 +130,7 @@ def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], report
         beside = partial(add_layers, trees=table, searched=searched, readings=readings)
         write_table(path, table, beside, job.path(names.SHEETS))
 
-    table, sentences = merged(_layer(job, trees)[1], changed, crs)
+    table, sentences = _merged(_layer(job, trees)[1], changed, crs)
     for sentence in sentences:
         reporter.warn(f"{output.name}: {sentence}")
     write(output, table)
@@ -148,42 +138,32 @@ def merge_layers(job: PhotoJob, changed: list[Change], trees: list[Tree], report
         return
     try:
         own = read_whole(copy) if copy.exists() and is_whole(copy, LAYER) else tree_table(trees, crs)
-        write(copy, merged(own, changed, crs)[0])
+        write(copy, _merged(own, changed, crs)[0])
     except (OutputError, InputError) as problem:  # the result itself is written
         reporter.warn(str(problem))
 
 
-def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gpd.GeoDataFrame, list[str]]:
-    """The table with the changed trees, in place of rows of the same number, and sentences about decisions that did not
-    stay as they were."""
+def _merged(
+    table: gpd.GeoDataFrame, changed: list[tuple[Tree, Held | None]], crs: CRS
+) -> tuple[gpd.GeoDataFrame, list[str]]:
+    """The table with the changed trees, and sentences about decisions that did not stay as they were."""
     made, sentences = table.copy(), []
     for name in DECIDED:
         if name in made and made[name].dtype.kind != "f":
             made[name] = made[name].astype(object).where(made[name].notna(), None)
-    fresh = tree_table([change.tree for change in changed], crs)
-    for change, values in zip(changed, fresh.itertuples(index=False), strict=True):
+    fresh = tree_table([tree for tree, _ in changed], crs)
+    for (tree, instead), values in zip(changed, fresh.itertuples(index=False), strict=True):
         row = {name: None if pd.isna(value) else value for name, value in values._asdict().items()}
         point = row.pop("geometry")
-        numbers = pd.to_numeric(made["tree_id"]).astype(int).tolist()
-        number = change.tree.tree_id if change.instead is None else change.instead
-        if number not in numbers:
-            made = with_row(made, {name: value for name, value in row.items() if name in made}, point)
-            continue
-        at = numbers.index(number)
-        old = made.iloc[at]
-        kept = {name: old[name] for name in COLUMNS if name in made}
-        if DECIDED[0] in made and not pd.isna(old[DECIDED[0]]):
-            # As a new run does it: a decision about a diameter that is another one now is a question again.
-            decision, said = carried_decision(old, pd.Series({**row, **dict.fromkeys(DECIDED)}), None)
-            kept |= decision
-            sentences += [said] if said else []
-        made = with_row(made.drop(index=made.index[at]), {**{k: v for k, v in row.items() if k in made}, **kept}, point)
+        number = tree.tree_id if instead is None else instead.tree_id
+        there = pd.to_numeric(made["tree_id"]).astype(int) == number
+        for _, old in made[there].iterrows():
+            kept = {name: old[name] for name in COLUMNS if name in made}
+            if DECIDED[0] in made and not pd.isna(old[DECIDED[0]]):
+                # As a new run does it: a decision about a diameter that is another one now is a question again.
+                decision, said = carried_decision(old, pd.Series({**row, **dict.fromkeys(DECIDED)}), None)
+                kept |= decision
+                sentences += [said] if said else []
+            row |= kept
+        made = with_row(made[~there], {name: value for name, value in row.items() if name in made}, point)
     return made, sentences
-
-
-def write_given_page(job: PhotoJob, reporter: Collector) -> None:
-    """The run's report, with the new trees; trouble with it is a warning: the trees are written."""
-    try:
-        write_page(job, read_given(job).trees, reporter)
-    except (OutputError, InputError) as problem:
-        reporter.warn(str(problem))

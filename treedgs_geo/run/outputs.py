@@ -1,4 +1,4 @@
-"""What a photo run writes at its end: the layer, its copy in the workspace, the report."""
+"""The stage ``write`` of a photo run: the layer, its copy in the workspace, the report."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .report_facts import kept_table, photo_facts
 from .searched import ENOUGH_VIEWS, day_of, seen_in_photos
+from .stage import Key, Stage
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,3 +115,7 @@ def write_page(job: PhotoJob, trees: list[Tree], reporter: Collector, planned: S
         facts["decided by a person"] = review.sentences(job.settings.output.name)[0]
     sheets, warnings = written_sheets(job.path(names.SHEETS), job.run_id), job.steps.warnings + reporter.warnings
     write_report(job.path(names.REPORT), table, job.plots, facts, warnings, stages, sheets)
+
+
+# The outputs may be changed by the user between runs: always written anew, it costs a second.
+WRITE = Stage("write", 0.01, write_outputs, key=lambda job: Key({"output": job.settings.output}), always=True)

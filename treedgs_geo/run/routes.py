@@ -1,4 +1,4 @@
-"""The route straight from photos with cameras to diameters, and how much each preset models."""
+"""The route straight from photos with cameras to diameters."""
 
 from __future__ import annotations
 
@@ -6,25 +6,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..core.progress import Reporter
-from ..reconstruction.options import ReconstructOptions
 from ..stems.photos.fit_records import KeptFits
-from ..stems.photos.options import PhotoStemOptions
 from ..stems.photos.route import search_photos
 from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
 from ..stems.quality.tree import Tree
 from .context import Site
-
-
-@dataclass(frozen=True)
-class Preset:
-    """How much of the scene is modelled. sheets: trees that get an evidence sheet: ``all``, or those to ``check`` and
-    not measured. heights: whether tree heights are measured in the photos."""
-
-    reconstruct: ReconstructOptions
-    stems: PhotoStemOptions
-    sheets: str = "all"
-    heights: bool = True
+from .presets import Preset
 
 
 @dataclass(frozen=True)
@@ -35,19 +23,6 @@ class Found:
     trees: list[Tree]
     kept: KeptFits
     facts: dict[str, Any] = field(default_factory=dict)
-
-
-CHAIN_PRESETS = {
-    "fast": Preset(
-        ReconstructOptions(max_features=4000, neighbours=12),
-        PhotoStemOptions(max_views=48, max_lean_deg=10.0, most_asked=0),
-        sheets="check",
-        heights=False,
-    ),
-    "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
-    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200)),
-    "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
-}
 
 
 def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None = None) -> Found:

@@ -1,11 +1,14 @@
-"""Evidence sheets of a photo run: each stem is looked at once more in the photos that it was fitted in."""
+"""The stage ``sheets`` of a photo run: each stem is looked at once more in the photos that it was fitted in."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -14,7 +17,7 @@ from ..core import workspace as names
 from ..core.errors import OutputError
 from ..core.files import temporary_beside
 from ..core.progress import Reporter
-from ..inventory.evidence.files import sheet_file, trees_with_sheets, write_sheet
+from ..inventory.evidence.files import sheet_file, sheets_folder, trees_with_sheets, write_sheet
 from ..inventory.evidence.photo_sheet import PhotoEvidence, photo_sheet
 from ..reconstruction.area import Area
 from ..stems.photos.deduplicate import known_rows
@@ -27,6 +30,8 @@ from ..stems.photos.tiles import split
 from ..stems.quality.tree import Tree
 from .context import PhotoJob, Site
 from .given_store import fits_by_id
+from .published_plot import is_published
+from .stage import Key, Stage
 
 #: A stem at the rim of a piece of ground may have been found in the next one, metres.
 _RIM_M = 0.6
@@ -117,3 +122,24 @@ def _by_piece(
     for (piece, _), own in zip(pieces, members, strict=True):
         if own:
             yield piece, own
+
+
+def _sheets_key(job: PhotoJob) -> Key:
+    text = json.dumps([asdict(tree) for tree in chosen_trees(job)], sort_keys=True)
+    return Key({"sheets": job.settings.sheets, "trees": hashlib.sha256(text.encode()).hexdigest()[:16]})
+
+
+def _sheets(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    with sheets_folder(job.path(names.SHEETS), job.run_id) as made:
+        return {"sheets": draw_sheets(job, chosen_trees(job), made, reporter)}
+
+
+SHEETS = Stage(
+    "sheets",
+    0.02,
+    _sheets,
+    key=_sheets_key,
+    outputs=lambda job: [sheet_file(job.path(names.SHEETS), tree) for tree in chosen_trees(job)],
+    # Stems of the published route were not looked for in the photos.
+    wanted=lambda job: bool(chosen_trees(job)) and not is_published(job.settings),
+)

@@ -25,7 +25,7 @@ from treedgs_lab.benchmarks.records import RESULTS, made_by
 #: Copied as they are; pictures of the suite and HTML pages stay in OUT.
 COPIED = (
     *("benchmark.csv", "cost.json", "cost.svg"),
-    *("stability-trees.csv", "stability-blocks.csv", "stability-factors.csv"),
+    *("stability-trees.csv", "stability-factors.csv"),
 )
 METHODS = ("densities.svg", "trend.svg", "methods.csv", "segmentation.csv")
 

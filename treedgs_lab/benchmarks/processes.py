@@ -1,5 +1,5 @@
 """TreeDGS in processes of its own, whose seconds and peak memory are nobody else's: verbs on plots as ``simulate-plot``
-writes them, the whole photo chain, and jobs of this package."""
+writes them, and jobs of this package."""
 
 from __future__ import annotations
 
@@ -8,19 +8,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from treedgs_geo.core import workspace as names
 from treedgs_geo.core.children import python_command
-from treedgs_geo.core.errors import TreeDGSError
 from treedgs_geo.core.files import read_json, write_json
 
 #: Of all rendered and simulated plots: NAD83(2011) / UTM 15N.
 CRS = "EPSG:6344"
 #: What the crew brings of ground control, in the plot's folder.
 CONTROL = "gcp_list.txt"
-
-
-class ChainCrash(RuntimeError):
-    """``photos-to-dbh`` crashed, or lacked memory or a library: no refusal, and nothing that may count as one."""
 
 
 def words(verb: str, *options: Any) -> list[str]:
@@ -51,26 +45,6 @@ def simulate(plot: Path, options: list[Any]) -> None:
     """``simulate-plot`` with these options, unless the plot is there."""
     if not (plot / "truth" / "config.json").exists():
         run_verb("simulate-plot", "--output", plot, *options, "--log-format", "quiet")
-
-
-def run_photo_chain(plot: Path, crs: str, workspace: Path) -> str:
-    """Run ``photos-to-dbh`` on a plot's folder; layer and ``sfm/`` lie in ``workspace`` then.
-
-    Returns:
-        why it refused, in its own words; empty where it ended.
-
-    Raises:
-        ChainCrash: it ended in any other way.
-    """
-    outputs = ["--workspace", workspace, "--output", workspace / names.TREES, "--log-format", "plain"]
-    command = words("photos-to-dbh", *photo_inputs(plot, crs), *outputs)
-    child = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
-    if not child.returncode:
-        return ""
-    last = _last_line(child.stderr.strip() or child.stdout.strip())
-    if child.returncode != TreeDGSError.exit_code:
-        raise ChainCrash(f"{plot}: photos-to-dbh ended with exit code {child.returncode}: {last}")
-    return last
 
 
 def run_job(job: dict[str, Any], result: Path) -> dict[str, Any]:

@@ -53,7 +53,7 @@ class PlantedStem:
     (index 0) upwards; radii: (K,) metres, mean, without relief.
 
     detail: 2 in the plots, 1 about them, -1 in the photos but far off (grid flights), 0 in none.
-    kind: normal, dead, snag, fork_below, fork_above, touch, lean, sapling, or branch (the second leader above a fork,
+    kind: normal, snag, fork_below, fork_above, touch, lean, sapling, or branch (the second leader above a fork,
     part of the tree ``tree_id``).
     """
 
@@ -193,7 +193,6 @@ def grow_stand(
         ("fork_above", settings.forks_above_bh),
         ("touch", settings.touching_saplings),
         ("lean", settings.strong_leans),
-        ("dead", settings.dead_trees),
         ("twin", settings.twins),
     ):
         for _ in range(number):
@@ -209,7 +208,7 @@ def grow_stand(
         common = {
             "tree_id": f"T{k + 1:03d}",
             "kind": kinds[k],
-            "status": "dead" if kinds[k] == "dead" else "live",
+            "status": "live",
             "in_plot": distance < sizes.radius_m,
             "detail": detail,
             "crown_base_m": height[k] * rng.uniform(0.46, 0.56),

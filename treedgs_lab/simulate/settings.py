@@ -45,7 +45,6 @@ class SimulateSettings(
     forks_below_bh: int = count(0, 0, 10, "in-plot trees forked below breast height")
     forks_above_bh: int = count(0, 0, 10, "in-plot trees forked above breast height")
     touching_saplings: int = count(0, 0, 10, "in-plot stems touched by a sapling")
-    dead_trees: int = count(0, 0, 10, "in-plot trees without needles")
     leaf_area_m2: float = number(
         38.0, 0, 200, "m2", "one-sided needle area of a tree of mean DBH; what hides the stems"
     )
@@ -53,7 +52,6 @@ class SimulateSettings(
     saplings_per_m2: float = number(0.025, 0, 1, "1/m2", "saplings below 7.5 cm DBH")
     logs: int = count(5, 0, 50, "logs lying about")
     slope_pct: float = number(3.0, 0, 60, "%", "slope of the ground")
-    roughness_m: float = number(0.1, 0, 1, "m", "standard deviation of the ground about its plane")
     image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
     image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
     photos: int | None = count(None, 8, 400, "number of photos, both flights together", dialog=True)

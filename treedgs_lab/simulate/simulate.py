@@ -171,7 +171,7 @@ def grow_world(
     """The world, its stems, and the control points laid out in it."""
     reach, half = layout.reach_m, layout.ground_half_m
     step = 0.25 if half <= FINE_GROUND_M else 0.5
-    ground = make_ground(rng["site"], half, settings.slope_pct, settings.roughness_m, step)
+    ground = make_ground(rng["site"], half, settings.slope_pct, step_m=step)
     around = layout.stand_radius_m, layout.centres
     stems = dressed(
         rng, settings, grow_stand(rng["stand"], settings, sizes, ground, reach + 6, *around, rng["spacing"])

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+#: Standard deviation of the ground about its plane, m.
+ROUGHNESS_M = 0.1
+
 
 @dataclass(frozen=True)
 class Ground:
@@ -50,7 +53,7 @@ class Ground:
 
 
 def make_ground(
-    rng: np.random.Generator, half_m: float, slope_pct: float, roughness_m: float, step_m: float = 0.25
+    rng: np.random.Generator, half_m: float, slope_pct: float, roughness_m: float = ROUGHNESS_M, step_m: float = 0.25
 ) -> Ground:
     """A plane of the given slope (random aspect) plus noise at 8, 2.5 and 0.7 m; height 0 at the origin's plane."""
     n = int(np.ceil(2 * half_m / step_m)) + 1

@@ -61,7 +61,6 @@ def random_options(seed: int) -> list[str]:
         "strong-leans": int(rng.integers(0, 2)),
         "forks-above-bh": int(rng.integers(0, 2)),
         "touching-saplings": int(rng.integers(0, 2)),
-        "dead-trees": int(rng.integers(0, 2)),
         "sensor": str(rng.choice(["clean", "drone"])),
         "jpeg-quality": int(rng.integers(75, 96)),
         "contrast": sometimes(0.7, 0.05, 0.4),

@@ -12,6 +12,7 @@ from photo_ring import ring
 from treedgs_geo.core.settings import build
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_lab.benchmarks.stability import perturb
+from treedgs_lab.benchmarks.stability.factor_type import BASE
 from treedgs_lab.benchmarks.stability.factors import FACTORS
 from treedgs_lab.simulate.settings import SIZES, SimulateSettings, resolve
 from treedgs_lab.simulate.trouble import TroubleSettings, disturb, photo_troubles, shake
@@ -114,5 +115,5 @@ def test_every_level_is_a_plot_that_can_be_made(tmp_path):
         assert len(factor.levels) >= 2 and bool(factor.render) != bool(factor.perturb), factor.key
         assert factor.inputs and factor.unit and factor.about.endswith("."), factor.key
         for change in factor.render.values():
-            settings = build(SimulateSettings, {**factor.base, **change, "output": tmp_path, "seed": 1})
-            assert resolve(settings)[1].photos == change.get("photos", SIZES[factor.base["preset"]].photos)
+            settings = build(SimulateSettings, {**BASE, **change, "output": tmp_path, "seed": 1})
+            assert resolve(settings)[1].photos == change.get("photos", SIZES[BASE["preset"]].photos)

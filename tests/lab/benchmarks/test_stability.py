@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 
 from treedgs_geo.core.errors import InputError, TreeDGSError
-from treedgs_geo.core.progress import Reporter
 from treedgs_lab.benchmarks import records
-from treedgs_lab.benchmarks.blocks import through_chain
-from treedgs_lab.benchmarks.plot import TruePlot, score_trees
-from treedgs_lab.benchmarks.processes import ChainCrash
-from treedgs_lab.benchmarks.stability import cases as stability
+from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.stability.cases import Case, all_cases, photo_trees, run_cases
 from treedgs_lab.benchmarks.stability.factor_report import ALL, UNTROUBLED, by_factor, holds
 from treedgs_lab.benchmarks.stability.factor_type import CLOUD, Factor
@@ -113,7 +109,7 @@ def test_files_are_written_and_name_the_lie(tmp_path):
     page = (tmp_path / "stability.html").read_text()
     assert "<svg" in page and 'src="http' not in page and "<link" not in page
     assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
-    for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
+    for name in ("stability-curves.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
         assert (tmp_path / name).stat().st_size > 100
     assert "| lean | photos | 2 | 3 | 0 | 2 | 1 to 2 | 0 | missed | 0 | 3 |" in text
     with pytest.raises(TreeDGSError, match="No case"):
@@ -121,28 +117,26 @@ def test_files_are_written_and_name_the_lie(tmp_path):
 
 
 def test_cases_are_kept_and_resumed(tmp_path):
+    few = {
+        "photos": 8,
+        "image_width": 320,
+        "image_height": 260,
+        "samples": 1,
+        "lidar_density_m2": 700.0,
+        "stems_per_ha": 800.0,
+        "shrubs_per_m2": 0.0,
+    }
     tiny = Factor(
         "empty",
         "small",
         "x",
-        (0.0, 1.0),
+        (0.0, 1.0, 2.0),
         "Test.",
-        {
-            0.0: {},
-            1.0: {
-                "photos": 8,
-                "image_width": 320,
-                "image_height": 260,
-                "samples": 1,
-                "lidar_density_m2": 700.0,
-                "stems_per_ha": 800.0,
-                "shrubs_per_m2": 0.0,
-            },
-        },
+        {1.0: few, 2.0: few},
         "",
         (CLOUD,),
     )
-    cases = [Case(tiny, 1.0, 4, method) for method in ("lidar", "lidar cylinder")]
+    cases = [Case(tiny, level, 4, "lidar") for level in (1.0, 2.0)]
     assert list(run_cases(cases, tmp_path, seconds=-1)) == []
     first = list(run_cases(cases[:1], tmp_path))
     kept = tmp_path / "cases" / f"{cases[0].name}.json"
@@ -162,30 +156,6 @@ def test_cases_are_kept_and_resumed(tmp_path):
     assert list(run_cases(cases[:1], tmp_path, fresh=True))[0]["code"] != "other"
 
 
-def test_the_whole_chain_says_how_true_its_block_is(simulated_plot):
-    plot = TruePlot.load(simulated_plot)
-    found = through_chain(plot)
-    rows = score_trees(plot, found.trees)
-    read = [row for row in rows if row["read_cm"] is not None]
-    assert len(read) >= 2 and not any(row.get("false") for row in read)
-    assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
-    assert {row["flag"] for row in score_trees(plot, [])} == {"absent"}
-    block = found.block
-    assert not found.refused and block["registered"] > 0.6 * block["photos"] and block["centre_rms_3d_cm"] < 50
-    assert abs(block["scale_error"]) < 2 * block["scale_sd"] + 0.005
-
-
-def test_a_crash_is_no_refusal_and_is_not_kept(tmp_path, monkeypatch):
-    def crash(*_):
-        raise ChainCrash("out of memory")
-
-    monkeypatch.setattr(stability, "_run", crash)
-    said = []
-    reporter = type("Quiet", (Reporter,), {"warn": lambda self, text: said.append(text)})()
-    assert list(run_cases(all_cases([1], ["readout"]), tmp_path, reporter)) == []
-    assert len(said) == 4 and "out of memory" in said[0] and not list(tmp_path.rglob("*.json"))
-
-
 def test_the_digest_reads_rooms_that_exist():
     assert all(list((records.ROOT / "treedgs_geo" / room).rglob("*.py")) for room in records.ROOMS)
 
@@ -203,23 +173,19 @@ def test_intervals_know_what_the_chain_would_know(simulated_plot):
 def test_selection():
     assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
     assert {case.method for case in all_cases([1], ["poses"])} == {"photos"}
-    assert {case.method for case in all_cases([1], ["scale"])} == {"photos"}
-    assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
-    assert {case.method for case in all_cases([1], ["readout", "grid"])} == {"whole chain"}
+    assert {case.method for case in all_cases([1], ["lean"])} == {"photos", "lidar"}
+    assert {case.method for case in all_cases([1], ["arc"])} == {"lidar"}
     chosen = StabilityChoice([1], ["poses", "lean"], ["photos"])
     assert {case.method for case in chosen.cases()} == {"photos"} and len(chosen.cases()) == 8
     for factors, methods, match in ((["grd"], [], "grd"), ([], ["photo"], "photo"), (["arc"], ["photos"], "none of")):
         with pytest.raises(InputError, match=match):
             StabilityChoice([1], factors, methods).cases()
-    assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
     assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
 
 
-def test_each_factor_has_a_stand_of_its_own_and_flights_share_one():
+def test_each_factor_has_a_stand_of_its_own():
     lean, sweep = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")
     assert lean.is_base and lean.plot_settings["seed"] != sweep.plot_settings["seed"]
     assert Case(factor("lean"), 25.0, 1, "photos").stand == lean.stand != Case(factor("lean"), 0.0, 2, "photos").stand
-    flights = [Case(factor(key), factor(key).levels[0], 1, "whole chain") for key in ("sun", "float")]
-    assert flights[0].plot_settings == flights[1].plot_settings
     stands = [case.stand for case in all_cases([1], methods=["photos", "lidar"]) if case.is_base]
     assert len(set(stands)) == len({case.factor.key for case in all_cases([1], methods=["photos", "lidar"])})

@@ -19,7 +19,7 @@ from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
@@ -32,7 +32,7 @@ def fits(tmp_path_factory):
     made = oblique_views(folder, 14)
     render(made, [STEM, SAPLING, ALONE], seed=5)
     flat = lambda x, y: np.zeros_like(np.asarray(x, float))  # noqa: E731
-    return stems_from_photos(made, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2))
+    return search_photos(made, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2)).fits
 
 
 def nearest(fits, stem):
@@ -65,9 +65,6 @@ def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 
         -0.005,
         nothing,
         nothing,
-        nothing > 0,
-        nothing,
-        100.0,
         rms,
         0.001,
     )

@@ -14,7 +14,7 @@ from treedgs_geo.stems.photos.evidence.ivy import with_cover
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.low_confidence import may_be_settled
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.search_steps import certain_stems
 from treedgs_geo.stems.photos.tuned import COVER_CM
 from treedgs_lab.benchmarks.plot import site_of
@@ -72,7 +72,7 @@ def test_stems_under_ivy_are_refused_and_the_others_measured_as_before(tmp_path)
     )
     site = site_of(plot)
     ways = PhotoStemOptions(most_asked=0, enough_certain=0.0), PhotoStemOptions(stem_network="off")
-    fits, plain = (stems_from_photos(site.views, site.ground, site.area, options) for options in ways)
+    fits, plain = (search_photos(site.views, site.ground, site.area, options).fits for options in ways)
     with open(plot / "truth" / "looks.csv", encoding="utf-8") as stream:
         ivy = {row["tree_id"]: float(row["ivy_m"]) for row in csv.DictReader(stream)}
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:

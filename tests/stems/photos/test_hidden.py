@@ -81,7 +81,7 @@ def test_the_stand_says_by_how_much_a_diameter_grows_on_the_way_down():
 def test_readings_are_averaged_and_their_difference_is_in_the_error():
     nothing = np.empty(0)
     axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    fine = FineFit(axis, 0.15, -0.005, nothing, nothing, nothing, nothing, 100.0, 0.5, 0.001)
+    fine = FineFit(axis, 0.15, -0.005, nothing, nothing, 0.5, 0.001)
     thicker, se = averaged(fine, 0.9, 2.0)
     assert thicker.r0 == pytest.approx(0.15 + 0.5 * 0.01) and thicker.r1 == fine.r1
     assert se == pytest.approx(np.hypot(0.9, 1.0))

@@ -55,7 +55,7 @@ def test_the_pieces_of_a_stem_say_what_the_whole_maps_say(scene):
     assert len(pieces) > 5 and all(piece.size % 64 == 0 for piece in pieces)
     bark = [bark for (bark,) in piece_odds(pieces, scene.stack, scene.plumbs, ("stem",))]
     part = cut_bark(of_all_photos(pieces, bark, scene.stack), axis, BREAST.silhouette)
-    whole = cut_bark(network_maps(scene.stack, scene.plumbs).bark, axis, BREAST.silhouette)
+    whole = cut_bark(network_maps(scene.stack, scene.plumbs)[0], axis, BREAST.silhouette)
     shown = ~part.blind & ~whole.blind
     assert shown.sum() > 5 and part.total.shape == whole.total.shape
     # A photo without a piece shows nothing.

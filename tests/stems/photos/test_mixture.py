@@ -24,7 +24,7 @@ from treedgs_geo.stems.quality.tree import Tree, with_block_errors
 def explanation(dbh_cm: float) -> Explanation:
     nothing = np.zeros(3)
     axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    fine = FineFit(axis, dbh_cm / 200, -0.005, nothing, nothing, nothing > 0, nothing, 100.0, 0.5, 0.001)
+    fine = FineFit(axis, dbh_cm / 200, -0.005, nothing, nothing, 0.5, 0.001)
     return Explanation(50.0, 1.0, Hypothesis(0, 0, 0, 0, dbh_cm / 200, 50.0), fine, np.zeros(5), nothing)
 
 

@@ -13,7 +13,7 @@ from treedgs_geo.stems.photos.fit.breast_height import breast_height, moved
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.crops import GroundGrid
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 from treedgs_geo.stems.quality.priors import SECTION_SD
 
@@ -27,7 +27,7 @@ def fits(tmp_path_factory):
     made = oblique_views(folder, 16)
     render(made, [LEANING, *TWINS], seed=3)
     flat = lambda x, y: np.zeros_like(np.asarray(x, float))  # noqa: E731
-    return stems_from_photos(made, flat, Area.circle(0, 0, 2.2), PhotoStemOptions(margin_m=0.3, max_lean_deg=25))
+    return search_photos(made, flat, Area.circle(0, 0, 2.2), PhotoStemOptions(margin_m=0.3, max_lean_deg=25)).fits
 
 
 def test_a_stem_leaning_twenty_degrees_is_found_and_measured_across_its_axis(fits):

@@ -12,7 +12,7 @@ from treedgs_geo.reconstruction.cameras import Camera
 from treedgs_geo.reconstruction.images import shrink, shrink_factor, shrunk_camera
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 
 
 def flat(x, y):
@@ -54,6 +54,6 @@ def test_reduced_photos_take_a_quarter_of_the_memory_and_give_the_diameter(tmp_p
     full = load_stack(views, area, grid, 96, 0.8).pixels.size
     monkeypatch.setattr(images, "FINEST_GSD_M", 0.028)
     assert load_stack(views, area, grid, 96, 0.8).pixels.size < 0.3 * full
-    fits = stems_from_photos(views, flat, area, PhotoStemOptions(margin_m=0.2))
+    fits = search_photos(views, flat, area, PhotoStemOptions(margin_m=0.2)).fits
     nearest = min(fits, key=lambda f: np.hypot(f.axis.p[0] - stem.x, f.axis.p[1] - stem.y))
     assert nearest.dbh_cm == pytest.approx(200 * stem.r, abs=0.8)

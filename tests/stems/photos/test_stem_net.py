@@ -15,7 +15,6 @@ from treedgs_geo.stems.photos.network.inference import (
     OUTSIDE,
     STEM,
     STEPS,
-    NetworkMaps,
     OddsMaps,
     class_odds,
     normalised,
@@ -88,17 +87,11 @@ def test_a_photo_that_shows_nothing_here_is_blind_and_adds_nothing():
 def test_the_stem_is_a_seed_and_what_no_photo_sees_is_not():
     area, box = Area.circle(0, 0, 2.0), (-2.0, -2.0, 2.0, 2.0)
     options, rng = PhotoStemOptions(max_lean_deg=10), np.random.default_rng(0)
-    shown = NetworkMaps(ring_of_maps(), ring_of_maps(seen=0), ring_of_maps())
-    seeds = network_seeds(shown, FLAT, area, box, options, rng)
+    seeds = network_seeds(ring_of_maps(), FLAT, area, box, options, rng)
     best = seeds[0]
     assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
     assert best.r == pytest.approx(RADIUS, abs=0.02)
-    nothing = NetworkMaps(*3 * [ring_of_maps(seen=0)])
-    assert not any(seed.sure for seed in network_seeds(nothing, FLAT, area, box, options, rng))
-    # A stem that shows nothing but ivy is in the layer too.
-    covered = NetworkMaps(ring_of_maps(seen=0), ring_of_maps(), ring_of_maps())
-    best = network_seeds(covered, FLAT, area, box, options, rng)[0]
-    assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
+    assert not any(seed.sure for seed in network_seeds(ring_of_maps(seen=0), FLAT, area, box, options, rng))
 
 
 def test_exposure_and_white_balance_hardly_change_what_the_network_gets():
@@ -124,11 +117,11 @@ def test_odds_are_those_of_the_wanted_classes_against_all_else():
 
 @pytest.mark.parametrize(("ivy", "expected"), [(0, 0.0), (6, 0.5), (12, 1.0)])
 def test_the_share_of_ivy_is_that_over_the_photos(ivy, expected):
-    shown = NetworkMaps(ring_of_maps(), ring_of_maps(seen=ivy), ring_of_maps())
-    assert covered_share(shown, at(PLACE), RADIUS, 0.0) == pytest.approx(expected, abs=0.03)
+    share = covered_share(ring_of_maps(seen=ivy), ring_of_maps(), at(PLACE), RADIUS, 0.0)
+    assert share == pytest.approx(expected, abs=0.03)
 
 
 def test_no_photo_says_nothing_of_ivy():
     maps = ring_of_maps()
     gone = maps._replace(odds=np.full_like(maps.odds, OUTSIDE))
-    assert np.isnan(covered_share(NetworkMaps(gone, gone, gone), at(PLACE), RADIUS, 0.0))
+    assert np.isnan(covered_share(gone, gone, at(PLACE), RADIUS, 0.0))

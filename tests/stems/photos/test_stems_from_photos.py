@@ -23,7 +23,7 @@ from treedgs_geo.stems.photos.images.crops import GroundGrid, choose_views, load
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.propose.edge_voting import N_BINS, lean_grid, rank_lut
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.tiles import split
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 
@@ -45,7 +45,7 @@ def views(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def fits(views):
-    return stems_from_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
+    return search_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3)).fits
 
 
 def nearest(fits, stem):
@@ -68,7 +68,7 @@ def test_nothing_else_is_measured(fits):
 
 
 def test_same_inputs_give_the_same_stems(views, fits):
-    again = stems_from_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
+    again = search_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3)).fits
     assert [round(fit.dbh_cm, 6) for fit in again] == [round(fit.dbh_cm, 6) for fit in fits]
 
 
@@ -106,13 +106,13 @@ def test_trees_in_project_coordinates(fits):
 
 def test_too_few_photos_warn_and_give_nothing(views):
     listener = Listener()
-    assert stems_from_photos(views[:2], flat, Area.circle(0, 0, 3.0), PhotoStemOptions(), listener) == []
+    assert search_photos(views[:2], flat, Area.circle(0, 0, 3.0), PhotoStemOptions(), listener).fits == []
     assert "2 oblique photos" in listener.warnings[0]
 
 
 def test_ground_must_cover_the_plot(views):
     with pytest.raises(InputError, match="no height in the plot"):
-        stems_from_photos(views, lambda x, y: np.full(np.shape(x), np.nan), Area.circle(0, 0, 3.0))
+        search_photos(views, lambda x, y: np.full(np.shape(x), np.nan), Area.circle(0, 0, 3.0))
 
 
 def test_a_photo_of_another_size_is_refused(views):

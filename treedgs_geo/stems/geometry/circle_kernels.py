@@ -212,7 +212,7 @@ def _residual(points, vector, out):  # pragma: no cover - compiled
 
 @njit(cache=True)
 def geometric_fit(points, weights, start, noise, rounds):  # pragma: no cover - compiled
-    """:func:`.circles.geometric_circle`: whether it held, (3,), (3, 3), (N,)."""
+    """Robust geometric fit of a circle: whether it held, (3,) x, y, r, (3, 3) covariance, (N,) robust weights."""
     n = points.shape[0]
     vector = start.copy()
     residual, robust, w = np.empty(n), np.empty(n), np.empty(n)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.seeding import stream
-from .circle_kernels import geometric_fit, mixture_fit, ring_consensus, ring_score, solid_batch
+from .circle_kernels import mixture_fit, ring_consensus, ring_score, solid_batch
 from .section_kernels import SECTORS
 
 
@@ -152,16 +152,6 @@ def hyper_circle(points: np.ndarray, weights: np.ndarray | None = None) -> np.nd
         if under > 0:
             return np.array([mean[0] - scale * b / (2 * a), mean[1] - scale * c / (2 * a), scale * np.sqrt(under)])
     return None
-
-
-def geometric_circle(
-    points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float, rounds: int = 30
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Robust geometric fit: ``(x, y, r)``, (3, 3) covariance, (N,) robust weights; ``None`` if it runs away."""
-    done, *found = geometric_fit(
-        np.ascontiguousarray(points, dtype=float), np.asarray(weights, float), np.asarray(start, float), noise_m, rounds
-    )
-    return (found[0], found[1], found[2]) if done else None
 
 
 def covered_arc_deg(points: np.ndarray, x: float, y: float, r: float, tolerance_m: float) -> float:

@@ -72,12 +72,17 @@ def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[Phot
     return kept
 
 
+def one_stem(apart_m: float, one_m: float, other_m: float) -> bool:
+    """Whether discs of these radii (m) overlap so far that they are one stem. apart_m: between their middles."""
+    return bool(apart_m < 0.7 * (one_m + other_m) + 0.05)
+
+
 def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
     """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
     good and reads another diameter widens the error of the better one by half of the difference."""
     kept: list[PhotoFit] = []
     for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
-        near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
+        near = [n for n, k in enumerate(kept) if one_stem(np.hypot(*(fit.axis.p - k.axis.p)), fit.r0, k.r0)]
         if not near:
             kept.append(fit)
             continue

@@ -19,7 +19,7 @@ from .deduplicate import known_rows, not_swallowed
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
 from .images.vertical_rectification import PlumbGrid
-from .network.inference import NetworkMaps
+from .network.inference import OddsMaps
 from .network.pieces import About, Piece, of_all_photos, piece_odds, piece_of
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
@@ -99,7 +99,7 @@ def _free_places(fits: list[PhotoFit], fitter: Fitter, tile: Area) -> list[StemA
     return [StemAxis(place, upright, upright, float(z), bh_m) for place, z in zip(places, ground_z, strict=True)]
 
 
-def _maps_of(axes: list[StemAxis], fitter: Fitter, plumbs: list[PlumbGrid]) -> list[NetworkMaps]:
+def _maps_of(axes: list[StemAxis], fitter: Fitter, plumbs: list[PlumbGrid]) -> list[OddsMaps]:
     """What the network sees about each axis, as high and as far aside as silhouettes are compared."""
     stack, about = fitter.stack, About(*fitter.bands.silhouette, REACH_M)
     found = [piece_of(k, v, axis, about, stack, plumbs) for k, axis in enumerate(axes) for v in range(len(stack))]
@@ -108,5 +108,4 @@ def _maps_of(axes: list[StemAxis], fitter: Fitter, plumbs: list[PlumbGrid]) -> l
     own: list[list[tuple[Piece, np.ndarray]]] = [[] for _ in axes]
     for piece, (bark,) in zip(pieces, odds, strict=True):
         own[piece.place].append((piece, bark))
-    maps = [of_all_photos([piece for piece, _ in each], [bark for _, bark in each], stack) for each in own]
-    return [NetworkMaps(bark, bark, bark) for bark in maps]
+    return [of_all_photos([piece for piece, _ in each], [bark for _, bark in each], stack) for each in own]

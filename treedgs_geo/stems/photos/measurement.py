@@ -29,7 +29,7 @@ from .fit.selection import Explanation
 from .images.axis_patches import StemAxis
 from .images.background import Backdrop, Silhouette
 from .images.crops import FX, GroundGrid, PhotoStack
-from .network.inference import NetworkMaps
+from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
 from .quality_control import Evidence, quality_control, widened_cm
@@ -50,7 +50,7 @@ class Shared:
     prior: Prior = Prior()
     backdrop: Backdrop | None = None
     chance: float = np.inf
-    shown: NetworkMaps | None = None
+    shown: OddsMaps | None = None
     bands: Bands = BREAST
     soft_px: float = 0.0
 

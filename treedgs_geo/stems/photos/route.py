@@ -75,17 +75,6 @@ class Searched:
     looks: list[Look | None]
 
 
-def stems_from_photos(
-    views: list[View],
-    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    area: Area,
-    options: PhotoStemOptions | None = None,
-    reporter: Reporter | None = None,
-) -> list[PhotoFit]:
-    """The stems of :func:`search_photos`."""
-    return search_photos(views, ground, area, options, reporter).fits
-
-
 def search_photos(
     views: list[View],
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray],

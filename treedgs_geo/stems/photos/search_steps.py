@@ -101,10 +101,10 @@ def fit_by_edges(search: TileSearch) -> None:
 
 def fit_with_network(search: TileSearch) -> None:
     """Stems where the network sees them, and their widths by its silhouettes."""
-    by_edges, shown = search.fits, network_maps(search.stack, search.plumbs)
-    seen = network_seeds(shown, search.grid, search.area, search.box, search.options, search.rng)
+    by_edges, (bark, either) = search.fits, network_maps(search.stack, search.plumbs)
+    seen = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
     free = away_from(seen, random_places(search.tile, search.rng, MORE_PLACES))
-    search.fitter = with_chance(replace(search.fitter, shown=shown), free)
+    search.fitter = with_chance(replace(search.fitter, shown=bark), free)
     search.fits = not_swallowed(fits_of_edges(search.fitter, seen, search.edges, search.reporter), by_edges)
 
 
@@ -155,7 +155,7 @@ def recall(search: TileSearch, learnt: Look) -> None:
     """In place of votes and calibration: what an earlier search of the piece learnt."""
     search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
     search.network = learnt.network
-    shown = network_maps(search.stack, search.plumbs) if learnt.network == "full" else None
+    shown = network_maps(search.stack, search.plumbs)[0] if learnt.network == "full" else None
     search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options, shown)
 
 

@@ -52,7 +52,7 @@ class Fitter(Shared):
         assert self.backdrop is not None
         band = band or self.bands.silhouette
         silhouette = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
-        return silhouette if self.shown is None else with_bark(silhouette, cut_bark(self.shown.bark, axis, band))
+        return silhouette if self.shown is None else with_bark(silhouette, cut_bark(self.shown, axis, band))
 
     def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's

@@ -18,7 +18,7 @@ from .images.background import Silhouette, make_backdrop
 from .images.crops import GroundGrid, PhotoStack
 from .images.sharpness import soft_px
 from .images.sun import sun_azimuths
-from .network.inference import NetworkMaps
+from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed
 from .stem_fit import Fitter
@@ -49,10 +49,10 @@ class Look:
         grid: GroundGrid,
         tile: Area,
         options: PhotoStemOptions,
-        shown: NetworkMaps | None = None,
+        shown: OddsMaps | None = None,
     ) -> Fitter:
         """The fitter that the search used. stack, grid: of the same piece of ground, with the same options. shown: the
-        network's maps, which a piece with ``full`` needs."""
+        network's maps of bark, which a piece with ``full`` needs."""
         null = build_null(stack, grid, self.places, options, self.sun)
         prior = Prior(r=self.r, r_sd=self.r_sd)
         # Photos see the ground behind the stems at the rim of the searched area.

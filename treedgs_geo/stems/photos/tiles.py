@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from shapely import Point, box, union_all
+from shapely import box
 
 from ...reconstruction.area import Area
 from .tuned import TILE_M
@@ -15,7 +15,7 @@ def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, f
     Only those with ground of the area that no earlier piece has.
     """
     reaches = area.radii_m + margin_m
-    left = union_all([Point(*centre).buffer(reach) for centre, reach in zip(area.centres, reaches, strict=True)])
+    left = area.shape(margin_m)
     pieces = []
     for (cx, cy), reach, radius in zip(area.centres.tolist(), reaches.tolist(), area.radii_m.tolist(), strict=True):
         n = max(int(np.ceil(2 * reach / TILE_M)), 1)

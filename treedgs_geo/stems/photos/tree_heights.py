@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from ...reconstruction.canopy import CELL_M, MIN_PAIRS, STANDS, CanopyVolume, Contrast, edges_of
+from ..quality.tops import EXPONENT
 
 #: Radius (s.d.) of the core of a crown round its axis, metres.
 _CORE_M = 0.35
@@ -20,8 +21,6 @@ _CORE_M = 0.35
 _ASIDE_SD_M, _ASIDE_M, _ASIDE_HEIGHT_M = 0.35, 0.5, 20.0
 #: Levels below a top that tell what crowns look like, metres.
 _TOP_M = (0.5, 4.0)
-#: Exponent of the diameter in the height: log-log slope within a stand is 0.4 to 0.6 (Zeide and Curtis 2002).
-_EXPONENT = 0.5
 #: Heights of trees of one diameter scatter so much at least (s.d. of the logarithm), with tails of Student's t of so
 #: many degrees of freedom.
 _MIN_SCATTER, _TAILS = 0.06, 3.0
@@ -94,11 +93,11 @@ def heights_of(
         good = np.flatnonzero(seen & np.isfinite(log_d) & (sd < _WELL_SEEN_M))
         if len(good) < _MIN_TREES:
             break
-        ratio = np.log(height) - _EXPONENT * log_d
+        ratio = np.log(height) - EXPONENT * log_d
         level = float(np.median(ratio[good]))
         scatter = 1.4826 * float(np.median(np.abs(ratio[good] - level)))
         off = np.nan_to_num(ratio - level)
-        away = (np.log(edges) - level - _EXPONENT * log_d[:, None]) / max(scatter, _MIN_SCATTER)
+        away = (np.log(edges) - level - EXPONENT * log_d[:, None]) / max(scatter, _MIN_SCATTER)
         curve = np.nan_to_num(-0.5 * (_TAILS + 1) * np.log1p(away**2 / _TAILS))
         core = alike[np.arange(len(alike)), by_place.max(axis=2).argmax(axis=1)]
         below = height[good, None] - levels_m

@@ -22,7 +22,7 @@ _STRAY_M, _STRAY_SHARE = 0.25, 0.02
 #: Heights of trees of one diameter scatter so much within a plot (1 s.d. of their logarithm), at least.
 MIN_SCATTER = 0.12
 #: Exponent of the diameter in the height: log-log slope within a stand is 0.4 to 0.6 (Zeide and Curtis 2002).
-_EXPONENT = 0.5
+EXPONENT = 0.5
 #: Squared standard deviations at which a top is nobody's, and at which a second top would do about as well.
 _FAR, _RIVAL = 9.0, 1.0
 #: Pairs that must agree before the diameter counts.
@@ -44,7 +44,7 @@ class Joined:
 
     def over_curve(self, height_m: np.ndarray, dbh_cm: np.ndarray) -> np.ndarray:
         """(N,) logarithm of heights over what the plot's curve gives their diameters; NaN where either is unknown."""
-        return np.log(height_m) - self.level - _EXPONENT * np.log(dbh_cm)
+        return np.log(height_m) - self.level - EXPONENT * np.log(dbh_cm)
 
 
 #: Why a tree has no height.
@@ -85,7 +85,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray) -> Jo
     level, scatter = _curve(stray, log_h, log_d)
     misfit = np.zeros_like(stray)
     if np.isfinite(level):
-        misfit = (log_h[None] - level - _EXPONENT * log_d[:, None]) / max(scatter, MIN_SCATTER)
+        misfit = (log_h[None] - level - EXPONENT * log_d[:, None]) / max(scatter, MIN_SCATTER)
         misfit = np.nan_to_num(misfit)
     cost = stray**2 + misfit**2
     # A stem without a top costs as much as the farthest top that would still be its own.
@@ -120,6 +120,6 @@ def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[flo
     mutual &= (stray[np.arange(len(stray)), nearest] < 2.0) & np.isfinite(log_d)
     if mutual.sum() < _MIN_PAIRS:
         return np.nan, np.nan
-    ratio = log_h[nearest[mutual]] - _EXPONENT * log_d[mutual]
+    ratio = log_h[nearest[mutual]] - EXPONENT * log_d[mutual]
     level = float(np.median(ratio))
     return level, float(1.4826 * np.median(np.abs(ratio - level)))

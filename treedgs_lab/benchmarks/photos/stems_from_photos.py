@@ -24,7 +24,7 @@ import pandas as pd
 
 from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 from treedgs_lab.benchmarks.plot import CLEAR_VIEWS, TruePlot, in_plot_rows, site_of
 from treedgs_lab.benchmarks.processes import simulate
@@ -103,7 +103,7 @@ def main() -> None:
         site = site_of(plot, args.workspace)
         began, cpu = time.perf_counter(), time.process_time()
         options = PhotoStemOptions(seed=args.seed)
-        fits = stems_from_photos(site.views, site.ground, site.area, options, make_reporter("plain"))
+        fits = search_photos(site.views, site.ground, site.area, options, make_reporter("plain")).fits
         seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
         rows = in_plot_rows(TruePlot.load(plot), trees_of_photo_fits(fits, site.frame))
         print(pd.DataFrame(rows).to_string(index=False))

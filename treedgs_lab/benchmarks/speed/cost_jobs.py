@@ -22,7 +22,7 @@ from treedgs_geo.run.context import Site
 from treedgs_geo.run.heights import canopy_over, highest, pieces_of
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.terrain.ground import dtm_from_cloud
 
 from ..plot import TruePlot
@@ -88,7 +88,7 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     for enough in (0.0, np.inf):
         options = PhotoStemOptions(max_views=used, most_asked=0, enough_certain=enough)
         began = time.perf_counter()
-        count = len(stems_from_photos(views, ground, area, options))
+        count = len(search_photos(views, ground, area, options).fits)
         seconds.append(time.perf_counter() - began)
     camera = views[0].camera
     crop = min(camera.width * camera.height, ((2 * radius + 6) / 0.0184) ** 2) / 1e6

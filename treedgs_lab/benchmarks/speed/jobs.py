@@ -22,8 +22,9 @@ from treedgs_geo.reconstruction.model import load_points
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.run.context import Site
+from treedgs_geo.run.presets import CHAIN_PRESETS, Preset
 from treedgs_geo.run.published_plot import Published, published_route
-from treedgs_geo.run.routes import CHAIN_PRESETS, Preset, photo_route
+from treedgs_geo.run.routes import photo_route
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.photos.options import PhotoStemOptions

@@ -23,11 +23,9 @@ from treedgs_geo.core.settings import build
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import View
-from treedgs_geo.stems.cloud.estimate.cloud import measure_stems, segment_options
-from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
-from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
+from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.route import stems_from_photos
+from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 from treedgs_geo.stems.quality.tree import Tree, with_block_errors
 from treedgs_geo.terrain.dtm import Dtm
@@ -35,29 +33,14 @@ from treedgs_geo.terrain.dtm import Dtm
 from ...simulate.settings import SimulateSettings
 from ...simulate.simulate import simulate_plot
 from ...simulate.trouble import TroubleSettings
-from ..blocks import through_chain
 from ..plot import TruePlot, score_trees
-from ..processes import ChainCrash
 from ..records import code_digest
 from . import perturb
-from .factor_type import CHAIN, CLOUD, PHOTOS, Factor
+from .factor_type import BASE, CLOUD, PHOTOS, Factor
 from .factors import FACTORS
 
 #: Method -> what it reads.
-METHODS = {
-    "photos": PHOTOS,
-    "whole chain": CHAIN,
-    "lidar": CLOUD,
-    "lidar cylinder": CLOUD,
-    "lidar circle": CLOUD,
-    "lidar circle intensity": CLOUD,
-}
-CLOUD_OPTIONS = {
-    "lidar": MeasureOptions(),
-    "lidar cylinder": MeasureOptions(method="paper", fit="cylinder"),
-    "lidar circle": MeasureOptions(method="paper"),
-    "lidar circle intensity": MeasureOptions(method="paper", weights="intensity"),
-}
+METHODS = {"photos": PHOTOS, "lidar": CLOUD}
 #: Troubles of photos that need no rendering: factor -> setting.
 PHOTO_TROUBLES = {
     "shaken": ("shake_px", {"shaken_pct": 10.0}),
@@ -85,17 +68,14 @@ class Case:
 
     @property
     def stand(self) -> int:
-        """Seed of the stand: one for each factor, so that no stem's own error counts in all of them. Factors of camera
-        and flight share one: there the block is judged, and a case takes minutes."""
-        if CHAIN in self.factor.inputs:
-            return self.seed
+        """Seed of the stand: one for each factor, so that no stem's own error counts in all of them."""
         return 1000 * self.seed + zlib.crc32(self.factor.key.encode()) % 1000
 
     @property
     def plot_settings(self) -> dict[str, Any]:
         """What ``simulate-plot`` is given (without output)."""
         changed = {} if self.is_base else self.factor.render.get(self.level, {})
-        return {**self.factor.base, **changed, "seed": self.stand}
+        return {**BASE, **changed, "seed": self.stand}
 
     @property
     def is_base(self) -> bool:
@@ -120,11 +100,9 @@ def run_cases(
     cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False, seconds: float = np.inf
 ) -> Iterator[dict]:
     """Records of the cases; what is kept in ``folder`` is not run again. ``fresh``: measured again where the measuring
-    code has changed since. Begins no case after ``seconds``, and goes on with those that are kept; a case whose process
-    crashes is left out with a warning."""
+    code has changed since. Begins no case after ``seconds``, and goes on with those that are kept."""
     reporter, began, code = reporter or Reporter(), time.monotonic(), code_digest()
     same: dict[tuple, dict] = {}
-    memo: dict[str, Any] = {}
     for number, case in enumerate(cases):
         kept = folder / "cases" / f"{case.name}.json"
         record = _kept(kept)
@@ -139,12 +117,7 @@ def run_cases(
         if key in same:
             record = {**same[key], "factor": case.factor.key, "level": case.level}
         else:
-            try:
-                record = {"version": __version__, "code": code, **_run(case, folder, memo, reporter)}
-            except ChainCrash as problem:  # not kept: the next run tries it again
-                reporter.warn(f"{case.name}: {problem}")
-                continue
-            same[key] = record
+            record = same[key] = {"version": __version__, "code": code, **_run(case, folder, reporter)}
         write_json(kept, record)
         yield record
 
@@ -167,23 +140,18 @@ def plot_of(case: Case, folder: Path, reporter: Reporter) -> TruePlot:
     return TruePlot.load(place)
 
 
-def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> dict:
+def _run(case: Case, folder: Path, reporter: Reporter) -> dict:
     plot = plot_of(case, folder, reporter)
     rng = np.random.default_rng([case.seed, *case.factor.key.encode()])
     began = time.perf_counter()
     clear: dict[str, int] | None = None
     refused = ""
-    block: dict[str, Any] | None = None
     try:
         if METHODS[case.method] == PHOTOS:
             trees, images = photo_trees(case, plot, rng)
             clear = plot.clear_views(images)
-        elif METHODS[case.method] == CHAIN:
-            found = through_chain(plot)
-            trees, refused, block = found.trees, found.refused, found.block
-            clear = plot.clear_views({view.name for view in plot.views()})
         else:
-            trees = _from_cloud(case, plot, rng, memo)
+            trees = measure_cloud(*_spoiled_cloud(case, plot, rng))[0]
     except TreeDGSError as problem:
         trees, refused = [], str(problem)
     return {
@@ -194,14 +162,13 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
         "method": case.method,
         "seconds": round(time.perf_counter() - began, 2),
         "refused": refused,
-        **({} if block is None else {"block": block}),
         "rows": score_trees(plot, trees, clear),
     }
 
 
 def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[list[Tree], set[str]]:
-    """Trees measured in the photos, spoiled as the case says, with true
-    cameras and ground else; and the names of the photos used."""
+    """Trees measured in the photos, spoiled as the case says, with true cameras and ground else; and the names of the
+    photos used."""
     views: list[View] = plot.views()
     ground = plot.dtm.local(plot.frame).height
     what, level = case.factor.perturb, case.level
@@ -224,9 +191,10 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
             scratch = Path(tempfile.mkdtemp(prefix="treedgs-photos-"))
             views = perturb.troubled_photos(views, build(TroubleSettings, {setting: level, **more}), scratch, rng)
         area = Area.circle(0.0, 0.0, plot.radius_m)
-        trees = trees_of_photo_fits(stems_from_photos(views, ground, area, PhotoStemOptions()), plot.frame)
+        fits = search_photos(views, ground, area, PhotoStemOptions()).fits
         known = _known_errors(case, rng)
-        return [with_block_errors(tree, *known) for tree in trees], {view.name for view in views}
+        trees = [with_block_errors(tree, *known) for tree in trees_of_photo_fits(fits, plot.frame)]
+        return trees, {view.name for view in views}
     finally:
         if scratch is not None:
             shutil.rmtree(scratch, ignore_errors=True)
@@ -249,19 +217,6 @@ def _known_errors(case: Case, rng: np.random.Generator) -> tuple[float, float]:
     if case.factor.perturb == "dtm":
         return 0.0, case.level + SEEN_GROUND_SD_M * float(rng.standard_normal())
     return (case.level / 100 if case.factor.perturb == "scale" else 0.0), 0.0
-
-
-def _from_cloud(case: Case, plot: TruePlot, rng: np.random.Generator, memo: dict[str, Any]) -> list[Tree]:
-    """The stems are found once for all methods (as in the paper: one segmentation for every fit)."""
-    key = f"{plot.folder}-{case.factor.perturb}-{case.level}-{case.seed}"
-    if key not in memo:
-        memo.clear()
-        cloud, dtm = _spoiled_cloud(case, plot, rng)
-        stems = find_stems(cloud, dtm, segment_options(MeasureOptions()))
-        height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
-        memo[key] = cloud, dtm, stems, label_points(cloud.xyz, height, stems)
-    cloud, dtm, stems, label = memo[key]
-    return measure_stems(cloud, label, dtm, CLOUD_OPTIONS[case.method], stems=stems)
 
 
 def _spoiled_cloud(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[PointCloud, Dtm]:

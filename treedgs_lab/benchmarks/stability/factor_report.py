@@ -9,7 +9,7 @@ from treedgs_geo.core.intervals import LEVEL
 from treedgs_geo.report.blocks import Column, Table
 
 from .factors import FACTORS
-from .report import COVERAGE, REPORTED, distinct
+from .report import COVERAGE, LOOKS, distinct
 
 #: A share is taken for missed where fewer than this of such samples would come out so, were it inside the range.
 CHANCE = 0.05
@@ -38,7 +38,7 @@ def by_factor(table: pd.DataFrame) -> pd.DataFrame:
     for key, (title, chosen) in strata.items():
         own = table[chosen]
         part = own[~own["false"].astype(bool)]
-        for method in (name for name in REPORTED if (part["method"] == name).any()):
+        for method in (name for name in LOOKS if (part["method"] == name).any()):
             read = part[(part["method"] == method) & part["lo_cm"].notna() & part["error_cm"].notna()]
             ok = read[read["flag"] == "ok"]
             rows.append(

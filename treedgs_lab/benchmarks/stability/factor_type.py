@@ -14,9 +14,8 @@ BASE: dict[str, Any] = {
     "shrubs_per_m2": 0.10,
     "lean_max_deg": 3.0,
 }
-#: The same for what only the whole chain shows: two flights that it can join.
-FLIGHT: dict[str, Any] = {"preset": "test", "float_epochs": 0}
-PHOTOS, CLOUD, CHAIN = "photos", "cloud", "chain"
+#: What a method reads.
+PHOTOS, CLOUD = "photos", "cloud"
 
 
 @dataclass(frozen=True)
@@ -43,11 +42,6 @@ class Factor:
     def label_with_unit(self, level: float) -> str:
         """A level as tables show it."""
         return self.labels.get(level, f"{level:g} {self.unit}")
-
-    @property
-    def base(self) -> dict[str, Any]:
-        """The untroubled plot."""
-        return FLIGHT if CHAIN in self.inputs else BASE
 
 
 def each(name: str, levels: tuple[float, ...], **also: Any) -> dict[float, dict[str, Any]]:

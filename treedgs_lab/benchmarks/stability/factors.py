@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from .factor_type import CLOUD, PHOTOS, Factor, each, perturbed, rendered
-from .flight_factors import FLIGHT_FACTORS
 from .growth_factors import GROWTH_FACTORS
 
 #: About the stand, the cloud, and photos whose cameras are known.
@@ -200,7 +199,7 @@ STAND_FACTORS: tuple[Factor, ...] = (
 )
 
 
-FACTORS = STAND_FACTORS + GROWTH_FACTORS + FLIGHT_FACTORS
+FACTORS = STAND_FACTORS + GROWTH_FACTORS
 
 
 def factor(key: str) -> Factor:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table, known
-from treedgs_geo.report.charts import BLUE, GREEN, PURPLE, SKY, VERMILION, new_chart
+from treedgs_geo.report.charts import BLUE, VERMILION, new_chart
 
 from .factor_type import Factor
 from .factors import FACTORS
@@ -19,16 +19,7 @@ LIE_CM, LIE_SE = 2.0, 3.0
 MAX_LIES, COVERAGE = 0.02, (0.85, 0.95)
 #: With fewer accepted trees, 2 % and 90 % cannot be distinguished from chance.
 ENOUGH = 50
-#: Our own methods: their levels and lies are listed one by one.
-REPORTED = ("photos", "whole chain", "lidar")
-LOOKS = {
-    "photos": (BLUE, "o", "-"),
-    "whole chain": ("black", "P", "-"),
-    "lidar": (VERMILION, "^", "-"),
-    "lidar cylinder": (GREEN, "s", "--"),
-    "lidar circle": (PURPLE, "v", ":"),
-    "lidar circle intensity": (SKY, "D", ":"),
-}
+LOOKS = {"photos": (BLUE, "o", "-"), "lidar": (VERMILION, "^", "-")}
 
 
 def tree_rows(records: list[dict]) -> pd.DataFrame:
@@ -143,77 +134,19 @@ def in_words(table: pd.DataFrame) -> list[dict[str, Any]]:
     ]
 
 
-def factor_panels(
-    table: pd.DataFrame, columns: int, width: float, height: float, ratios: list[int]
-) -> tuple[Any, list[tuple[Factor, list[Any]]]]:
-    """A figure with axes for each factor of a table, one above the other in these ``ratios``; width, height: of a
-    factor's panel, inches."""
-    factors = [factor for factor in FACTORS if (table["factor"] == factor.key).any()]
-    columns = max(min(columns, len(factors)), 2)
-    rows = -(-len(factors) // columns)
-    shape = {"nrows": len(ratios) * rows, "ncols": columns, "squeeze": False, "height_ratios": ratios * rows}
-    figure, grid = new_chart(width * columns, height * rows, False, **shape)
-    cells = grid.reshape(rows, len(ratios), columns).transpose(0, 2, 1).reshape(-1, len(ratios))
-    for axes in cells[len(factors) :].flat:
-        axes.set_visible(False)
-    for factor, panel in zip(factors, cells, strict=False):
-        panel[0].set_title(factor.title, fontsize=8, pad=3)
-        for axes in panel:
-            axes.set_xticks(range(len(factor.levels)), [])
-            axes.set_xlim(-0.5, len(factor.levels) - 0.5)
-            axes.tick_params(labelsize=7)
-        panel[-1].set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
-        panel[-1].set_xlabel(factor.unit, fontsize=7, labelpad=1)
-    return figure, list(zip(factors, cells.tolist(), strict=False))
-
-
-def draw_errors(table: pd.DataFrame, method: str) -> Any:
-    """A panel a factor: signed errors against severity; under it the share refused and the interval's coverage."""
-    own = table[table["method"] == method]
-    figure, panels = factor_panels(own, 4, 3.1, 2.25, [1])
-    for factor, (axes,) in panels:
-        _panel(axes, own[own["factor"] == factor.key], factor)
-    figure.suptitle(
-        f"{method}: DBH error, cm, from harmless (left) to hopeless. Filled: ok; hollow: to check; "
-        "crosses: beyond 8 cm.\nBelow each level: share refused; ok trees inside their 90 % interval",
-        fontsize=9,
-    )
-    return figure
-
-
-def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
-    axes.axhspan(-LIE_CM, LIE_CM, color="0.95", zorder=0)
-    axes.axhline(0, color="black", lw=0.7)
-    names = []
-    for place, level in enumerate(factor.levels):
-        rows = part[part["level"] == level]
-        read = rows[rows["error_cm"].notna()]
-        for flag, face in (("ok", BLUE), ("check", "none")):
-            chosen = read[read["flag"] == flag]
-            error = chosen["error_cm"].to_numpy(float)
-            x = place + np.linspace(-0.22, 0.22, len(error)) if len(error) > 1 else np.full(len(error), place)
-            near = np.abs(error) <= 8
-            edge = BLUE if flag == "ok" else VERMILION
-            mark = "o" if flag == "ok" else "^"
-            axes.scatter(
-                x[near], error[near], s=14, marker=mark, facecolors=face, edgecolors=edge, linewidths=0.9, zorder=3
-            )
-            axes.scatter(x[~near], np.sign(error[~near]) * 7.6, s=26, marker="x", color=edge, zorder=4)
-        found = figures(rows)
-        cover = "–" if found["coverage"] is None else f"{100 * found['coverage']:.0f}"
-        gone = "–" if found["refused"] is None else f"{100 * found['refused']:.0f}"
-        names.append(f"{factor.label(level)}\n{gone} %\n{cover} %")
-    axes.set_xticks(range(len(factor.levels)), names, fontsize=7)
-    axes.set_ylim(-8.4, 8.4)
-    axes.set_yticks([-5, 0, 5])
-
-
 def draw_curves(levels: pd.DataFrame) -> Any:
-    """Every method against severity: RMSE of what it measured, the share it refused, and how many of the accepted lie
-    inside their 90 % interval (methods that give one)."""
-    figure, panels = factor_panels(levels, 5, 2.6, 3.3, [2, 1, 1])
+    """A panel a factor, every method against severity: RMSE of what it measured, the share it refused, and how many of
+    the accepted lie inside their 90 % interval."""
+    factors = [factor for factor in FACTORS if (levels["factor"] == factor.key).any()]
+    columns = max(min(5, len(factors)), 2)
+    rows = -(-len(factors) // columns)
+    shape = {"nrows": 3 * rows, "ncols": columns, "squeeze": False, "height_ratios": [2, 1, 1] * rows}
+    figure, grid = new_chart(2.6 * columns, 3.3 * rows, False, **shape)
+    panels = grid.reshape(rows, 3, columns).transpose(0, 2, 1).reshape(-1, 3)
+    for axes in panels[len(factors) :].flat:
+        axes.set_visible(False)
     shown: dict[str, Any] = {}
-    for factor, parts in panels:
+    for factor, parts in zip(factors, panels, strict=False):
         _curves(parts, levels[levels["factor"] == factor.key], factor)
         handles, labels = parts[0].get_legend_handles_labels()
         shown |= dict(zip(labels, handles, strict=True))
@@ -225,8 +158,15 @@ def draw_curves(levels: pd.DataFrame) -> Any:
     return figure
 
 
-def _curves(parts: list[Any], levels: pd.DataFrame, factor: Factor) -> None:
+def _curves(parts: np.ndarray, levels: pd.DataFrame, factor: Factor) -> None:
     above, middle, below = parts
+    above.set_title(factor.title, fontsize=8, pad=3)
+    for axes in parts:
+        axes.set_xticks(range(len(factor.levels)), [])
+        axes.set_xlim(-0.5, len(factor.levels) - 0.5)
+        axes.tick_params(labelsize=7)
+    below.set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
+    below.set_xlabel(factor.unit, fontsize=7, labelpad=1)
     place = {level: k for k, level in enumerate(factor.levels)}
     below.axhspan(100 * COVERAGE[0], 100 * COVERAGE[1], color="0.9", zorder=0)
     for method, (colour, mark, line) in LOOKS.items():
@@ -247,17 +187,16 @@ def _curves(parts: list[Any], levels: pd.DataFrame, factor: Factor) -> None:
 
 
 def report_blocks(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -> list[Block]:
-    """The claim, what misses it, and our own methods level by level."""
+    """The claim, what misses it, and the methods level by level."""
     seeds = ", ".join(str(seed) for seed in facts["seeds"])
     done = "all" if facts["cases"] == facts["wanted"] else f"only {facts['cases']} of"
     wrong = lies(table)
-    wrong = wrong[wrong["method"].isin(REPORTED)]
     return [
         Paragraph(f"Seeds {seeds}; {done} {facts['wanted']} cases; TreeDGS {facts['machine']['version']}."),
         _verdict_table(table),
-        Paragraph(f"Accepted and wrong ({', '.join(REPORTED)}): {len(wrong)}."),
+        Paragraph(f"Accepted and wrong: {len(wrong)}."),
         *([_lies_table(wrong.head(40))] if len(wrong) else ()),
-        _levels_table(levels[levels["method"].isin(REPORTED)]),
+        _levels_table(levels),
     ]
 
 
@@ -326,9 +265,9 @@ def _levels_table(levels: pd.DataFrame) -> Table:
     return Table("levels", "", columns, in_words(levels))
 
 
-def document(blocks: list[Block], pictures: dict[str, bytes]) -> Document:
-    """The page. pictures: SVG by name."""
-    drawn = [block for name, svg in pictures.items() for block in (Heading(name), Picture(name, svg))]
+def document(blocks: list[Block], curves: bytes) -> Document:
+    """The page. curves: :func:`draw_curves` as SVG."""
     about = Sentences([f"{factor.title} ({factor.unit}): {factor.about}" for factor in FACTORS])
     subtitle = "Does a method refuse or widen its interval as a case gets hopeless?"
-    return Document("Stability where methods fail", subtitle, [*blocks, *drawn, Heading("Factors"), about], wide=True)
+    blocks = [*blocks, Heading("Curves"), Picture("curves", curves), Heading("Factors"), about]
+    return Document("Stability where methods fail", subtitle, blocks, wide=True)

@@ -14,7 +14,7 @@ from treedgs_geo.report.charts import write_chart
 from treedgs_geo.report.html import write_html
 
 from ..records import machine, rows_of, write_markdown, write_table
-from . import block_report, factor_report, report
+from . import factor_report, report
 from .cases import METHODS, Case, all_cases, run_cases
 from .factors import FACTORS
 
@@ -42,8 +42,7 @@ class StabilityChoice:
 def run_stability(
     output: Path, chosen: StabilityChoice, fresh: bool, budget_min: float, reporter: Reporter
 ) -> dict[str, Any]:
-    """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves;
-    with factors that run the whole chain ``stability-blocks.csv`` and ``stability-reconstruction.{svg,png}``."""
+    """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-curves.{svg,png}``."""
     began = time.monotonic()
     ensure_writable(output / "stability.json")
     cases = chosen.cases()
@@ -51,7 +50,7 @@ def run_stability(
         budget = 60 * budget_min if budget_min else float("inf")
         records = list(run_cases(cases, output, reporter, fresh, budget))
     if len(records) < len(cases):
-        reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time, or crashed); run again to go on.")
+        reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time); run again to go on.")
     return {
         **write_stability(output, records, len(cases)),
         "n_cases": len(records),
@@ -65,8 +64,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     if not records:
         raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
     table = report.tree_rows(records)
-    blocks = block_report.block_rows(records)
-    levels = block_report.with_blocks(report.by_level(table), blocks)
+    levels = report.by_level(table)
     claim = report.verdict(table)
     factors = factor_report.by_factor(table)
     codes = sorted({record["code"] for record in records})
@@ -78,33 +76,17 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         "measuring_code": codes,
     }
     tables = {"stability.csv": levels, "stability-trees.csv": table, "stability-factors.csv": factors}
-    if len(blocks):
-        tables["stability-blocks.csv"] = blocks
     for name, frame in tables.items():
         write_table(output / name, frame)
     wrong = report.lies(table)
     write_json(
         output / "stability.json",
-        {**facts, "verdict": claim, "lies": rows_of(wrong), "levels": rows_of(levels), "blocks": rows_of(blocks)},
+        {**facts, "verdict": claim, "lies": rows_of(wrong), "levels": rows_of(levels)},
     )
-    said = [
-        *report.report_blocks(table, levels, facts),
-        factor_report.factor_table(factors),
-        *block_report.block_report(blocks),
-    ]
+    said = [*report.report_blocks(table, levels, facts), factor_report.factor_table(factors)]
     write_markdown(output / "stability.md", said)
-    figures = {
-        method: (method.replace(" ", "-"), report.draw_errors(table, method))
-        for method in METHODS
-        if (table["method"] == method).any()
-    }
-    if len(blocks):
-        figures["reconstruction"] = "reconstruction", block_report.draw_blocks(blocks)
-    figures["every method"] = "curves", report.draw_curves(levels)
-    pictures = {
-        words: write_chart(output, f"stability-{name}", figure).data for words, (name, figure) in figures.items()
-    }
-    write_html(output / "stability.html", report.document(said, pictures))
+    curves = write_chart(output, "stability-curves", report.draw_curves(levels)).data
+    write_html(output / "stability.html", report.document(said, curves))
     own = claim.get("photos") or next(iter(claim.values()))
     return {
         "output": str(output),

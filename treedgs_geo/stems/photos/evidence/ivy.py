@@ -12,7 +12,6 @@ from ...quality.limits import judge
 from ..fit.photo_fit import PhotoFit
 from ..images.crops import PhotoStack
 from ..images.vertical_rectification import PlumbGrid
-from ..network.inference import NetworkMaps
 from ..network.pieces import About, Piece, only_pieces, piece_odds, piece_of
 from ..network.silhouettes import covered_share
 from ..tuned import ABOUT_M, COVER_CM, SEES
@@ -34,7 +33,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbG
         own = [pieces[n] for n in numbers]
         ivy, either = (only_pieces(own, [odds[n][group] for n in numbers], stack) for group in (0, 1))
         fit = fits[k]
-        out[k] = with_cover(fit, covered_share(NetworkMaps(either, ivy, either), fit.axis, fit.r0, fit.r1))
+        out[k] = with_cover(fit, covered_share(ivy, either, fit.axis, fit.r0, fit.r1))
     return out
 
 

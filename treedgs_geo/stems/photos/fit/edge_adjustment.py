@@ -22,11 +22,10 @@ class FineFit:
     """A refined stem.
 
     axis: at breast height. r0: radius there, metres; r1: its slope, m/m. view_r: (V,) radius deviation of each view,
-    metres, NaN without both edges. view_weight: (V,) its weight. two_sided: (V,) bool, both edges seen.
-    n_edges: effective number of edges. spread: (V,) share of blocks with a supported edge pair. rms_px: edge residual.
-    fit_sd_m: formal standard error of r0; oval_sd_m: what of it the unknown oval of the section makes. oval: (2,)
-    second harmonic of the half width, metres. evidence: summed log likelihood ratio of "one of the edges found is the
-    stem's" to "none is", over photos, blocks and sides, with the prior of the taper.
+    metres, NaN without both edges. view_weight: (V,) its weight. rms_px: edge residual. fit_sd_m: formal standard error
+    of r0; oval_sd_m: what of it the unknown oval of the section makes. evidence: summed log likelihood ratio of "one of
+    the edges found is the stem's" to "none is", over photos, blocks and sides, with the prior of the taper. oval: (2,)
+    second harmonic of the half width, metres.
     """
 
     axis: StemAxis
@@ -34,9 +33,6 @@ class FineFit:
     r1: float
     view_r: np.ndarray
     view_weight: np.ndarray
-    two_sided: np.ndarray
-    support: np.ndarray
-    n_edges: float
     rms_px: float
     fit_sd_m: float
     oval_sd_m: float = 0.0
@@ -158,7 +154,7 @@ def edges_near(
     damping = Damping(np.full(10, 1e12), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
     state = State(shape.copy(), np.zeros(n), np.zeros(len(edges.u)), np.zeros(len(edges.none)), np.zeros((10, 10)))
     expectation(edges, damping, state)
-    view_r, _, _ = radii(strips, edges, state)
+    view_r, _ = radii(strips, edges, state)
     block = edges.group // 2 % len(strips.q)
     height = strips.q[block] + axis.bh_m
     return EdgesFound(
@@ -181,9 +177,8 @@ def _solve(
     strips: Strips, edges: EdgePoints, r0: float, r1: float, damping: Damping, axis: StemAxis
 ) -> tuple[np.ndarray, FineFit] | None:
     """The change of the axis and radius that explains the edges best, and the stem after it; None if singular."""
-    n_views, n_groups = len(strips.px_m), len(edges.none)
     x = np.array([0, 0, 0, 0, 0, 0, r0, r1, 0, 0], float)
-    offset, post, total = np.zeros(n_views), np.zeros(len(edges.u)), np.zeros(n_groups)
+    offset, post, total = np.zeros(len(strips.px_m)), np.zeros(len(edges.u)), np.zeros(len(edges.none))
     matrix = np.zeros((10, 10))
     state = State(x, offset, post, total, matrix)
     try:
@@ -193,13 +188,10 @@ def _solve(
     v, none = edges.v, edges.none
     px = strips.px_m[v]
     e = edges.u - edges.design @ x - offset[v]
-    view_r, weight, two_sided = radii(strips, edges, state)
+    view_r, weight = radii(strips, edges, state)
     there = none > 0
     evidence = float(np.log((total[there] + none[there]) / none[there]).sum())
     evidence -= 0.5 * damping.unknowns[7] * (x[7] - damping.rest[7]) ** 2
-    best = np.zeros(n_groups)
-    np.maximum.at(best, edges.group, post)
-    pairs = best.reshape(n_views, -1, 2).min(axis=2)
     # The same with the section known: rows and columns of the oval left out.
     of_r0, of_round = np.linalg.inv(matrix)[6, 6], np.linalg.inv(matrix[:8, :8])[6, 6]
     fit = FineFit(
@@ -208,9 +200,6 @@ def _solve(
         r1=float(x[7]),
         view_r=view_r,
         view_weight=weight,
-        two_sided=two_sided,
-        support=pairs.mean(axis=1),
-        n_edges=float(post.sum()),
         rms_px=float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9))),
         fit_sd_m=float(np.sqrt(of_r0)),
         oval_sd_m=float(np.sqrt(max(of_r0 - of_round, 0.0))),

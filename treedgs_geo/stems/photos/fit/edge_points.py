@@ -47,7 +47,7 @@ class Damping(NamedTuple):
 class State(NamedTuple):
     """Unknowns (10,), offsets of the views, posterior of the edges, total of the groups, normal matrix (10, 10)."""
 
-    x: np.ndarray
+    unknowns: np.ndarray
     offset: np.ndarray
     post: np.ndarray
     total: np.ndarray
@@ -183,20 +183,20 @@ def gathered(
     return EdgePoints(v, group, u, p, design, EDGE_SD_PX * px, none)
 
 
-def radii(strips: Strips, edges: EdgePoints, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of each photo, (V,): by how much thicker it shows the radius (m; NaN without both edges), how many edges of its
-    lesser side say so, and whether it shows both."""
+def radii(strips: Strips, edges: EdgePoints, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Of each photo, (V,): by how much thicker it shows the radius (m; NaN without both edges), and how many edges of
+    its lesser side say so."""
     n_views, v = len(strips.px_m), edges.v
     side = edges.group % 2
     sign = 2.0 * side - 1.0
-    e = edges.u - edges.design @ state.x - state.offset[v]
+    e = edges.u - edges.design @ state.unknowns - state.offset[v]
     mass = np.bincount(v * 2 + side, state.post, 2 * n_views).reshape(-1, 2)
     moment = np.bincount(v * 2 + side, state.post * e * sign, 2 * n_views).reshape(-1, 2)
     two_sided = np.all(mass >= 1.0, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
         weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)
-    return view_r, weight, two_sided
+    return view_r, weight
 
 
 def doubled(normal: np.ndarray) -> np.ndarray:

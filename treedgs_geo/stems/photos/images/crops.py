@@ -21,7 +21,6 @@ from ....reconstruction.images import shrink, shrink_factor, shrunk_camera
 #: point in pixels; Brown's distortion; metres in the camera frame by which the camera moves on per row (rolling
 #: shutter), and the row that the pose is of.
 TX, TY, TZ, FX, FY, CX, CY, K1, K2, P1, P2, K3, ROW_X, ROW_Y, ROW_Z, ROW_0 = range(9, 25)
-N_CAMERA = 25
 
 
 class PhotoArrays(NamedTuple):
@@ -41,7 +40,7 @@ class PhotoStack:
 
     views: the V views, with the cameras of the reduced photos. pixels: (N,) uint8, all crops one after the other,
     row-major BGR. start: (V,) int64 first byte. shape, corner: (V, 2) int64 rows and columns; photo row and
-    column of the first pixel. camera: (V, 20) float64 rows of :func:`camera_row`. centre: (V, 3) float64 camera
+    column of the first pixel. camera: (V, 25) float64 rows of :func:`camera_row`. centre: (V, 3) float64 camera
     centres.
     """
 
@@ -213,7 +212,7 @@ def load_stack(
         start=np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64) if crops else np.empty(0, np.int64),
         shape=np.ascontiguousarray(box[:, 2:]),
         corner=np.ascontiguousarray(box[:, :2]),
-        camera=np.array([camera_row(view) for view in kept]).reshape(-1, N_CAMERA),
+        camera=np.array([camera_row(view) for view in kept]).reshape(-1, ROW_0 + 1),
         centre=np.array([view.centre for view in kept]).reshape(-1, 3),
     )
 

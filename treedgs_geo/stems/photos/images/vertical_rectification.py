@@ -120,8 +120,7 @@ def _coherence(slope, energy, inside, low, high, tau, mean, e):
 @njit(parallel=True, **_FAST)
 def _map_kernel(photos, view, plumb, filters):
     """Fill the ridge and the colour directions of ``plumb`` (a :class:`PlumbMap`) from one photo."""
-    azimuth0, step_a, nadir0, step_n = plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n
-    ridge, unit, centre = plumb.ridge, plumb.unit, plumb.centre
+    azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb
     sigma, tau, window_m, below, width, lut = filters
     n_rows, n_cols = ridge.shape
     half = int(np.ceil(3 * sigma))

@@ -49,14 +49,6 @@ class OddsMaps(NamedTuple):
     centre: np.ndarray
 
 
-class NetworkMaps(NamedTuple):
-    """Log odds of bark, of ivy on a stem, and of either."""
-
-    bark: OddsMaps
-    ivy: OddsMaps
-    either: OddsMaps
-
-
 @njit(parallel=True, **_FAST)
 def _resample(photos, view, azimuth0, step_a, nadir0, step_n, colour, good):
     cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
@@ -159,16 +151,17 @@ def network_scores(image: np.ndarray) -> np.ndarray:
     return network.forward()[0]
 
 
-def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
-    """What the network sees in every photo of a stack, on the grids of its photos."""
-    shown: dict[tuple[str, ...], list[np.ndarray]] = {("stem",): [], ("ivy",): [], ("stem", "ivy"): []}
+def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> tuple[OddsMaps, OddsMaps]:
+    """What the network sees in every photo of a stack, on the grids of its photos: bark, and bark or ivy."""
+    shown: dict[tuple[str, ...], list[np.ndarray]] = {("stem",): [], ("stem", "ivy"): []}
     for view, plumb in enumerate(plumbs):
         colour, good = plumb_colours(stack.arrays, view, plumb)
         scores = network_scores(normalised(colour, good))
         for wanted, maps in shown.items():
             maps.append(quantised(class_odds(scores, *wanted), good))
     grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
-    return NetworkMaps(*(together(maps, grid, stack.centre) for maps in shown.values()))
+    bark, either = (together(maps, grid, stack.centre) for maps in shown.values())
+    return bark, either
 
 
 def quantised(odds: np.ndarray, good: np.ndarray) -> np.ndarray:

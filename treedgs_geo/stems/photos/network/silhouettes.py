@@ -9,7 +9,7 @@ from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at
 from ..images.background import Silhouette, blank
 from ..images.crops import GroundGrid
 from ..tuned import ABOUT_M, PRIOR_ODDS, SEEN_PRIOR, SHARE_WEIGHT
-from .inference import OUTSIDE, STEPS, NetworkMaps, OddsMaps
+from .inference import OUTSIDE, STEPS, OddsMaps
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -107,19 +107,18 @@ def _shares(maps, axis, radii, heights, across, share):
             share[v, i] = total / across.size
 
 
-def covered_share(maps: NetworkMaps, axis: StemAxis, r0: float, r1: float) -> float:
-    """Share of ivy in what the network takes for stem or ivy within a stem's silhouette about breast height, over the
-    photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
+def covered_share(ivy: OddsMaps, either: OddsMaps, axis: StemAxis, r0: float, r1: float) -> float:
+    """Share of ivy in what the network takes for stem or ivy (``either``) within a stem's silhouette about breast
+    height, over the photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
     heights = axis.bh_m + np.arange(-ABOUT_M, ABOUT_M + 0.01, 0.1)
     radii = np.maximum(r0 + r1 * (heights - axis.bh_m), 0.01)
     found = []
-    for each in (maps.ivy, maps.either):
+    for each in (ivy, either):
         share = np.full((len(each.centre), len(heights)), np.nan)
         _shares(each, axis.row, radii, heights, np.linspace(-0.75, 0.75, 7), share)
         found.append(share)
-    ivy, either = found
-    known = (ivy >= 0) & (either >= 0)  # below: outside of the photo
-    return float(ivy[known].sum() / max(either[known].sum(), 1e-9)) if known.any() else np.nan
+    known = (found[0] >= 0) & (found[1] >= 0)  # below: outside of the photo
+    return float(found[0][known].sum() / max(found[1][known].sum(), 1e-9)) if known.any() else np.nan
 
 
 @njit(parallel=True, **_FAST)

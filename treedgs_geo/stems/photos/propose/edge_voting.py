@@ -119,7 +119,7 @@ def _add_pairs(plumb, look, d, radii, share, edge, score):
     """Pair scores of one height at a distance ``d``, times ``share``, onto ``score`` (radius, azimuth column).
 
     look: (knots,) its rows. edge: (4, columns) to work with."""
-    step_a, ridge, unit = plumb[1], plumb[4], plumb[5]
+    step_a, ridge, unit = plumb.step_a, plumb.ridge, plumb.unit
     n_cols = score.shape[1]
     sign, single, zero = np.float32(SIGN_WEIGHT), np.float32(SINGLE_WEIGHT), np.float32(0.0)
     e, f0, f1, f2 = edge[0], edge[1], edge[2], edge[3]
@@ -368,8 +368,8 @@ def _votes(
     # One photo's ratios at a time, in memory that is kept from one to the next.
     store = np.empty(0, np.float32)
     for plumb in maps:
-        first, n_cols = float(plumb.distance[0]), plumb.ridge.shape[1]
-        rings = _Rings(first, 0.18, int((plumb.distance[1] - first) / 0.18) + 2)
+        (first, last), n_cols = plumb.distance.tolist(), plumb.ridge.shape[1]
+        rings = _Rings(first, 0.18, int((last - first) / 0.18) + 2)
         if rings.n * n_cols * each > store.size:
             store = np.empty(rings.n * n_cols * each, np.float32)
         scores = plumb, rings, heights, 2, radii, ground

@@ -1,0 +1,115 @@
+"""The stage ``geotag``: where each photo was taken."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from ..core import workspace as names
+from ..core.errors import InputError
+from ..core.files import content_hashes
+from ..core.progress import Reporter
+from ..core.workspace import in_use, read_record
+from ..geotags.photos import list_photos
+from ..geotags.reading import read_stations
+from ..geotags.sources import find_geotags
+from ..geotags.stations import read_stations_layer, write_stations
+from ..planning.flown import read_expected
+from .context import PhotoJob
+from .photo_files import photo_files
+from .published_plot import check_published
+from .stage import Cost, Findings, Key, Stage, check_target
+
+
+def _check_outputs(job: PhotoJob) -> None:
+    for target in (job.settings.output, job.path("run.json")):
+        check_target(target)
+
+
+def _check_workspace(job: PhotoJob) -> None:
+    """Nobody works there; what an earlier run left in it."""
+    if used := in_use(job.settings.workspace):
+        raise InputError(used)
+    stages = (read_record(job.settings.workspace) or {"stages": {}})["stages"]
+    done = [name for name, entry in stages.items() if entry.get("status") == "done" and name != "write"]
+    broken = [f"{name} ({entry.get('status')})" for name, entry in stages.items() if entry.get("status") != "done"]
+    if done:
+        job.reporter.info(f"Kept from an earlier run, if inputs and settings are the same: {', '.join(done)}.")
+    if broken:
+        job.reporter.info(f"Ended early in the earlier run and done again: {', '.join(broken)}.")
+
+
+def _check_plan(job: PhotoJob) -> None:
+    if job.settings.flight_plan:
+        read_expected(job.settings.flight_plan)
+
+
+def _find_photos(job: PhotoJob) -> None:
+    job.photos = list_photos(job.settings.photos)
+    job.reporter.info(f"Workspace: {job.settings.workspace}")
+
+
+def _geotag_cost(job: PhotoJob, findings: Findings) -> Cost:
+    """Says how the photos are placed."""
+    asked = job.settings
+    job.stations = read_stations(asked.photos, asked.geotags, asked.crs, frame=asked.geotags_crs, reporter=findings)
+    counts, total = job.stations.counts(), len(job.stations)
+    fix_pct = 100 * counts.get("fix", 0) / total
+    each = ", ".join(f"{number} {quality}" for quality, number in counts.items())
+    findings.info(f"{total} photos; positions: {each} ({fix_pct:.0f} % fixed).")
+    findings.facts |= {"n_photos": total, "fix_pct": round(fix_pct, 1)}
+    if fix_pct < 90:
+        given = find_geotags(asked.geotags, asked.photos) if asked.geotags else None
+        advice = "give PPK files (--geotags), or positions by photo name with their accuracies (CSV)"
+        if given and given.tables:
+            advice = f"give their accuracies in {given.tables[0].name} (sd_e, sd_n, sd_u, metres) if they are better"
+        elif given:
+            advice = "process the PPK again with a nearer base station"
+        findings.warn(
+            f"{f'Only {fix_pct:.0f} %' if fix_pct >= 0.5 else 'None'} of the photos have a fixed (centimetre) "
+            f"position: the trees' places and the scale rest on them; {advice}."
+        )
+    return Cost(seconds=5.0, memory_gb=0.8, disk_gb=0.2)
+
+
+def _geotag_key(job: PhotoJob) -> Key:
+    # By what the files are, not by where: photos that were moved or renamed are the same photos.
+    asked = job.settings
+    job.files = photo_files(job.space, asked.photos, job.photos, job.reporter)
+    contents = dict(zip(job.files, content_hashes(job.files.values()), strict=True))
+    used = {"photos": contents, "geotags": asked.geotags is not None, "crs": asked.crs, "frame": asked.geotags_crs}
+    return Key(used, find_geotags(asked.geotags, asked.photos).all() if asked.geotags else [])
+
+
+def _geotag(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    asked = job.settings
+    stations = read_stations(asked.photos, asked.geotags, asked.crs, frame=asked.geotags_crs, reporter=reporter)
+    write_stations(job.path(names.GEOTAGS), stations)
+    return {"photos": len(stations), "positions": stations.counts()}
+
+
+def _load_stations(job: PhotoJob, _: object) -> None:
+    # People may move a camera by hand: the layer is taken as it is.
+    stations = read_stations_layer(job.path(names.GEOTAGS))
+    paths = [job.files.get(name, job.settings.photos / name) for name in stations.names]
+    job.stations = replace(stations, paths=paths)
+    job.space.record["crs"] = stations.crs.to_string()
+
+
+GEOTAG = Stage(
+    "geotag",
+    0.02,
+    _geotag,
+    checks=(
+        _check_outputs,
+        _check_workspace,
+        lambda job: check_published(job.settings),
+        _check_plan,
+        _find_photos,
+    ),
+    cost=_geotag_cost,
+    key=_geotag_key,
+    outputs=lambda job: [job.path(names.GEOTAGS)],
+    load=_load_stations,
+    readable=lambda job: read_stations_layer(job.path(names.GEOTAGS)),
+)

@@ -1,0 +1,174 @@
+"""The stage ``measure``: stems in the photos, and their diameters."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core import workspace as names
+from ..core.errors import InputError
+from ..core.files import read_json, write_json
+from ..core.progress import Reporter
+from ..core.shown import count_of
+from ..geotags.photos import read_photo
+from ..stems.photos.fit_records import write_fits
+from ..stems.quality.ground import with_ground_error
+from ..stems.quality.tree import Tree, with_block_errors
+from ..terrain.sparse_ground import sparse_ground_se
+from .context import Aligned, PhotoJob
+from .field_stems import answers_of, field_stems, given_stems, report_answers, write_answers
+from .forecast import MANY_TILES, at_once, only_nadir, planned_ground, planned_views, report_overlap, search_ahead
+from .ground_stage import circles
+from .published_plot import Published, is_published, published_route
+from .routes import photo_route
+from .settings import PhotosToDbhSettings
+from .stage import Cost, Findings, Key, Stage
+
+#: The trees of a run as it measured them, in its workspace.
+KEPT_TREES = "trees.json"
+#: Core-seconds of the other stages for each photo of a usual plot; only the progress bar depends on it.
+_OTHER_S_PHOTO = 8.0
+
+
+def _announce_search(job: PhotoJob) -> None:
+    """Before hours of work: why no stem can be seen, or how large the search will be."""
+    stations, plots = job.stations, job.plots
+    job.nothing = only_nadir(stations)
+    if job.nothing:
+        return
+    job.planned = planned_views(stations, planned_ground(stations, plots, job.given))
+    job.search = search_ahead(stations, plots, job.planned, job.preset.stems)
+    if is_published(job.settings):
+        job.steps.weigh("measure", max(job.settings.time_limit, 1.0))  # of a minute's search
+    elif job.search is not None:
+        job.steps.weigh("measure", max(job.search.core_seconds / (_OTHER_S_PHOTO * len(stations)), 1.0))
+        if not plots and job.search.tiles > MANY_TILES:
+            job.reporter.warn(f"{job.search.sentence()}: give plots (--plots) to measure only those.")
+
+
+def _measure_cost(job: PhotoJob, findings: Findings) -> Cost:
+    """Says how large the search will be, and how often its ground is seen."""
+    if job.nothing:
+        findings.problem(f"{job.settings.photos}: no DBH can be measured: {job.nothing}.")
+        return Cost()
+    report_overlap(job.planned, job.stations, job.plots, findings)
+    search, core_s = job.search, 0.0
+    findings.facts["n_tiles"] = search.tiles if search else None
+    if search is not None:
+        core_s = search.core_seconds
+        if job.plots:
+            findings.info(f"The plots are searched in {count_of(search.tiles, 'tile')}.")
+        elif search.tiles <= MANY_TILES:
+            findings.info(f"{search.sentence()}.")
+    if is_published(job.settings):
+        core_s = 60 * job.settings.time_limit * 1.3 + 120
+    photo = read_photo(job.stations.paths[0])
+    # The search keeps its photos open.
+    open_gb = 0.004 * photo.width * photo.height / 1e6 * min(len(job.stations), 100)
+    return Cost(seconds=core_s / at_once() * 1.1, memory_gb=open_gb)
+
+
+def _measure_key(job: PhotoJob) -> Key:
+    asked, field = job.settings, field_stems(job)
+    used = {
+        "fit": _route(asked),
+        "preset": asked.preset,
+        "stem_network": asked.stem_network,
+        "bh_m": asked.bh_m,
+        "seed": asked.seed,
+        "plots": circles(job.place.area),
+        "scale_sd": _scale_sd(job.block),
+        "ground_m": _ground_m(job),
+    }
+    if field is not None:
+        used["field_stems"] = [np.round(field.xy, 3).tolist(), list(field.names), asked.field_error_m]
+    files: list[Path] = []
+    if asked.device != "cpu":
+        used["device"] = asked.device
+    if is_published(asked):
+        used |= {"time_limit": asked.time_limit, "segmenter": [asked.segmenter, asked.segmenter_command]}
+        files = [path for path in (asked.dense, asked.segmenter_model) if path is not None]
+    return Key(used, files)
+
+
+def _measure_outputs(job: PhotoJob) -> list[Path]:
+    field = [] if job.settings.field_stems is None else [job.path(names.FIELD_STEMS)]
+    return [job.path(KEPT_TREES), job.path(names.FITS), *field]
+
+
+def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    """Stems and diameters by the route asked for, with the errors that the whole run adds to each."""
+    asked, site, preset = job.settings, job.place, job.preset
+    field = field_stems(job)
+    given = None if field is None else given_stems(field.xy, site, asked.field_error_m)
+    if is_published(asked):
+        found = published_route(site, job.block.points, Published.of(asked), job.path, reporter)
+    else:
+        found = photo_route(site, preset, asked.bh_m, reporter, given)
+    trees = with_run_errors(job, found.trees)
+    write_json(job.path(KEPT_TREES), [asdict(tree) for tree in trees])
+    write_fits(job.path(names.FITS), found.kept)
+    facts = found.facts
+    if field is not None and given is not None:
+        answers = answers_of(field, given, site, found.kept.fits, trees, preset.stems.margin_m)
+        write_answers(job.path(names.FIELD_STEMS), answers)
+        facts = facts | {"field_stems": report_answers(answers, asked.field_stems, reporter)}
+    return {"fit": _route(asked), "stems": len(trees), **facts}
+
+
+def _route(asked: PhotosToDbhSettings) -> str:
+    return "gaussians" if is_published(asked) else "photos"
+
+
+def with_run_errors(job: PhotoJob, trees: list[Tree]) -> list[Tree]:
+    """The same with the errors of the block's scale, and of the ground's height under each tree."""
+    block, site = job.block, job.place
+    trees = [with_block_errors(tree, _scale_sd(block), 0.0) for tree in trees]
+    places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
+    # How well the sparse points show the ground under each tree counts in its error.
+    ground_se = sparse_ground_se(site.frame.to_project(block.points), site.dtm, places, _ground_m(job))
+    return [with_ground_error(tree, float(se), "photos") for tree, se in zip(trees, ground_se, strict=True)]
+
+
+def _scale_sd(block: Aligned) -> float:
+    return block.report.get("scale_sd") or 0.0
+
+
+def _ground_m(job: PhotoJob) -> float | None:
+    """How far a given terrain model lies above the ground that the photos see, metres."""
+    return job.space.result("ground").get("above_photos_m")
+
+
+def read_kept_trees(path: Path) -> list[Tree]:
+    """The measured trees of an earlier run.
+
+    Raises:
+        InputError: not readable, or other records than trees.
+    """
+    records = read_json(path)
+    try:
+        return [Tree(**record) for record in records]
+    except (TypeError, ValueError) as problem:
+        raise InputError(
+            f"{path}: holds no trees of this version ({problem}); delete it: they are then measured again."
+        ) from None
+
+
+def _load_trees(job: PhotoJob, _: object) -> None:
+    job.trees = read_kept_trees(job.path(KEPT_TREES))
+
+
+MEASURE = Stage(
+    "measure",
+    0.4,
+    _measure,
+    checks=(_announce_search,),
+    cost=_measure_cost,
+    key=_measure_key,
+    outputs=_measure_outputs,
+    load=_load_trees,
+    wanted=lambda job: not job.nothing,
+)

@@ -1,0 +1,98 @@
+"""The stage ``reconstruct``: photos to cameras in one frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..core import workspace as names
+from ..core.errors import InputError, ReconstructionError
+from ..core.machine import cores
+from ..core.progress import Reporter
+from ..core.settings import to_json
+from ..core.steps import Collector
+from ..geotags.control import read_control
+from ..geotags.photos import read_photo
+from ..reconstruction.calibration import calibration_of
+from ..reconstruction.matching_strategy import GUIDED_NEIGHBOURS
+from ..reconstruction.model import FRAME, MODEL_FILES, REPORT, load_points, load_views
+from ..reconstruction.pairs import select_pairs
+from ..reconstruction.pipeline import reconstruct_photos
+from ..reconstruction.prior_knowledge import can_guide, gimbal_rotations
+from .context import Aligned, PhotoJob
+from .forecast import at_once, planned_ground
+from .stage import Cost, Findings, Key, Stage
+
+#: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair, per photo of mapping and
+#: adjustment.
+GUIDED_S_MP, GUIDED_S_PAIR, GUIDED_S_PHOTO = 0.18, 0.02, 0.17
+#: The same where every feature is matched with every other, 8000 of a photo.
+FULL_S_MP, FULL_S_PAIR, FULL_S_PHOTO = 0.34, 0.10, 0.4
+
+
+def _read_control(job: PhotoJob) -> None:
+    """Ground control; its warnings are the run's."""
+    if job.settings.gcp is not None:
+        heard = Collector(job.reporter)
+        job.control = read_control(job.settings.gcp, job.stations, heard)
+        job.steps.warnings += heard.warnings
+
+
+def _reconstruct_cost(job: PhotoJob, findings: Findings) -> Cost:
+    stations, options, half_field = job.stations, job.preset.reconstruct, 0.6
+    photo, number = read_photo(stations.paths[0]), len(stations)
+    longer, full_mp = max(photo.width, photo.height), photo.width * photo.height / 1e6
+    used_mp = full_mp * min(1.0, options.max_image_size / longer) ** 2
+    try:
+        half_field = 0.5 * longer / calibration_of([photo], job.settings.calibration).camera.fx
+    except (ReconstructionError, InputError) as problem:
+        findings.problem(str(problem))
+    ground = planned_ground(stations, job.plots, job.given)
+    rotations = gimbal_rotations(stations)
+    full_s, guided_s = (
+        each_mp * used_mp * number
+        + each_pair * len(select_pairs(stations.xyz, rotations, ground, half_field, neighbours))
+        + each_photo * number
+        for each_mp, each_pair, each_photo, neighbours in (
+            (FULL_S_MP, FULL_S_PAIR * (options.max_features / 8000) ** 1.5, FULL_S_PHOTO, options.neighbours),
+            (GUIDED_S_MP, GUIDED_S_PAIR, GUIDED_S_PHOTO, GUIDED_NEIGHBOURS),
+        )
+    )
+    guided = can_guide(stations.xyz, stations.sd, rotations, ground)
+    return Cost(
+        seconds=(guided_s if guided else full_s) / at_once() * 1.1,
+        more_s=full_s / at_once() if guided else 0.0,
+        # A photo's features need about 0.1 GB a megapixel in each thread.
+        memory_gb=0.08 * used_mp * min(cores(), 16),
+        disk_gb=number * (0.004 + 0.001 * full_mp),
+    )
+
+
+def _reconstruct_key(job: PhotoJob) -> Key:
+    used = {**to_json(job.preset.reconstruct), "stations": job.stations.digest()}
+    if job.control is not None:
+        used["control"] = job.control.digest()
+    return Key(used, [job.settings.calibration] if job.settings.calibration else [])
+
+
+def _reconstruct(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    lens = job.settings.calibration
+    return reconstruct_photos(job.stations, job.preset.reconstruct, job.path(names.SFM), reporter, job.control, lens)
+
+
+def _load_block(job: PhotoJob, report: dict[str, Any]) -> None:
+    sfm, files = job.path(names.SFM), dict(zip(job.stations.names, job.stations.paths, strict=True))
+    frame, views = load_views(sfm, job.settings.photos, files)
+    job.aligned = Aligned(frame, views, load_points(sfm), report)
+
+
+RECONSTRUCT = Stage(
+    "reconstruct",
+    0.46,
+    _reconstruct,
+    checks=(_read_control,),
+    cost=_reconstruct_cost,
+    key=_reconstruct_key,
+    outputs=lambda job: [job.path(names.SFM) / name for name in (*MODEL_FILES, FRAME, REPORT)],
+    load=_load_block,
+    wanted=lambda job: not job.nothing,
+)
