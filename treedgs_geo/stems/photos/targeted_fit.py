@@ -20,7 +20,7 @@ from .fit.photo_fit import PhotoFit
 from .images.crops import PhotoStack
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
-from .tuned import CLEAR_LLR, FEW_LLR, FOLLOWED_APART_M, LEAD_LLR, MAX_FOLLOWED, MIN_PHOTOS, START_M, START_RADIUS_M
+from .tuned import CLEAR_LLR, FEW_LLR, LEAD_LLR, MAX_FOLLOWED, MIN_PHOTOS, START_M, START_RADIUS_M
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def fit_at(fitter: Fitter, place: np.ndarray, reach_m: float, known: np.ndarray 
     looked = sorted(((fit.evidence.llr, *fit.axis.p) for fit in quick if fit is not None), reverse=True)
     followed: list[tuple[float, float]] = []
     for _, x, y in looked:
-        if all(np.hypot(x - a, y - b) > FOLLOWED_APART_M for a, b in followed):
+        if all(np.hypot(x - a, y - b) > START_RADIUS_M for a, b in followed):
             followed.append((float(x), float(y)))
     # The place itself is looked at in any case: a silhouette may stand there without edges.
     seeds = [_seed(*middle) for middle in followed[:MAX_FOLLOWED]] + starts[:1]

@@ -15,18 +15,20 @@ from scipy.ndimage import map_coordinates
 from ...reconstruction.canopy import CELL_M, MIN_PAIRS, STANDS, CanopyVolume, Contrast, edges_of
 from ..quality.tops import EXPONENT
 
-#: Radius (s.d.) of the core of a crown round its axis, metres.
+#: Radius (s.d.) of the core of a crown round its axis, metres; by as much (s.d.) it stands beside the stem's axis at a
+#: height of 20 m.
 _CORE_M = 0.35
-#: The core stands beside the stem's axis by so much at a height of 20 m (s.d. and the places tried), metres.
-_ASIDE_SD_M, _ASIDE_M, _ASIDE_HEIGHT_M = 0.35, 0.5, 20.0
+#: Places that are tried beside the axis at that height, metres.
+_ASIDE_M, _ASIDE_HEIGHT_M = 0.5, 20.0
 #: Levels below a top that tell what crowns look like, metres.
 _TOP_M = (0.5, 4.0)
 #: Heights of trees of one diameter scatter so much at least (s.d. of the logarithm), with tails of Student's t of so
 #: many degrees of freedom.
 _MIN_SCATTER, _TAILS = 0.06, 3.0
-#: A tree counts for the stand's curve if its height is known to this by itself, metres; so many make a curve.
-_WELL_SEEN_M, _MIN_TREES = 1.0, 5
-#: A height that is known no better than this (s.d.) is none, metres and share.
+#: Trees that make a curve of the stand.
+_MIN_TREES = 5
+#: A height that is known no better than this (s.d.) is none, metres and share; one that is known to the first by itself
+#: counts for the stand's curve.
 _MAX_SD_M, _MAX_SD_SHARE = 1.0, 0.05
 #: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
 _ABOVE_M = 2.0
@@ -83,14 +85,14 @@ def heights_of(
             unknown.
     """
     contrast, edges, log_d = Contrast.of_air(air), edges_of(levels_m), np.log(np.asarray(dbh_cm, float))
-    prior_of_place = -0.5 * (np.linalg.norm(_aside(), axis=1) / _ASIDE_SD_M) ** 2
+    prior_of_place = -0.5 * (np.linalg.norm(_aside(), axis=1) / _CORE_M) ** 2
     curve, off, scatter = np.zeros((len(alike), len(edges))), np.zeros(len(alike)), _MIN_SCATTER
     for _ in range(4):
         by_place = contrast.log_likelihood(alike) + prior_of_place[:, None]
         likelihood = np.logaddexp.reduce(by_place, axis=1) - np.log(len(prior_of_place))
         height, sd = _moments(likelihood + curve, edges)
         seen = likelihood.max(axis=1) > likelihood[:, 0] + STANDS
-        good = np.flatnonzero(seen & np.isfinite(log_d) & (sd < _WELL_SEEN_M))
+        good = np.flatnonzero(seen & np.isfinite(log_d) & (sd < _MAX_SD_M))
         if len(good) < _MIN_TREES:
             break
         ratio = np.log(height) - EXPONENT * log_d

@@ -72,7 +72,7 @@ MAX_LINES, STANDS_OUT = 24, 1.35
 CONTRAST_A_M = 8.5
 #: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
 LINE_SCORE, CERTAIN_SCORE = 0.5, 1.1
-#: Radius that a place is first looked at with, m.
+#: Radius that a place is first looked at with, m; places that lie nearer each other are one.
 START_RADIUS_M = 0.12
 
 # Calibration of a piece of ground
@@ -86,9 +86,11 @@ SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
 #: z-scores count up to this.
 Z_CAP = 8.0
 #: Edge scores (log likelihood units): on the grid, below which a seed is not worth refining; that chance reaches; from
-#: which a stem is there, whatever else speaks against it; from which edges alone make one; from which a silhouette and
-#: they do; by which one explanation clearly leads another.
-GRID_LLR, CHANCE_LLR, THERE_LLR, CLEAR_LLR, FEW_LLR, LEAD_LLR = 38.0, 50.0, 40.0, 60.0, 12.0, 30.0
+#: which a stem is there, whatever else speaks against it; from which a silhouette and they make one; by which one
+#: explanation clearly leads another.
+GRID_LLR, CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 38.0, 50.0, 40.0, 12.0, 30.0
+#: From which edges alone make one.
+CLEAR_LLR = bound_of("photos", "llr_alone", "check")
 #: Edge score that one unit of silhouette contrast (what chance reaches) is worth where both pull at a shape.
 PULL = 400.0
 #: Inlier sd of an edge, px; edges are looked for this far from where they are expected, px, cut by cut; nearer where
@@ -114,8 +116,8 @@ EDGES_A_LOG_ODD = GAP_LLR / np.log(9)
 #: A stem inside another one counts against it below this share of its diameter.
 THINNER = 0.85
 #: Best silhouettes that are followed as they are; starts and pairs that are followed by a whole fit; starts see this
-#: far round themselves, m, and lie this far apart.
-MAX_SETTLED, MAX_FOLLOWED, START_M, FOLLOWED_APART_M = 2, 3, 0.3, 0.12
+#: far round themselves, m.
+MAX_SETTLED, MAX_FOLLOWED, START_M = 2, 3, 0.3
 
 # Two stems for one
 #: Companions: radii that are looked for, m; the thickest one, as a share of the stem and in metres.
