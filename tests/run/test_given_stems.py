@@ -71,6 +71,35 @@ def test_removed_stems_come_back_and_nothing_else_changes(run, simulated_plot, c
     assert read_trees(layer).set_index("tree_id").equals(after)
 
 
+def test_a_measured_tree_is_measured_again_where_its_name_asks_for_it_and_taken_back(
+    run, simulated_plot, capsys
+) -> None:
+    layer = run / "trees.gpkg"
+    before = read_trees(layer).set_index("tree_id")
+    mine = int(before.index[before["qc_flag"] == "ok"][0])
+    x, y = before.loc[mine, ["x", "y"]]
+    given = points(run / "points.gpkg", [(x + 0.03, y)], tree_id=[f"again {mine}"])
+    assert at(simulated_plot, run, given) == 0
+    assert f"point again {mine}: tree {mine}: " in (said := capsys.readouterr().err)
+    assert f"before {before.loc[mine, 'dbh_cm']:.1f} cm" in said
+    after = read_trees(layer).set_index("tree_id")
+    assert set(after.index) == set(before.index) and after.drop(mine).equals(
+        before.drop(mine).reindex(after.drop(mine).index)
+    )
+    assert abs(after.loc[mine, "dbh_cm"] - before.loc[mine, "dbh_cm"]) < 1.0 and after.loc[mine, "qc_flag"] == "ok"
+    assert after.loc[mine, "height_m"] == before.loc[mine, "height_m"] or np.isnan(before.loc[mine, "height_m"])
+    assert (after.loc[mine, ["x", "y"]] != before.loc[mine, ["x", "y"]]).any()
+    # The whole run once more keeps it.
+    assert main(chain_arguments(simulated_plot, run)) == 0
+    assert read_trees(layer).set_index("tree_id").loc[mine, "dbh_cm"] == after.loc[mine, "dbh_cm"]
+    back = points(run / "back.gpkg", [(x, y), (x, y)], tree_id=[f"former {mine}", "again 999"])
+    assert at(simulated_plot, run, back) == 0
+    assert "tree 999 is none that this run measured" in capsys.readouterr().err
+    assert read_trees(layer).set_index("tree_id").loc[mine, "dbh_cm"] == before.loc[mine, "dbh_cm"]
+    assert main(chain_arguments(simulated_plot, run)) == 0
+    assert read_trees(layer).set_index("tree_id").loc[mine, "dbh_cm"] == before.loc[mine, "dbh_cm"]
+
+
 def csv_of(path: Path, rows: list[tuple]) -> Path:
     with open(path, "w", newline="") as stream:
         csv.writer(stream).writerows([("tree_id", "decision", "dbh_cm"), *rows])

@@ -1,11 +1,13 @@
 """``photos-to-dbh --at``: stems at given places, measured from a finished run in its workspace.
 
-Cameras, ground and what the search learnt of the photos are kept there, so only the places themselves are looked at. A
-stem that the run measured already is not measured a second time: one stem, one diameter.
+Cameras, ground and what the search learnt of the photos are kept there, so only the places themselves are looked at.
+One stem, one diameter: what the run measured already is not measured a second time, unless the point's name asks for
+it (``again 12``, with the foot at this place; ``former 12`` takes that back).
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -45,6 +47,8 @@ if TYPE_CHECKING:
 
 #: Settings that may differ from the run's: they change no diameter.
 _FREE = frozenset({"output", "workspace", "sheets", "dry_run", "at"})
+#: A point so named is for a tree that the run measured: again, with its foot here, or as it was before.
+_NAMED = re.compile(r"(again|former) (\d+)")
 #: What became of points that gave no diameter.
 _WORDS = {
     "refused": "without a DBH, each with its reason",
@@ -58,8 +62,8 @@ class _Point:
     """A place to measure at, project coordinates, and what becomes of it.
 
     answer: ``measured``, ``back`` (a tree of the run that the layer lacks) or a key of :data:`_WORDS`, empty while it
-    is still to be measured; said: in words. row: the tree without a diameter that the layer has there. tree: for the
-    layer, in place of ``row``; fit: what it was measured as.
+    is still to be measured; said: in words. row: the tree that the layer has there, without a diameter or named by the
+    point. tree: for the layer, in place of ``row``; fit: what it was measured as. former: it is that of the run.
     """
 
     name: str
@@ -69,6 +73,7 @@ class _Point:
     row: Held | None = None
     tree: Tree | None = None
     fit: PhotoFit | None = None
+    former: bool = False
 
     def say(self, answer: str, sentence: str) -> None:
         """What became of it."""
@@ -162,7 +167,7 @@ def _measure_at(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
     gone = [tree for tree in trees if tree.dbh_cm is not None and tree.tree_id not in there]
     points = _points(job)
     for point in points:
-        if not point.answer:
+        if not point.answer and not _named(point, rows, job):
             _look_up(point, rows, gone, job.settings.field_error_m)
     used = {"at": str(job.settings.at), "points": len(points)}
     with reporter.stage("given stems", 0.2, 0.9), job.space.running("given", "", used) as facts:
@@ -231,6 +236,22 @@ def _points(job: PhotoJob) -> list[_Point]:
     return points
 
 
+def _named(point: _Point, rows: list[Held], job: PhotoJob) -> bool:
+    """Does the point name a tree of the run, to be measured again or taken back to what the run measured?"""
+    asked = _NAMED.fullmatch(point.name)
+    if asked is None:
+        return False
+    number = int(asked[2])
+    point.row = next((row for row in rows if row.tree_id == number and row.of_run), None)
+    former = next((tree for tree in job.trees if tree.tree_id == number), None)
+    if point.row is None or former is None:
+        point.say("refused", f"tree {number} is none that this run measured and the layer holds; nothing is changed.")
+    elif asked[1] == "former":
+        point.tree, point.former = placed([former], job)[0], True
+        point.say("back", f"tree {number} is as the run measured it: {_verdict(former)}.")
+    return True
+
+
 def _look_up(point: _Point, rows: list[Held], gone: list[Tree], error_m: float) -> None:
     """Nothing is measured at a tree with a diameter, of the layer or of the run."""
     near = [row for row in rows if row.away(point.xy) <= row.beside_m]
@@ -254,7 +275,8 @@ def _fit(points: list[_Point], job: PhotoJob, rows: list[Held], gone: list[Tree]
             "the file and run photos-to-dbh once without --at."
         )
     given = given_stems(np.array([point.xy for point in points]), site, job.settings.field_error_m)
-    options, known = replace(job.preset.stems, bh_m=job.settings.bh_m), _counting(job, rows)
+    options = replace(job.preset.stems, bh_m=job.settings.bh_m)
+    known = _counting(job, [row for row in rows if all(row is not point.row for point in points)])
     found = fits_again(site.views, site.ground, site.area, options, kept.looks, given, known, reporter)
     for point, fit in zip(points, found, strict=True):
         if fit is None:
@@ -284,14 +306,18 @@ def _as_trees(points: list[_Point], job: PhotoJob, rows: list[Held], trees: list
     for point, tree in zip(points, new, strict=True):
         row = point.row
         if row is not None and tree.dbh_cm is None and not row.asked:
-            point.say("refused", f"tree {row.tree_id} stands there and stays without a DBH: {_verdict(tree)}.")
+            stays = "without a DBH" if row.dbh_cm is None else "as it is"
+            point.say("refused", f"tree {row.tree_id} stands there and stays {stays}: {_verdict(tree)}.")
             continue
         # A row of the layer keeps its number, unless that is the number of another tree of the run.
         keeps = row is not None and (row.of_run or all(row.tree_id != tree.tree_id for tree in trees))
         own = row.tree_id if row is not None and keeps else max(taken, default=0) + 1
         taken.add(own)
-        point.tree = placed([replace(tree, tree_id=own)], job)[0]
-        point.say("measured" if tree.dbh_cm is not None else "refused", f"tree {own}: {_verdict(tree)}.")
+        # Its height is the former one: tops are looked for once, by the run.
+        height = {k: getattr(t, k) for t in job.trees if t.tree_id == own for k in ("height_m", "height_se_m")}
+        point.tree = placed([replace(tree, tree_id=own, **height)], job)[0]
+        before = f", before {shown_cm(row.dbh_cm)} cm" if row is not None and row.dbh_cm is not None else ""
+        point.say("measured" if tree.dbh_cm is not None else "refused", f"tree {own}: {_verdict(tree)}{before}.")
 
 
 def _counting(job: PhotoJob, rows: list[Held]) -> list[PhotoFit]:
@@ -303,10 +329,12 @@ def _counting(job: PhotoJob, rows: list[Held]) -> list[PhotoFit]:
 def _with_points(before: KeptGiven, points: list[_Point]) -> KeptGiven:
     """What is kept of stems at given places, with those of the points that were measured now."""
     new = {point.tree.tree_id: point for point in points if point.tree is not None and point.fit is not None}
-    trees = [tree for tree in before.trees if tree.tree_id not in new]
+    former = {point.tree.tree_id for point in points if point.tree is not None and point.former}
+    trees = [tree for tree in before.trees if tree.tree_id not in new and tree.tree_id not in former]
     return KeptGiven(
         [*trees, *(point.tree for point in new.values() if point.tree is not None)],
-        before.fits | {number: point.fit for number, point in new.items() if point.fit is not None},
+        {number: fit for number, fit in before.fits.items() if number not in former}
+        | {number: point.fit for number, point in new.items() if point.fit is not None},
     )
 
 
