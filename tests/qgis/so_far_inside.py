@@ -8,9 +8,10 @@ import os
 import time
 import traceback
 
+import qgis.utils
 from processing.tools.general import createAlgorithmDialog
-from qgis.core import QgsProject
-from qgis.PyQt.QtCore import Qt, QTimer
+from qgis.core import QgsPointXY, QgsProject
+from qgis.PyQt.QtCore import QPoint, Qt, QTimer
 from qgis.PyQt.QtTest import QTest
 from qgis.PyQt.QtWidgets import QApplication, QDialogButtonBox, QPushButton
 from qgis.utils import iface
@@ -57,6 +58,36 @@ def main():
     item = iface.messageBar().currentItem()
     seen["on_top"] = [button.text() for button in item.findChildren(QPushButton)] if item else []
     iface.mainWindow().grab().save(f"{folder}/after.png")
+    look_again()
+
+
+def look_again():
+    """One measured tree at the panel: its foot moved by a click on the map, then taken back by its key."""
+    plugin = qgis.utils.plugins["treedgs"]
+    plugin.action.setChecked(True)
+    panel = plugin.panel
+    panel.form.which.setCurrentIndex(panel.form.which.findData("all"))
+    wait(lambda: panel.row is not None, 10)
+    panel.show_any(next(row.tree_id for row in panel.trees.rows() if row.flag == "ok"))
+    panel.zoom()
+    wait(lambda: False, 2.0)
+    row = panel.row
+    seen["before"] = [row.tree_id, row.values["dbh_cm"], row.x]
+    QTest.mouseClick(panel.form.again, Qt.MouseButton.LeftButton)
+    place = iface.mapCanvas().getCoordinateTransform().transform(QgsPointXY(row.x + 0.04, row.y))
+    at = QPoint(round(place.x()), round(place.y()))
+    QTest.mouseClick(iface.mapCanvas().viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
+    seen["said"] = panel.form.message.text()
+    wait(lambda: panel._measuring is None)
+    wait(lambda: False, 1.0)
+    seen["again"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x, panel.form.message.text()]
+    iface.mainWindow().grab().save(f"{folder}/again.png")
+    panel.form.setFocus()
+    QTest.keyClick(panel.form, Qt.Key.Key_W)
+    wait(lambda: panel._measuring is None)
+    wait(lambda: False, 1.0)
+    seen["former"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x]
+    seen["can_go_back"] = panel.form.former.isEnabled()
 
 
 def run():

@@ -1,4 +1,5 @@
-"""The first stems are on the map of the graphical QGIS while the rest is still being measured."""
+"""From the dialog to a second look: the first stems are on the map while the rest is still being measured, and a tree
+is measured again where a person clicks."""
 
 from __future__ import annotations
 
@@ -42,3 +43,8 @@ def test_first_stems_are_drawn_while_the_rest_is_measured(qgis, simulated_plot, 
     for x, y, dbh_cm in seen["stems"]:
         away = np.hypot(trees.x - x, trees.y - y)
         assert away.min() < 0.2 and abs(trees.dbh_cm[away.idxmin()] - dbh_cm) < 2.0
+    tree, cm, x = seen["before"]
+    assert f"Tree {tree} is being measured" in seen["said"]
+    assert seen["again"][0] == tree and abs(seen["again"][1] - cm) < 1.0 and seen["again"][2] != x
+    assert f"Before: {cm:.1f} cm" in seen["again"][3]
+    assert seen["former"] == [tree, cm, x] and not seen["can_go_back"]

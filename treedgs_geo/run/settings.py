@@ -92,7 +92,8 @@ class PhotosToDbhSettings(PhotoInputs):
         None,
         kind="file",
         help="Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the "
-        "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.",
+        "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run. A "
+        "point named 'again 12' measures tree 12 anew with its foot there, 'former 12' takes that back.",
         suffixes=("gpkg", "shp", "geojson", "csv"),
     )
     flight_plan: Path | None = param(

@@ -1200,6 +1200,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Gefunden: '{text}', erwartet: die Nummer eines Baums.</translation>
     </message>
     <message>
+      <source>Before: {cm} cm; press As it was (W) to go back.</source>
+      <translation>Vorher: {cm} cm; „Wie vorher (W)“ nimmt es zurück.</translation>
+    </message>
+    <message>
       <source>Tree {tree}: {taped} cm, but {known} cm in the layer; these look like millimetres, or the decimal point is elsewhere: type the diameter in centimetres.</source>
       <translation>Baum {tree}: {taped} cm, aber {known} cm im Layer; das sieht nach Millimetern aus, oder das Komma steht an anderer Stelle: geben Sie den Durchmesser in Zentimetern ein.</translation>
     </message>
@@ -1280,6 +1284,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Sein Fuß ist hier: noch einmal messen (B)</translation>
     </message>
     <message>
+      <source>As it was (W)</source>
+      <translation>Wie vorher (W)</translation>
+    </message>
+    <message>
       <source>measure it in the photos at once</source>
       <translation>gleich in den Fotos messen</translation>
     </message>
@@ -1350,6 +1358,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Click on the map where the foot of this stem is; it is measured there in the photos.</source>
       <translation>Auf der Karte dorthin klicken, wo der Fuß dieses Stamms ist; dort wird er in den Fotos gemessen.</translation>
+    </message>
+    <message>
+      <source>Take the tree back to what it was before it was measured again.</source>
+      <translation>Den Baum auf den Stand vor der neuen Messung zurücksetzen.</translation>
     </message>
     <message>
       <source>Take the decision about this tree back.</source>

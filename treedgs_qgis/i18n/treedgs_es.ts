@@ -1198,6 +1198,10 @@ cero.&lt;/p&gt;
       <translation>Se encontró '{text}', se esperaba el número de un árbol.</translation>
     </message>
     <message>
+      <source>Before: {cm} cm; press As it was (W) to go back.</source>
+      <translation>Antes: {cm} cm; «Como estaba (W)» lo deshace.</translation>
+    </message>
+    <message>
       <source>Tree {tree}: {taped} cm, but {known} cm in the layer; these look like millimetres, or the decimal point is elsewhere: type the diameter in centimetres.</source>
       <translation>Árbol {tree}: {taped} cm, pero {known} cm en la capa; parecen milímetros, o la coma está en otro lugar: escriba el diámetro en centímetros.</translation>
     </message>
@@ -1278,6 +1282,10 @@ cero.&lt;/p&gt;
       <translation>Su pie está aquí: medir de nuevo (B)</translation>
     </message>
     <message>
+      <source>As it was (W)</source>
+      <translation>Como estaba (W)</translation>
+    </message>
+    <message>
       <source>measure it in the photos at once</source>
       <translation>medirlo enseguida en las fotos</translation>
     </message>
@@ -1348,6 +1356,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Click on the map where the foot of this stem is; it is measured there in the photos.</source>
       <translation>Haga clic en el mapa donde está el pie de este tronco; se mide allí en las fotos.</translation>
+    </message>
+    <message>
+      <source>Take the tree back to what it was before it was measured again.</source>
+      <translation>Devolver el árbol a como estaba antes de medirlo de nuevo.</translation>
     </message>
     <message>
       <source>Take the decision about this tree back.</source>

@@ -62,8 +62,10 @@ def parameters_of(workspace: str) -> dict[str, Any]:
     return {name.upper(): value for name, value in settings.items() if name not in _OWN and value is not None}
 
 
-def points_file(folder: str, places: list[tuple[int, QgsPointXY]], crs: QgsCoordinateReferenceSystem) -> str:
-    """A layer of points, named by their tree's number.
+def points_file(
+    folder: str, places: list[tuple[int, QgsPointXY]], crs: QgsCoordinateReferenceSystem, asked: str = ""
+) -> str:
+    """A layer of points, named by their tree's number, ``asked`` before it.
 
     Raises:
         OSError: it cannot be written.
@@ -72,7 +74,7 @@ def points_file(folder: str, places: list[tuple[int, QgsPointXY]], crs: QgsCoord
     layer.setCrs(crs)
     for number, place in places:
         feature = QgsFeature(layer.fields())
-        feature.setAttribute("tree_id", str(number))
+        feature.setAttribute("tree_id", f"{asked}{number}")
         feature.setGeometry(QgsGeometry.fromPointXY(place))
         layer.dataProvider().addFeatures([feature])
     options = QgsVectorFileWriter.SaveVectorOptions()
@@ -88,7 +90,7 @@ class Measuring:
     """One measurement in the background. done: called in the main thread with (succeeded, sentence)."""
 
     def __init__(
-        self, trees: TreeLayer, places: list[tuple[int, QgsPointXY]], done: Callable[[bool, str], None]
+        self, trees: TreeLayer, places: list[tuple[int, QgsPointXY]], done: Callable[[bool, str], None], asked: str = ""
     ) -> None:
         """Start it.
 
@@ -110,7 +112,7 @@ class Measuring:
         parameters |= {
             "WORKSPACE": workspace,
             "OUTPUT": self._path,
-            "AT": points_file(self._folder, places, trees.layer.crs()),
+            "AT": points_file(self._folder, places, trees.layer.crs(), asked),
         }
         self.context, self.feedback = QgsProcessingContext(), _Listening()
         algorithm = QgsApplication.processingRegistry().createAlgorithmById(ALGORITHM)

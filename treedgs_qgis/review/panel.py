@@ -42,6 +42,8 @@ class ReviewPanel(QDockWidget):
         self._before = None
         self._measuring: Measuring | None = None
         self._asked: tuple[int, float] | None = None
+        #: Layer and number of the trees that were measured again here -> their DBH before, cm.
+        self._before_cm: dict[tuple[str, int], float] = {}
         self._ring = QgsRubberBand(self.canvas, compat.LINE_STRING)
         self._ring.setColor(QColor("#0050d0"))
         self._ring.setWidth(3)
@@ -67,6 +69,7 @@ class ReviewPanel(QDockWidget):
         form.other.returnPressed.connect(self.merge)
         form.pick.toggled.connect(lambda on: self._use_tool(form.pick, self.merge_at) if on else self._end_tool())
         form.again.toggled.connect(lambda on: self._use_tool(form.again, self.again_at) if on else self._end_tool())
+        form.former.clicked.connect(self.take_former)
         form.stem.toggled.connect(lambda on: self._use_tool(form.stem, self.stem_at) if on else self._end_tool())
         form.keep_note.clicked.connect(lambda: self.decide(lambda t, row: t.note(row, self._note()), stay=True))
         form.take_back.clicked.connect(lambda: self.decide(lambda t, row: t.take_back(row), stay=True))
@@ -149,8 +152,8 @@ class ReviewPanel(QDockWidget):
             widget.setEnabled(row is not None)
         for widget in (form.zoom, form.previous, form.next, form.note, form.keep_note, form.take_back):
             widget.setEnabled(row is not None)
-        # One stem, one diameter: what is measured is not measured a second time.
-        form.again.setEnabled(row is not None and row.values.get("dbh_cm") is None)
+        form.again.setEnabled(row is not None)
+        form.former.setEnabled(self._key in self._before_cm)
         form.stem.setEnabled(trees is not None)
         form.note.setEnabled(trees is not None)
         form.undo.setEnabled(trees is not None and trees.can_undo)
@@ -329,11 +332,25 @@ class ReviewPanel(QDockWidget):
             self._tree = number
             self.refresh()
 
+    @property
+    def _key(self) -> tuple[str, int]:
+        """The layer and the tree on show."""
+        return str(self.form.layer.currentData()), self._tree or 0
+
     def again_at(self, place: QgsPointXY) -> None:
         """The tree on show, measured again with its foot where a person sees it."""
         self._end_tool()
-        if self.row is not None:
-            self._measure([(self.row.tree_id, place)])
+        if self.row is None:
+            return
+        cm = self.row.values.get("dbh_cm")
+        if cm is not None:
+            self._before_cm.setdefault(self._key, float(cm))
+        self._measure([(self.row.tree_id, place)], "" if cm is None else "again ")
+
+    def take_former(self) -> None:
+        """The tree on show as it was before it was measured again."""
+        if self.row is not None and self._before_cm.pop(self._key, None) is not None:
+            self._measure([(self.row.tree_id, QgsPointXY(self.row.x, self.row.y))], "former ")
 
     def _moved(self, trees: TreeLayer, asked: tuple[int, QgsPointXY], near: Row) -> None:
         """A stem whose foot was moved far has become another row, right there: the former one is the same tree."""
@@ -344,7 +361,8 @@ class ReviewPanel(QDockWidget):
             with suppress(Refused):  # where it cannot be, both stay and a person decides
                 trees.merge(former, near.tree_id)
 
-    def _measure(self, places: list[tuple[int, QgsPointXY]]) -> None:
+    def _measure(self, places: list[tuple[int, QgsPointXY]], asked: str = "") -> None:
+        """asked: before a tree's number, what the engine is to do with it (``--at``)."""
         trees = self.trees
         if trees is None:
             return
@@ -352,7 +370,9 @@ class ReviewPanel(QDockWidget):
             self._say(tr("Another stem is being measured; wait for it."))
             return
         try:
-            self._measuring = Measuring(trees, places, lambda done, text: self._measured(trees, places, done, text))
+            self._measuring = Measuring(
+                trees, places, lambda done, text: self._measured(trees, places, done, text), asked
+            )
         except (Refused, OSError) as problem:
             self._say(str(problem))
             return
@@ -370,6 +390,8 @@ class ReviewPanel(QDockWidget):
             self.show_any(near.tree_id)
         if done and near is not None:
             text = f"{words.headline(near)}\n{words.numbers(near).splitlines()[0]}"
+            if (before := self._before_cm.get(self._key)) is not None:
+                text += "\n" + tr("Before: {cm} cm; press As it was (W) to go back.").format(cm=f"{before:.1f}")
         self._say(text)
 
     def undo(self) -> None:

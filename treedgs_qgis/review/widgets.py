@@ -103,6 +103,7 @@ class Form(QWidget):
         self.pick = QPushButton(tr("pick on the map"))
         self.stem = QPushButton(tr("Here stands a stem (S)"))
         self.again = QPushButton(tr("Its foot is here: measure again (B)"))
+        self.former = QPushButton(tr("As it was (W)"))
         self.measure = QCheckBox(tr("measure it in the photos at once"))
         self.keep_note = QPushButton(tr("Save note"))
         self.take_back = QPushButton(tr("Take decision back (C)"))
@@ -130,6 +131,7 @@ class Form(QWidget):
             (self.merge, tr("This is the same tree as another one, which counts.")),
             (self.stem, tr("Click on the map where a stem stands that the layer does not have.")),
             (self.again, tr("Click on the map where the foot of this stem is; it is measured there in the photos.")),
+            (self.former, tr("Take the tree back to what it was before it was measured again.")),
             (self.take_back, tr("Take the decision about this tree back.")),
             (self.undo, tr("Take back what was done last in this panel.")),
         ):
@@ -164,7 +166,8 @@ class Form(QWidget):
         below.addWidget(self.pick, 2, 2)
         below.addWidget(self.stem, 3, 0)
         below.addWidget(self.measure, 3, 1, 1, 2)
-        below.addWidget(self.again, 4, 0, 1, 3)
+        below.addWidget(self.again, 4, 0, 1, 2)
+        below.addWidget(self.former, 4, 2)
         below.addWidget(self.note, 5, 0, 1, 2)
         below.addWidget(self.keep_note, 5, 2)
         below.addWidget(self.take_back, 6, 0)
@@ -192,6 +195,7 @@ class Form(QWidget):
             "M": self.merge,
             "S": self.stem,
             "B": self.again,
+            "W": self.former,
             "C": self.take_back,
             "U": self.undo,
         }
