@@ -140,11 +140,11 @@ def iter_without_layout(path: Path, crs: str | None, need_crs: bool, chunk_point
     return iter_text(path, agreed_crs(None, crs, path, need_crs), chunk_points)
 
 
-def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offsets: np.ndarray | None = None) -> None:
+def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> None:
     """Write LAS (``.las``) or LAZ (``.laz``) with extra attributes as extra dimensions.
 
     A cloud that was read from LAS keeps point format, version, scale, offsets, VLRs and types. Others become LAS 1.4,
-    format 6 (7 with colours), 1 mm, whole metres at the cloud's minimum as offset. scale, offsets: (3,) override both.
+    format 6 (7 with colours), 1 mm, whole metres at the cloud's minimum as offset. scale: another one.
 
     Raises:
         OutputError: the folder cannot be written. InputError: another ending than .las or .laz, or COPC.
@@ -167,9 +167,7 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offse
     header.remove_extra_dims([name for name in header.point_format.extra_dimension_names if name not in values_of])
     if scale is not None:
         header.scales = np.full(3, scale)
-    if offsets is not None:
-        header.offsets = np.asarray(offsets, float)
-    elif cloud.layout is None or not _fits(cloud.xyz, header):
+    if cloud.layout is None or not _fits(cloud.xyz, header):
         header.offsets = np.floor(cloud.xyz.min(axis=0)) if len(cloud) else np.zeros(3)
     record = laspy.ScaleAwarePointRecord.zeros(len(cloud), header=header)
     record.x, record.y, record.z = cloud.xyz.T

@@ -341,16 +341,16 @@ def write_dtm(path: Path, dtm: Dtm, band: str = "ground") -> None:
                 back.read(window=Window(0, top, cols, min(step, rows - top)))
 
 
-def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -> None:
+def require_coverage(dtm: Dtm, xy: np.ndarray, where: str) -> None:
     """Refuse a DTM that does not lie under the plot.
 
     Raises:
-        InputError: known at less than the share ``least`` of the (N, 2) positions.
+        InputError: known at less than half of the (N, 2) positions.
     """
     share = float(np.mean(dtm.covers(xy))) if len(xy) else 0.0
-    if share < least:
+    if share < 0.5:
         (west, south), (east, north) = np.min(xy, axis=0), np.max(xy, axis=0)
-        zone = zone_that_fits(dtm.crs, xy, lambda moved: bool(np.mean(dtm.covers(moved)) >= least))
+        zone = zone_that_fits(dtm.crs, xy, lambda moved: bool(np.mean(dtm.covers(moved)) >= 0.5))
         hint = f" (it covers these coordinates in EPSG:{zone.to_epsg()}, {zone.name})" if zone is not None else ""
         raise InputError(
             f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y {south:.0f} "

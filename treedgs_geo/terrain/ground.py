@@ -151,10 +151,10 @@ def _all_within(tree: cKDTree, points: np.ndarray, reach_m: float) -> np.ndarray
     return np.flatnonzero(found)
 
 
-def _without_pits(lows: np.ndarray, depth_m: float = 1.0) -> np.ndarray:
-    """Drop single points far below all their neighbours: multipath, which would pull the cloth down."""
+def _without_pits(lows: np.ndarray) -> np.ndarray:
+    """Drop single points a metre below all their neighbours: multipath, which would pull the cloth down."""
     if len(lows) < 20:
         return lows
     _, near = cKDTree(lows[:, :2]).query(lows[:, :2], k=9)
     floor = np.partition(lows[near[:, 1:], 2], 1, axis=1)[:, 1]
-    return lows[lows[:, 2] > floor - depth_m]
+    return lows[lows[:, 2] > floor - 1.0]

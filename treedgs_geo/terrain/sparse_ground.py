@@ -111,12 +111,12 @@ def with_gaps_filled(given: Dtm, found: Dtm, above_m: float) -> tuple[Dtm, float
     return filled, found.resolution_m**2 * float(gaps.sum())
 
 
-def asymmetric_plane(points: np.ndarray, rounds: int = 30) -> np.ndarray:
+def asymmetric_plane(points: np.ndarray) -> np.ndarray:
     """(3,) ``a, b, c`` of z = a + b x + c y that hugs the (N, 3) points from below, robustly."""
     basis = np.column_stack([np.ones(len(points)), points[:, :2]])
     weight = np.ones(len(points))
     plane = np.zeros(3)
-    for _ in range(rounds):
+    for _ in range(30):
         ridge = np.diag([1e-9, 1e-3, 1e-3]) * weight.sum()
         plane = np.linalg.solve((basis * weight[:, None]).T @ basis + ridge, (basis * weight[:, None]).T @ points[:, 2])
         residual = points[:, 2] - basis @ plane

@@ -10,6 +10,8 @@ from ..core.machine import in_threads, require_memory
 from ..pointcloud.cloud import extent, slices
 from .dtm import Dtm, grid_over
 
+#: Positions that a thread answers at once.
+_BATCH = 20_000
 #: Memory of a cell while a grid is made: its place, height and support.
 _CELL_BYTES = 80
 
@@ -20,7 +22,6 @@ def local_ground(
     neighbours: int = 40,
     bandwidth_m: float = 1.0,
     noise_m: float = 0.02,
-    batch: int = 20_000,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ground height at (Q, 2) positions from (N, 3) ground candidates.
 
@@ -36,16 +37,16 @@ def local_ground(
     heights, support = np.empty(len(query_xy)), np.empty(len(query_xy))
 
     def answer(low: int) -> None:
-        here = query_xy[low : low + batch]
+        here = query_xy[low : low + _BATCH]
         distance, index = tree.query(here, k=k)
         distance, index = distance.reshape(len(here), k), index.reshape(len(here), k)
-        support[low : low + batch] = distance[:, 0]
+        support[low : low + _BATCH] = distance[:, 0]
         # Where points are sparse, the bandwidth opens to take in a third of the neighbours.
         width = np.maximum(bandwidth_m, distance[:, min(k - 1, max(k // 3, 3))])
         kernel = np.exp(-0.5 * (distance / width[:, None]) ** 2)
-        heights[low : low + batch] = _planes(here, points[index], kernel, width, noise_m)
+        heights[low : low + _BATCH] = _planes(here, points[index], kernel, width, noise_m)
 
-    for _ in in_threads(answer, range(0, len(query_xy), batch)):
+    for _ in in_threads(answer, range(0, len(query_xy), _BATCH)):
         pass
     return heights, support
 

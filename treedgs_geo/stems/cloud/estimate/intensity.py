@@ -10,8 +10,8 @@ from ....pointcloud.cloud import PointCloud
 from .track import SensorTrack
 
 
-def range_normalised(cloud: PointCloud, power: float = 2.0) -> np.ndarray:
-    """(N,) intensity x (range / median range) ^ power; 2 is right for a target wider than the beam.
+def range_normalised(cloud: PointCloud) -> np.ndarray:
+    """(N,) intensity x (range / median range) squared, as for a target wider than the beam.
 
     Raises:
         InputError: no intensity, no GPS time, or too few pulses with two returns.
@@ -29,4 +29,4 @@ def range_normalised(cloud: PointCloud, power: float = 2.0) -> np.ndarray:
             "to find where the scanner was; use --weights intensity."
         )
     distance = np.linalg.norm(cloud.xyz - track.at(track.seen), axis=1)
-    return np.asarray(cloud.attributes["intensity"], float) * (distance / np.median(distance)) ** power
+    return np.asarray(cloud.attributes["intensity"], float) * (distance / np.median(distance)) ** 2.0

@@ -34,14 +34,14 @@ class Answer:
     stem: int | None = None
 
 
-def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[Answer]:
+def answer_stems(stems: StemMap, field: FieldStems) -> list[Answer]:
     """One answer for each field stem, in their order.
 
     Field stems and found ones are paired one to one, the distances' sum least, within :data:`FIELD_MATCH_M`. How far a
     pair may be apart follows from how exact the positions are: :data:`LIMIT_SHARE` times the pairs' median. A pair half
     a metre apart or more is unsure where another stem is hardly farther."""
-    feet = np.array([stem.cone.centre(bh_m) for stem in stems.stems]).reshape(-1, 2) + stems.origin
-    unseen = np.array([stem.cone.centre(bh_m) for stem in stems.unseen]).reshape(-1, 2) + stems.origin
+    feet = np.array([stem.cone.centre(1.3) for stem in stems.stems]).reshape(-1, 2) + stems.origin
+    unseen = np.array([stem.cone.centre(1.3) for stem in stems.unseen]).reshape(-1, 2) + stems.origin
     gap = np.linalg.norm(feet[:, None] - field.xy[None], axis=2)
     # A cost above the gate lets a stem stay single instead of pushing its neighbour out of a good pair.
     pairs = [
