@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 
     from .cloud_steps import SegmentedStems
 
-#: Attributes of a cloud that measuring may ask for.
-MEASURED_BY = ("intensity", "opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank", "return_number")
+#: Attributes of a cloud that measuring asks for, besides those that weigh its points.
+MEASURED_BY = ("opacity", "gps_time", "point_source_id", "scan_angle", "scan_angle_rank", "return_number")
 #: Points this far around a plot stay: the ground, and stems whose points reach over the edge.
 MARGIN_M = 5.0
 #: Core-seconds per million cloud points: reading, ground, stems.
@@ -325,7 +325,7 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     began, heard = time.monotonic(), Collector(reporter)
-    job = CloudJob(settings, heard, None if settings.stems_output else MEASURED_BY)
+    job = CloudJob(settings, heard, None if settings.stems_output else _measured_by(settings))
     check_output(settings.output)
     for beside in filter(None, (settings.stems_output, settings.report)):
         ensure_writable(beside)
@@ -335,6 +335,10 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
         stages = {name: entry for name, entry in steps.done.items() if name != WRITE.name} | {"in all": whole}
         job.result["report"] = str(_write_report(job, settings.report, stages, heard.warnings))
     return job.result
+
+
+def _measured_by(settings: PointcloudToDbhSettings) -> tuple[str, ...]:
+    return (*MEASURED_BY, "intensity") if "intensity" in settings.weights else MEASURED_BY
 
 
 def _write_report(job: CloudJob, path: Path, stages: dict[str, dict[str, Any]], warnings: list[str]) -> Path:
@@ -376,4 +380,4 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         TreeDGSError: what would end the job.
     """
     findings = Findings(reporter)
-    return dry_run(STAGES, CloudJob(settings, findings), findings, settings.output.parent)
+    return dry_run(STAGES, CloudJob(settings, findings, _measured_by(settings)), findings, settings.output.parent)

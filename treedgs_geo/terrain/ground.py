@@ -9,7 +9,7 @@ import pyproj
 from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
-from ..core.machine import require_memory
+from ..core.machine import available_threads, require_memory
 from ..pointcloud.cloud import extent, slices
 from .cloth import PARTICLE_BYTES, near_cloth, particles_over
 from .credibility import carry_ground
@@ -130,7 +130,7 @@ def _followed_up(lows: np.ndarray, found: np.ndarray, step_m: float) -> np.ndarr
     """Indices of the ground among (M, 3) lowest points, with that on steep slopes, where the cloth does not lie: step
     by step from what was ``found`` (K,), lowest points in the plane of the ground beside them (Axelsson 2000)."""
     tree = cKDTree(lows[:, :2])
-    hole = cKDTree(lows[found, :2]).query(lows[:, :2])[0] > step_m
+    hole = cKDTree(lows[found, :2]).query(lows[:, :2], workers=available_threads())[0] > step_m
     is_open, is_ground = np.zeros(len(lows), bool), np.zeros(len(lows), bool)
     is_open[_all_within(tree, lows[hole], 2 * step_m)] = is_ground[found] = True
     front = np.flatnonzero(is_open & is_ground)
@@ -155,6 +155,6 @@ def _without_pits(lows: np.ndarray) -> np.ndarray:
     """Drop single points a metre below all their neighbours: multipath, which would pull the cloth down."""
     if len(lows) < 20:
         return lows
-    _, near = cKDTree(lows[:, :2]).query(lows[:, :2], k=9)
+    _, near = cKDTree(lows[:, :2]).query(lows[:, :2], k=9, workers=available_threads())
     floor = np.partition(lows[near[:, 1:], 2], 1, axis=1)[:, 1]
     return lows[lows[:, 2] > floor - 1.0]

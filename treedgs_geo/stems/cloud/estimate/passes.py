@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....pointcloud.cloud import grouped
 from ...geometry.cone import Cone
 from ...geometry.section_kernels import SECTORS
 from .track import FACED_DEG
@@ -226,19 +227,20 @@ def common_shifts(fits: list[PassFit]) -> dict[int, np.ndarray]:
     table = np.array(rows, float)
     stem, (names, key) = table[:, 0].astype(int), np.unique(table[:, 1].astype(np.int64), return_inverse=True)
     shift, weight = table[:, 2:4], table[:, 4]
-    enough = np.array([len(np.unique(stem[key == k])) >= AGREEING for k in range(len(names))])
+    (stems, of_stem), of_key = grouped(stem + 1), grouped(key + 1)[1]
+    enough = np.array([len(np.unique(stem[part])) >= AGREEING for part in of_key])
     if enough.sum() < 2:
         return {}
     place, common = np.zeros((len(fits), 2)), np.zeros((len(names), 2))
     for _ in range(20):
-        for k in range(len(names)):
-            common[k] = _middle((shift - place[stem])[key == k], weight[key == k])
+        off = shift - place[stem]
+        common = np.array([_middle(off[part], weight[part]) for part in of_key])
         common -= np.average(common, axis=0, weights=np.bincount(key, weight))
-        for number in np.unique(stem):
-            place[number] = _middle((shift - common[key])[stem == number], weight[stem == number])
+        off = shift - common[key]
+        place[stems - 1] = [_middle(off[part], weight[part]) for part in of_stem]
     # The pass that shows most of a stem has placed it: the others say whether they agree.
     heaviest = np.zeros(len(stem), bool)
-    heaviest[[np.flatnonzero(stem == number)[np.argmax(weight[stem == number])] for number in np.unique(stem)]] = True
+    heaviest[[part[np.argmax(weight[part])] for part in of_stem]] = True
     off = np.hypot(*(shift - place[stem] - common[key])[enough[key] & ~heaviest].T)
     far = float(np.hypot(*common[enough].T).max())
     if far < OFF_M or not len(off) or np.median(off) > max(AGREE_M, AGREE_SHARE * far):

@@ -111,12 +111,14 @@ def _meeting(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(K, 3) points nearest to the beams of each step, and (K,) bool where they are known."""
     steps = int(step.max()) + 1 if steps is None else steps
-    across = np.eye(3) - way[:, :, None] * way[:, None, :]
-    right = np.einsum("nij,nj->ni", across, here)
-    total = np.stack([np.bincount(step, across[:, i, j], steps) for i in range(3) for j in range(3)], -1).reshape(
-        -1, 3, 3
-    )
-    pull = np.stack([np.bincount(step, right[:, i], steps) for i in range(3)], -1)
+    total, pull = np.zeros((steps, 3, 3)), np.zeros((steps, 3))
+    for part in slices(len(way)):
+        across = np.eye(3) - way[part, :, None] * way[part, None, :]
+        right = np.einsum("nij,nj->ni", across, here[part])
+        for i in range(3):
+            pull[:, i] += np.bincount(step[part], right[:, i], steps)
+            for j in range(3):
+                total[:, i, j] += np.bincount(step[part], across[:, i, j], steps)
     count = np.bincount(step, minlength=steps)
     held = (count >= BEAMS) & (np.linalg.eigvalsh(total)[:, 0] > SPREAD * np.maximum(count, 1))
     total[~held] = np.eye(3)
