@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any
 
 from ..core import workspace as names
 from ..core.errors import InputError
@@ -47,7 +46,8 @@ def read_given(job: PhotoJob, reporter: Reporter | None = None) -> KeptGiven:
                     "measurement and are left out; give their points again with --at."
                 )
             return KeptGiven()
-        return _of_rows(kept["stems"])
+        trees = [Tree(**row["tree"]) for row in kept["stems"]]
+        return KeptGiven(trees, {row["tree"]["tree_id"]: fit_of_record(row["fit"]) for row in kept["stems"]})
     except (KeyError, TypeError, ValueError, AttributeError) as problem:
         raise InputError(
             f"{path}: holds no stems of this version ({problem}); delete it and give their points again with --at."
@@ -58,12 +58,6 @@ def with_given(trees: list[Tree], given: KeptGiven) -> list[Tree]:
     """The trees of a run and those at given places, which take the place of a refused one of the same number."""
     numbers = {tree.tree_id for tree in given.trees}
     return sorted([*(t for t in trees if t.tree_id not in numbers), *given.trees], key=lambda tree: tree.tree_id)
-
-
-def _of_rows(rows: list[dict[str, Any]]) -> KeptGiven:
-    trees = [Tree(**row["tree"]) for row in rows]
-    fits = {tree.tree_id: fit_of_record(row["fit"]) for tree, row in zip(trees, rows, strict=True)}
-    return KeptGiven(trees, fits)
 
 
 def fits_by_id(job: PhotoJob) -> KeptGiven:
