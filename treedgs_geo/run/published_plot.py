@@ -68,7 +68,7 @@ def check_published(settings: PhotosToDbhSettings) -> None:
     if settings.field_stems is not None:
         raise InputError(
             "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "
-            "leave it out, or use --preset balanced."
+            "leave it out, or measure with --fit auto and another preset."
         )
     check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     check_torch(settings.device)
