@@ -269,6 +269,21 @@ def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
     assert said[1:] == [("warn", "a photo is left out")]
 
 
+def test_a_reporter_with_words_of_its_own_hears_what_was_kept_back() -> None:
+    heard: list[str] = []
+
+    class Own(Reporter):
+        def warn(self, message):
+            heard.append(message)
+
+    held = steps.Collector(Own(), held=True)
+    held.warn("a photo is left out")
+    assert not heard and held.warnings == ["a photo is left out"]
+    held.release()
+    held.warn("and another one")
+    assert heard == ["a photo is left out", "and another one"]
+
+
 def test_a_photo_that_few_points_tie_is_less_sure() -> None:
     rng = np.random.default_rng(8)
     many = block_of(ring(9), rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
