@@ -125,9 +125,10 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
     point, key = (np.concatenate([match[k] for match in matches]) for k in (0, 1))
     image = np.repeat(posed, [len(found) for found, _ in matches])
     # The point that has the keypoint already, -1 for none.
-    order, own = np.argsort(_codes(block)), np.sort(_codes(block))
-    place = np.searchsorted(own, image << 32 | key).clip(max=len(own) - 1)
-    other = np.where(own[place] == image << 32 | key, block.point[order[place]], -1)
+    code, order = image << 32 | key, np.argsort(_codes(block))
+    own = _codes(block)[order]
+    place = np.searchsorted(own, code).clip(max=len(own) - 1)
+    other = np.where(own[place] == code, block.point[order[place]], -1)
     new = ~seen[image, point]
     added, same = new & (other < 0), new & (other >= 0) & (other != point)
     block.add(image[added], key[added], point[added])
