@@ -71,7 +71,7 @@ def sample(xyz: np.ndarray, within: Extent) -> np.ndarray:
     stride = 1
     while len(xyz) > SAMPLE_POINTS * stride:
         stride *= 2
-    points = xyz[::stride]
+    points = np.ascontiguousarray(xyz[::stride])
     return points[within.holds(points)]
 
 
