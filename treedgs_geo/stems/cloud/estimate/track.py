@@ -48,18 +48,26 @@ class SensorTrack:
             starts = np.flatnonzero(np.r_[True, np.diff(when[order]) > 0])
             first, last = order[starts], order[np.r_[starts[1:], len(order)] - 1]
             first, last = first[first != last], last[first != last]
-        way = xyz[first] - xyz[last]
-        length = np.linalg.norm(way, axis=1)
-        far = (length > APART_M) & (way[:, 2] > 0.5 * length)
-        first, way = first[far], way[far] / length[far, None]
+        if len(first) < BEAMS:
+            return None
+        # Slice by slice: a large cloud has millions of pulses.
+        beams = []
+        for part in slices(len(first)):
+            way = xyz[first[part]] - xyz[last[part]]
+            length = np.linalg.norm(way, axis=1)
+            far = (length > APART_M) & (way[:, 2] > 0.5 * length)
+            beams.append((first[part][far], way[far] / length[far, None]))
+        first, way = (np.concatenate(column) for column in zip(*beams, strict=True))
         if len(first) < BEAMS:
             return None
         step = np.unique(np.floor(when[first] / STEP_S), return_inverse=True)[1]
-        here, time = xyz[first] - xyz[first[0]], when[first]
-        place, held = _meeting(here, way, step)
-        off = here - place[step]
-        near = np.linalg.norm(off - (off * way).sum(axis=1)[:, None] * way, axis=1) < PAST_M
-        place, held = _meeting(here[near], way[near], step[near], len(held))
+        here, time, near = xyz[first] - xyz[first[0]], when[first], np.ones(len(first), bool)
+        place, held = _meeting(here, way, step, near)
+        for part in slices(len(first)):
+            off = here[part] - place[step[part]]
+            across = off - (off * way[part]).sum(axis=1)[:, None] * way[part]
+            near[part] = np.linalg.norm(across, axis=1) < PAST_M
+        place, held = _meeting(here, way, step, near)
         # Beams that do not meet are no beams: several pulses had one time.
         count = np.bincount(step[near], minlength=len(held))
         held &= count > 0.5 * np.bincount(step)
@@ -106,20 +114,21 @@ def _pulses(when: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return first[pair], last[pair]
 
 
-def _meeting(
-    here: np.ndarray, way: np.ndarray, step: np.ndarray, steps: int | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """(K, 3) points nearest to the beams of each step, and (K,) bool where they are known."""
-    steps = int(step.max()) + 1 if steps is None else steps
-    total, pull = np.zeros((steps, 3, 3)), np.zeros((steps, 3))
+def _meeting(here: np.ndarray, way: np.ndarray, step: np.ndarray, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 3) points nearest to the beams of each step, and (K,) bool where they are known. used: (N,) bool, of the
+    beams from (N, 3) ``here`` along ``way``."""
+    steps = int(step.max()) + 1
+    total, pull, count = np.zeros((steps, 3, 3)), np.zeros((steps, 3)), np.zeros(steps, np.int64)
     for part in slices(len(way)):
-        across = np.eye(3) - way[part, :, None] * way[part, None, :]
-        right = np.einsum("nij,nj->ni", across, here[part])
+        mine = used[part]
+        along, of = way[part][mine], step[part][mine]
+        across = np.eye(3) - along[:, :, None] * along[:, None, :]
+        right = np.einsum("nij,nj->ni", across, here[part][mine])
+        count += np.bincount(of, minlength=steps)
         for i in range(3):
-            pull[:, i] += np.bincount(step[part], right[:, i], steps)
+            pull[:, i] += np.bincount(of, right[:, i], steps)
             for j in range(3):
-                total[:, i, j] += np.bincount(step[part], across[:, i, j], steps)
-    count = np.bincount(step, minlength=steps)
+                total[:, i, j] += np.bincount(of, across[:, i, j], steps)
     held = (count >= BEAMS) & (np.linalg.eigvalsh(total)[:, 0] > SPREAD * np.maximum(count, 1))
     total[~held] = np.eye(3)
     return np.linalg.solve(total, pull[:, :, None])[:, :, 0], held
