@@ -1848,8 +1848,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Nur an diesen Punkten eines fertigen Laufs</translation>
     </message>
     <message>
-      <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
-      <translation>Misst die Stämme an diesen Punkten (Layer oder CSV wie bei --field-stems) aus dem fertigen Lauf im Arbeitsordner, in Sekunden, und fügt sie seinem Baumlayer hinzu; die übrigen Einstellungen müssen die jenes Laufs sein.</translation>
+      <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run. A point named 'again 12' measures tree 12 anew with its foot there, 'former 12' takes that back.</source>
+      <translation>Misst die Stämme an diesen Punkten (Layer oder CSV wie bei --field-stems) aus dem fertigen Lauf im Arbeitsordner, in Sekunden, und fügt sie seinem Baumlayer hinzu; die übrigen Einstellungen müssen die jenes Laufs sein. Ein Punkt mit dem Namen 'again 12' misst Baum 12 neu, mit dem Fuß an dieser Stelle; 'former 12' nimmt das zurück.</translation>
     </message>
     <message>
       <source>Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.</source>

@@ -1846,8 +1846,8 @@ cero.&lt;/p&gt;
       <translation>Solo en estos puntos de una ejecución terminada</translation>
     </message>
     <message>
-      <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
-      <translation>Mide los fustes en estos puntos (capa o CSV como en --field-stems) a partir de la ejecución terminada en la carpeta de trabajo, en segundos, y los añade a su capa de árboles; los demás ajustes tienen que ser los de esa ejecución.</translation>
+      <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run. A point named 'again 12' measures tree 12 anew with its foot there, 'former 12' takes that back.</source>
+      <translation>Mide los fustes en estos puntos (capa o CSV como en --field-stems) a partir de la ejecución terminada en la carpeta de trabajo, en segundos, y los añade a su capa de árboles; los demás ajustes tienen que ser los de esa ejecución. Un punto llamado 'again 12' mide de nuevo el árbol 12 con el pie ahí; 'former 12' lo deshace.</translation>
     </message>
     <message>
       <source>Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.</source>
