@@ -10,10 +10,11 @@ from qgis.PyQt.QtCore import QUrl
 
 from . import sample
 from .compat import LOG_WARNING
-from .engine import EngineError
+from .engine import PLUGIN_ROOT, EngineError
 from .i18n import tr
 
 MEASURE = "treedgs:photostodbh"
+HILLSHADE = PLUGIN_ROOT / "treedgs_geo" / "core" / "styles" / "dtm.qml"
 
 
 def begin(iface: Any, open_dialog: Any) -> None:
@@ -32,6 +33,7 @@ def _show(iface: Any, folder: Path) -> None:
     project = QgsProject.instance()
     there = {layer.source() for layer in project.mapLayers().values()}
     terrain = QgsRasterLayer(str(folder / "dtm.tif"), tr("Terrain model"))
+    terrain.loadNamedStyle(str(HILLSHADE))
     # Encoded: the provider reads no spaces or accents.
     table = bytes(QUrl.fromLocalFile(str(folder / "plots.csv")).toEncoded()).decode()
     source = f"{table}?type=csv&xField=easting&yField=northing&crs={sample.CRS}&detectTypes=yes"
