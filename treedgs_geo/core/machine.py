@@ -14,8 +14,8 @@ from typing import TypeVar
 
 from .errors import MemoryShortage
 
-T = TypeVar("T")
-R = TypeVar("R")
+_T = TypeVar("_T")
+_R = TypeVar("_R")
 
 #: Where a container's limit and use of memory stand (control groups, version 2).
 _CGROUP = Path("/sys/fs/cgroup")
@@ -32,7 +32,7 @@ def available_threads() -> int:
     return int(asked) if asked.isdigit() and int(asked) else cores()
 
 
-def in_threads(work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
+def in_threads(work: Callable[[_T], _R], items: Sequence[_T]) -> Iterator[_R]:
     """``work`` of each item, in their order, at once on the threads to use. What has not begun is dropped where the
     caller does not take the rest."""
     workers = ThreadPoolExecutor(max(min(available_threads(), len(items)), 1))

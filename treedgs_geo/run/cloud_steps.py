@@ -1,7 +1,7 @@
 """The steps of a cloud one by one: the verbs ``terrain``, ``segment-stems`` and ``measure-dbh``.
 
-They read the cloud and find its ground as :mod:`.cloud` does. What writes points copies the file piece by piece, so
-that a large cloud, of which only a part is held, is written whole.
+They read the cloud and find its ground as :mod:`treedgs_geo.run.cloud` does. What writes points copies the file piece
+by piece, so that a large cloud, of which only a part is held, is written whole.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ _SSIM = 0.2
 
 
 def l1(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
-    """Weighted mean of sqrt(d^2 + s^2) - s, s = :data:`_SOFT`. shown, image: (H, W, 3). weight: (H, W)."""
+    """Weighted mean of sqrt(d^2 + s^2) - s, s = ``_SOFT``. shown, image: (H, W, 3). weight: (H, W)."""
     size = ((shown - image) ** 2 + _SOFT**2).sqrt() - _SOFT
     return (size * _share(weight)).sum()
 
@@ -53,7 +53,7 @@ def normal_consistency(
 
     planes: (8, H, W) of :class:`.rasterize.Rendered`. rays: (H, W, 3) unit directions, camera axes
     (``CropCamera.pixel_rays``). weight: (H, W). distance: (H, W) from the camera centre, NaN where there is none
-    (``Rendered.median_depth``); default: the expected distance. Pixels with alpha below :data:`_SOLID` or without a
+    (``Rendered.median_depth``); default: the expected distance. Pixels with alpha below ``_SOLID`` or without a
     distance, and the border, are left out.
     """
     alpha = planes[3]
