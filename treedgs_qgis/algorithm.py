@@ -299,5 +299,8 @@ class EngineAlgorithm(BaseAlgorithm):
         """Offer the page that was written, in the message bar."""
         page = next((self._results[key] for key in PAGES if self._results.get(key)), "")
         if page and self.offer() is not None:
-            self.offer().page(page, self.displayName())
+            title, found, done = self.displayName(), self._results.get("N_TREES"), self._results.get("N_MEASURED")
+            if found is not None and done is not None:
+                title += ": " + self.tr("{done} of {all} stems measured.").format(done=done, all=found)
+            self.offer().page(page, title)
         return {}

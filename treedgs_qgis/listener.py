@@ -106,7 +106,8 @@ class Listener:
                 self.feedback.setProgressText(f"{stage}{100 * fraction:.0f} %, {left}")
         elif kind == "stage":
             self.stages.append(stage_name(message))
-            self.feedback.pushInfo(f"{'  ' * (len(self.stages) - 1)}{self.stages[-1]} …")
+            # Also beside the bar, in place of the time that the stage before had left.
+            self.feedback.setProgressText(f"{'  ' * (len(self.stages) - 1)}{self.stages[-1]} …")
         elif kind == "stage_done":
             if self.stages:
                 self.stages.pop()

@@ -480,6 +480,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{name} ist erforderlich: {help}</translation>
     </message>
     <message>
+      <source>{done} of {all} stems measured.</source>
+      <translation>{done} von {all} Stämmen gemessen.</translation>
+    </message>
+    <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
       <translation>{name}: {crs} ist nicht in Metern; wählen Sie die metrische Fassung dieses KBS oder die UTM-Zone.</translation>
     </message>

@@ -478,6 +478,10 @@ cero.&lt;/p&gt;
       <translation>{name} es obligatorio: {help}</translation>
     </message>
     <message>
+      <source>{done} of {all} stems measured.</source>
+      <translation>{done} de {all} troncos medidos.</translation>
+    </message>
+    <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
       <translation>{name}: {crs} no está en metros; elija la versión métrica de este SRC o la zona UTM.</translation>
     </message>

@@ -132,6 +132,9 @@ class ReviewPanel(QDockWidget):
             after = [number for number in numbers if self._tree is not None and number > self._tree]
             self._tree = after[0] if after else numbers[0] if numbers else None
         wanting = [row for row in rows if row.flag in words.FLAGS["open"]]
+        if which == "open" and rows and not wanting:  # a clean run: there is nothing to check, all can be looked at
+            self.form.which.setCurrentIndex(self.form.which.findData("all"))
+            return
         done = sum(bool(row.decision) for row in wanting)
         others = sum(bool(row.decision) for row in rows) - done
         text = tr("{done} of {all} trees to check or without a DBH are decided; of the others {others}.")
