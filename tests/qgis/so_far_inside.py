@@ -62,7 +62,7 @@ def main():
 
 
 def look_again():
-    """One measured tree at the panel: its foot moved by a click on the map, then taken back by its key."""
+    """One measured tree at the panel: its foot moved by a click on the map, then taken back by its button."""
     plugin = qgis.utils.plugins["treedgs"]
     plugin.action.setChecked(True)
     panel = plugin.panel
@@ -82,8 +82,7 @@ def look_again():
     wait(lambda: False, 1.0)
     seen["again"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x, panel.form.message.text()]
     iface.mainWindow().grab().save(f"{folder}/again.png")
-    panel.form.setFocus()
-    QTest.keyClick(panel.form, Qt.Key.Key_W)
+    QTest.mouseClick(panel.form.former, Qt.MouseButton.LeftButton)
     wait(lambda: panel._measuring is None)
     wait(lambda: False, 1.0)
     seen["former"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x]
