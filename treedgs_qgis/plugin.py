@@ -68,9 +68,10 @@ class TreeDGSPlugin:
         self.initProcessing()
         if self.iface is None or self.action is not None:
             return
-        for name in ("photostodbh", "pointcloudtodbh") if self.provider is not None else ():
-            title = self.provider.algorithm(name).displayName()
-            self.add_entry(f"{title} …", name, partial(self.open_dialog, f"treedgs:{name}", {}))
+        if self.provider is not None:
+            for name in ("photostodbh", "pointcloudtodbh"):
+                title = f"{self.provider.algorithm(name).displayName()} …"
+                self.add_entry(title, name, partial(self.open_dialog, f"treedgs:{name}", {}))
         icon = QIcon(str(Path(__file__).with_name("icons") / "review.svg"))
         self.action = QAction(icon, i18n.tr("Review trees"), self.iface.mainWindow())
         self.action.setObjectName("TreeDGSReviewAction")
