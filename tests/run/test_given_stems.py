@@ -92,9 +92,11 @@ def test_a_measured_tree_is_measured_again_where_its_name_asks_for_it_and_taken_
     # The whole run once more keeps it.
     assert main(chain_arguments(simulated_plot, run)) == 0
     assert read_trees(layer).set_index("tree_id").loc[mine, "dbh_cm"] == after.loc[mine, "dbh_cm"]
-    back = points(run / "back.gpkg", [(x, y), (x, y)], tree_id=[f"former {mine}", "again 999"])
+    names = [f"former {mine}", "again 999", f"again {mine}"]
+    back = points(run / "back.gpkg", [(x, y), (x, y), (x - 2.5, y)], tree_id=names)
     assert at(simulated_plot, run, back) == 0
-    assert "tree 999 is none that this run measured" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "tree 999 is none that this run measured" in said and f"tree {mine} stands 2.5 m away" in said
     assert read_trees(layer).set_index("tree_id").loc[mine, "dbh_cm"] == before.loc[mine, "dbh_cm"]
     assert main(chain_arguments(simulated_plot, run)) == 0
     assert read_trees(layer).set_index("tree_id").loc[mine, "dbh_cm"] == before.loc[mine, "dbh_cm"]

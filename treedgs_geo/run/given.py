@@ -246,6 +246,8 @@ def _named(point: _Point, rows: list[Held], job: PhotoJob) -> bool:
     former = next((tree for tree in job.trees if tree.tree_id == number), None)
     if point.row is None or former is None:
         point.say("refused", f"tree {number} is none that this run measured and the layer holds; nothing is changed.")
+    elif (away := point.row.away(point.xy)) > job.settings.field_error_m + point.row.beside_m:
+        point.say("refused", f"tree {number} stands {away:.1f} m away, too far for its foot; nothing is changed.")
     elif asked[1] == "former":
         point.tree, point.former = placed([former], job)[0], True
         point.say("back", f"tree {number} is as the run measured it: {_verdict(former)}.")
