@@ -211,7 +211,7 @@ def test_a_harmed_output_is_named_made_again_and_what_follows_only_if_it_came_ou
             steps = Steps(space, PlainReporter(said), dict.fromkeys(("reconstruct", "ground", "measure"), 1.0))
             for name, content in (("reconstruct", "r"), ("ground", ground), ("measure", "m")):
                 steps.run(name, {}, [], [tmp_path / f"{name}.bin"], stage(name, content))
-            return done, said.getvalue(), steps.run_id
+            return done, said.getvalue(), steps.run_ids["measure"]
 
     first, _, run_id = run("g")
     assert first == ["reconstruct", "ground", "measure"] and run("g")[0] == []

@@ -67,9 +67,11 @@ class Steps:
         self, space: Workspace | None, reporter: Reporter, shares: dict[str, float], only_kept: bool = False
     ) -> None:
         self.space, self.reporter, self.only_kept = space, reporter, only_kept
-        self._key, self._run, self._at = "", "", 0.0
+        self._key, self._at = "", 0.0
         self._left = dict(shares)
         self.warnings: list[str] = []
+        #: Stage -> name of the run by its inputs and settings up to there: the same inputs give the same.
+        self.run_ids: dict[str, str] = {}
         #: Stage -> seconds and peak memory.
         self.done: dict[str, dict[str, Any]] = {}
 
@@ -112,7 +114,7 @@ class Steps:
             self._at, self.warnings = high, self.warnings + collector.warnings
             return found
         contents = fingerprint(inputs)
-        self._run = _hash(__version__, self._run, settings, contents)
+        self.run_ids[name] = _hash(__version__, *list(self.run_ids.values())[-1:], settings, contents)
         # The same folder by another name is no reason to do a stage again.
         absolute = {k: os.path.abspath(v) if isinstance(v, Path) else v for k, v in settings.items()}
         self._key = _hash(__version__, self._key, absolute, contents)
@@ -152,11 +154,6 @@ class Steps:
         if problem:
             self.reporter.warn(f"{problem.rstrip('.')}; the stage {name} is done again.{aside}")
         return not problem
-
-    @property
-    def run_id(self) -> str:
-        """Names the run by its inputs and settings so far: the same inputs give the same id."""
-        return self._run
 
 
 def _hash(*parts: Any) -> str:

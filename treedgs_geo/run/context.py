@@ -69,8 +69,7 @@ class PhotoJob:
     photos: the files; files: by the name that the workspace knows them by. stations: photos with their positions.
     plots: none = all that is seen. given: the user's terrain model. nothing: why no stem can be measured, empty
     where one may. planned: cameras by geotags and gimbal, about the middle of the flight; search: for stems, by these.
-    aligned, site: ``None`` where nothing was matched. trees: project coordinates. run_id: names what
-    measured them.
+    aligned, site: ``None`` where nothing was matched. trees: project coordinates.
     """
 
     settings: PhotosToDbhSettings
@@ -91,11 +90,16 @@ class PhotoJob:
     area: Area | None = None
     site: Site | None = None
     trees: list[Tree] = field(default_factory=list)
-    run_id: str = ""
 
     def path(self, name: str) -> Path:
         """A file of the workspace (:mod:`treedgs_geo.core.workspace` has the names)."""
         return self.settings.workspace / name
+
+    @property
+    def run_id(self) -> str:
+        """Names what measured the trees: the same inputs and settings give the same id."""
+        ids = self.steps.run_ids
+        return ids.get("measure", ids["geotag"])
 
     @property
     def block(self) -> Aligned:

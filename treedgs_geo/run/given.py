@@ -35,9 +35,9 @@ from .context import PhotoJob
 from .field_stems import given_stems
 from .given_store import KeptGiven, fits_by_id, read_given, with_given, write_given
 from .layer_update import Held, held_trees, merge_layers
-from .measure_stage import with_run_errors
+from .measure_stage import placed, with_run_errors
 from .outputs import write_page
-from .photos import GEOTAG, TREES, held, job_of, placed, result_of
+from .photos import GEOTAG, TREES, held, job_of, result_of
 from .published_plot import is_published
 from .sheets import add_sheets
 from .stage import check, run_stages
@@ -113,7 +113,6 @@ def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
         except NotKept:
             _refuse_other_settings(settings, had)
             raise
-        job.run_id = job.steps.run_id
         if job.site is None or job.nothing:
             raise InputError(f"{settings.workspace}: its run could measure no stem: {job.nothing}.")
         return _measure_at(job, Collector(reporter))
@@ -249,7 +248,7 @@ def _named(point: _Point, rows: list[Held], job: PhotoJob) -> bool:
     elif (away := point.row.away(point.xy)) > job.settings.field_error_m + point.row.beside_m:
         point.say("refused", f"tree {number} stands {away:.1f} m away, too far for its foot; nothing is changed.")
     elif asked[1] == "former":
-        point.tree, point.former = placed([former], job)[0], True
+        point.tree, point.former = former, True
         point.say("back", f"tree {number} is as the run measured it: {_verdict(former)}.")
     return True
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from ..core import workspace as names
 from ..core.errors import InputError
@@ -12,6 +13,8 @@ from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import fit_of_record, fit_record, read_fits
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
+from .measure_stage import placed
+from .stage import Stage
 
 
 @dataclass(frozen=True)
@@ -64,3 +67,13 @@ def fits_by_id(job: PhotoJob) -> KeptGiven:
     """All fits of a workspace by ``tree_id``, those at given places with them."""
     kept, given = read_fits(job.path(names.FITS)), read_given(job)
     return KeptGiven(given.trees, dict(enumerate(kept.fits, start=1)) | given.fits)
+
+
+def _join(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    given = read_given(job, reporter)
+    job.trees = placed(with_given(job.trees, given), job)
+    return {"points": len(given.trees)}
+
+
+#: Trees measured at given places after an earlier run join those of this one.
+GIVEN = Stage("given", 0.0, _join, wanted=lambda job: not job.nothing and job.path(names.GIVEN).exists(), always=True)

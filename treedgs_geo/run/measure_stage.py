@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -157,8 +157,17 @@ def read_kept_trees(path: Path) -> list[Tree]:
         ) from None
 
 
+def placed(trees: list[Tree], job: PhotoJob) -> list[Tree]:
+    """The trees with the plot that they stand in and the run that measured them."""
+    out = []
+    for tree in trees:
+        plot = next((p.plot_id for p in job.plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
+        out.append(replace(tree, run_id=job.run_id, plot_id=plot).finish())
+    return out
+
+
 def _load_trees(job: PhotoJob, _: object) -> None:
-    job.trees = read_kept_trees(job.path(KEPT_TREES))
+    job.trees = placed(read_kept_trees(job.path(KEPT_TREES)), job)
 
 
 MEASURE = Stage(

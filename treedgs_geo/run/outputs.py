@@ -25,6 +25,7 @@ from ..stems.photos.fit_records import read_fits
 from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
+from .published_plot import is_published
 from .report_facts import kept_table, photo_facts
 from .searched import ENOUGH_VIEWS, day_of, seen_in_photos
 from .stage import Key, Stage
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 def write_outputs(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
     """The layer asked for, its copy in the workspace, the comparison with the flight plan, the report."""
     trees, plots, stations = job.trees, job.plots, job.stations
+    job.nothing = job.nothing or _none_measured(job)
     if job.nothing:
         reporter.warn(f"No stem is measurable: {job.nothing}.")
     if trees and plots and all(tree.plot_id is None for tree in trees):
@@ -56,6 +58,17 @@ def write_outputs(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
             reporter.warn(str(problem))
     write_page(job, trees, reporter, _compared_with_plan(job, reporter))
     return {"report": str(job.path(names.REPORT))}
+
+
+def _none_measured(job: PhotoJob) -> str:
+    """Why a search that was made gave no diameter, empty where it gave one."""
+    if any(tree.qc_flag != "reject" for tree in job.trees):
+        return ""
+    if job.trees:
+        return f"all {len(job.trees)} stems found were refused, each with its reason in the layer"
+    if is_published(job.settings):
+        return "the segmentation found no stem among the points of the Gaussians"
+    return "no stem was found in the photos: none shows two edges of a trunk near the ground"
 
 
 def _readings(job: PhotoJob) -> pd.DataFrame | None:

@@ -21,20 +21,19 @@ from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .geotag_stage import GEOTAG
-from .given_store import read_given, with_given
+from .given_store import GIVEN
 from .ground_stage import GROUND
 from .heights import HEIGHTS
 from .measure_stage import MEASURE
 from .outputs import WRITE
 from .presets import CHAIN_PRESETS
-from .published_plot import is_published
 from .reconstruct_stage import RECONSTRUCT
 from .settings import PhotosToDbhSettings
 from .sheets import SHEETS
 from .stage import Findings, Stage, check, dry_run, run_stages
 
-#: From photos to trees; their sheets, layer and report.
-TREES, OUTPUTS = (GEOTAG, RECONSTRUCT, GROUND, MEASURE, HEIGHTS), (SHEETS, WRITE)
+#: From photos to trees.
+TREES = (GEOTAG, RECONSTRUCT, GROUND, MEASURE, HEIGHTS)
 
 
 def job_of(settings: PhotosToDbhSettings, reporter: Reporter) -> PhotoJob:
@@ -69,13 +68,11 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     """
     job = job_of(settings, reporter)
     check(GEOTAG, job)
-    with held(job, (*TREES, *OUTPUTS)):
+    with held(job, (*TREES, GIVEN, SHEETS, WRITE)):
         job.space.record["parameters"] = to_json(settings)
         # Paths that were given relative are relative to this folder.
         job.space.record["folder"] = os.getcwd()
-        run_stages(TREES, job, job.steps)
-        job.run_id = job.steps.run_id
-        _settle(job)
+        run_stages((*TREES, GIVEN), job, job.steps)
         try:
             run_stages((SHEETS,), job, job.steps)
         except OutputError as problem:  # the diameters are measured
@@ -83,31 +80,6 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
             job.steps.warnings.append(f"No evidence sheets: {problem}")
         run_stages((WRITE,), job, job.steps)
     return _result(job)
-
-
-def _settle(job: PhotoJob) -> None:
-    """Trees measured at given places join the run's; each gets its plot; why there is no diameter at all."""
-    if job.site is None or job.nothing:
-        return
-    trees = with_given(job.trees, read_given(job, job.reporter))
-    if not trees:
-        job.nothing = (
-            "the segmentation found no stem among the points of the Gaussians"
-            if is_published(job.settings)
-            else "no stem was found in the photos: none shows two edges of a trunk near the ground"
-        )
-    elif all(tree.qc_flag == "reject" for tree in trees):
-        job.nothing = f"all {len(trees)} stems found were refused, each with its reason in the layer"
-    job.trees = placed(trees, job)
-
-
-def placed(trees: list[Tree], job: PhotoJob) -> list[Tree]:
-    """The trees with the plot that they stand in and the run that measured them."""
-    out = []
-    for tree in trees:
-        plot = next((p.plot_id for p in job.plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
-        out.append(replace(tree, run_id=job.run_id, plot_id=plot).finish())
-    return out
 
 
 def _result(job: PhotoJob) -> dict[str, Any]:
