@@ -21,7 +21,6 @@ from .tuned import (
     NETWORK_OFFSET_CM,
     OUTLINE_OFFSET_CM,
     RAGGED_LLR,
-    TOGETHER_SEEN,
 )
 
 #: Edge score below which the network has to see the stem clearly.
@@ -131,7 +130,8 @@ def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag,
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
     found = judge("photos", quality.quantities(), quality.dbh_cm, settings)
     count = _independent(found, bool(np.isfinite(quality.sure)))
-    return found.flag("photos", count, TOGETHER_SEEN if quality.network and quality.solid else None), found.reasons
+    # A stem that the network sees is not refused for two of them.
+    return found.flag("photos", count - (quality.network and quality.solid)), found.reasons
 
 
 def widened_cm(se_cm: float, quality: Evidence, reasons: tuple[str, ...]) -> float:

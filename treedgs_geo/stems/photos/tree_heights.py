@@ -15,11 +15,9 @@ from scipy.ndimage import map_coordinates
 from ...reconstruction.canopy import CELL_M, MIN_PAIRS, STANDS, CanopyVolume, Contrast, edges_of
 from ..quality.tops import EXPONENT
 
-#: Radius (s.d.) of the core of a crown round its axis, metres; by as much (s.d.) it stands beside the stem's axis at a
-#: height of 20 m.
-_CORE_M = 0.35
-#: Places that are tried beside the axis at that height, metres.
-_ASIDE_M, _ASIDE_HEIGHT_M = 0.5, 20.0
+#: Radius (s.d.) of the core of a crown round its axis, metres; by as much (s.d.) it stands beside the stem's axis at
+#: this height, metres.
+_CORE_M, _ASIDE_HEIGHT_M = 0.35, 20.0
 #: Levels below a top that tell what crowns look like, metres.
 _TOP_M = (0.5, 4.0)
 #: Heights of trees of one diameter scatter so much at least (s.d. of the logarithm), with tails of Student's t of so
@@ -30,15 +28,12 @@ _MIN_TREES = 5
 #: A height that is known no better than this (s.d.) is none, metres and share; one that is known to the first by itself
 #: counts for the stand's curve.
 _MAX_SD_M, _MAX_SD_SHARE = 1.0, 0.05
-#: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
-_ABOVE_M = 2.0
-#: No height is given with a larger standard error than this share of it: the stand's own curve says as much.
-_MAX_SE_SHARE = 0.12
 #: What a height is unsure by beside its likelihood: metres, and a share of how far the stand's heights lie off its
 #: curve.
 _SE_M, _SE_SCATTER = 0.4, 0.7
-#: A height that is off the stand's curve by more (logarithm) is another tree's.
-_OTHER_TREE = 0.15
+#: A height that is off the stand's curve by more (logarithm) is another tree's; one with a larger standard error (share
+#: of it) says no more than the curve.
+_OFF_CURVE = 0.15
 
 
 @dataclass(frozen=True)
@@ -70,9 +65,10 @@ def profiles(volume: CanopyVolume, places: np.ndarray, slopes: np.ndarray) -> tu
 
 
 def _aside() -> np.ndarray:
-    """(O, 2) places beside the axis at a height of 20 m: the axis, and a ring about it."""
+    """(O, 2) places that are tried beside the axis at a height of 20 m: the axis, and a ring where a place is as
+    probable as 1 / e of the axis."""
     angle = np.linspace(0, 2 * np.pi, 8, endpoint=False)
-    return np.vstack([np.zeros(2), _ASIDE_M * np.column_stack([np.cos(angle), np.sin(angle)])])
+    return np.vstack([np.zeros(2), np.sqrt(2) * _CORE_M * np.column_stack([np.cos(angle), np.sin(angle)])])
 
 
 def heights_of(
@@ -107,11 +103,11 @@ def heights_of(
             contrast = contrast.with_crowns(core[good][crowns])
     se = np.sqrt(sd**2 + _SE_M**2 + (_SE_SCATTER * scatter * height) ** 2)
     why = np.full(len(alike), "", object)
-    why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _MAX_SE_SHARE * height)] = "unclear"
-    above = np.minimum(np.searchsorted(levels_m, height + _ABOVE_M), len(levels_m) - 1)
+    why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _OFF_CURVE * height)] = "unclear"
+    top = np.minimum(np.searchsorted(levels_m, height), len(levels_m) - 1)
     # Without a diameter nothing tells a crown from the one above it.
-    why[(pairs[np.arange(len(alike)), above] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
-    why[np.abs(off) > _OTHER_TREE] = "other_tree"
+    why[(pairs[np.arange(len(alike)), top] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
+    why[np.abs(off) > _OFF_CURVE] = "other_tree"
     why[~seen] = "no_top"
     known = why == ""
     return Heights(np.where(known, height, np.nan), np.where(known, se, np.nan), why)

@@ -24,8 +24,8 @@ MIN_PHOTOS = int(bound_of("photos", "n_views", "reject"))
 TILE_M = 26.0
 #: Height of the stem piece over which an edge must be straight, m.
 STRAIGHT_M = 0.28
-#: Photos a flight needs for a ground of its own.
-MIN_FLIGHT_VIEWS = 6
+#: Photos a flight needs for a ground of its own: twice those of a stem, which hides it from some.
+MIN_FLIGHT_VIEWS = 2 * MIN_PHOTOS
 #: Noise floors and ceilings of the ground's colour: luma, and the two colour differences.
 FLOOR = np.array([0.030, 0.008, 0.008], np.float32)
 CEILING = np.array([0.060, 0.020, 0.020], np.float32)
@@ -157,13 +157,11 @@ ABOVE_SE_CM, MAX_SE_CM, MAX_MOVED = 0.9, 1.0, Bound(3.0, 0.08)
 DISAGREE_SHARE = 0.5
 
 # Silhouettes, opacity, ivy, the network
-#: Edge score below which ragged edges count.
-RAGGED_LLR = 100.0
+#: Edge score below which ragged edges count: twice what chance reaches.
+RAGGED_LLR = 2 * CHANCE_LLR
 #: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
 #: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
 OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
-#: Reasons that together refuse a stem that the network sees.
-TOGETHER_SEEN = 3
 #: A photo counts as seeing the stem from this probability on, and an edge as the stem's.
 SEES = 0.5
 #: Correlation from which the ground counts as seen through a stem, in this share of its radius.

@@ -119,10 +119,10 @@ class Findings:
         """Quantities beyond a limit of theirs."""
         return frozenset(limit.quantity for limit, _ in self.found)
 
-    def flag(self, route: Route, count: int | None = None, together: int | None = None) -> Flag:
-        """``reject`` where one reason refuses or ``together`` flag (:data:`TOGETHER`). count: how many independent
+    def flag(self, route: Route, count: int | None = None) -> Flag:
+        """``reject`` where one reason refuses or several flag (:data:`TOGETHER`). count: how many independent
         reasons flag, where a route knows that some say the same thing."""
         count = len(self.flagged) if count is None else count
-        if self.refused or count >= (together or TOGETHER[route]):
+        if self.refused or count >= TOGETHER[route]:
             return "reject"
         return "check" if self.flagged else "ok"
