@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.inventory.double_sampling.designs import (
-    allocate,
-    brewer,
-    draw_trees,
-    inclusion_probabilities,
-    strata,
-)
+from treedgs_geo.inventory.double_sampling.designs import allocate, draw_trees, strata
 
 
 def stand(n=80, seed=3):
@@ -21,25 +15,11 @@ def stand(n=80, seed=3):
     return size, flag
 
 
-def test_brewers_method_holds_the_probabilities_and_never_draws_a_tree_twice():
-    rng = np.random.default_rng(1)
-    prob = inclusion_probabilities(np.array([1.0, 2, 3, 4, 5, 6, 40]), 4)
-    assert prob[-1] == 1 and prob.sum() == pytest.approx(4)
-    counts = np.zeros(7)
-    for _ in range(4000):
-        drawn = brewer(prob, rng)
-        assert len(drawn) == len(set(drawn)) == 4
-        counts[drawn] += 1
-    # Binomial standard error is at most 0.008: five of them.
-    assert np.abs(counts / 4000 - prob).max() < 0.04
-
-
-@pytest.mark.parametrize("design", ["stratified", "pps"])
-def test_a_draws_stated_probabilities_are_how_often_each_tree_is_drawn(design):
+def test_a_draws_stated_probabilities_are_how_often_each_tree_is_drawn():
     size, flag = stand()
     often, stated = np.zeros(len(size)), np.full(len(size), np.nan)
     for seed in range(1500):
-        draw = draw_trees(design, size, flag, 20, seed)
+        draw = draw_trees(size, flag, 20, seed)
         assert len(draw.index) == 20 and (np.diff(draw.index) > 0).all()
         often[draw.index] += 1
         stated[draw.index] = draw.prob
@@ -49,7 +29,7 @@ def test_a_draws_stated_probabilities_are_how_often_each_tree_is_drawn(design):
 
 def test_the_same_seed_draws_the_same_trees_and_another_one_others():
     size, flag = stand()
-    first, again, other = (draw_trees("stratified", size, flag, 20, seed).index for seed in (7, 7, 8))
+    first, again, other = (draw_trees(size, flag, 20, seed).index for seed in (7, 7, 8))
     assert (first == again).all() and not np.array_equal(first, other)
 
 
@@ -66,10 +46,9 @@ def test_strata_are_flags_and_classes_of_equal_basal_area():
 
 
 @pytest.mark.parametrize("n", [2, 3, 5, 10])
-@pytest.mark.parametrize("design", ["stratified", "pps"])
-def test_few_tapes_leave_no_stratum_with_one_of_several_trees(n, design):
+def test_few_tapes_leave_no_stratum_with_one_of_several_trees(n):
     size, flag = stand()
-    draw = draw_trees(design, size, flag, n, 0)
+    draw = draw_trees(size, flag, n, 0)
     assert len(draw.index) == n
     for name in set(draw.stratum):
         mine = draw.stratum == name
@@ -77,12 +56,12 @@ def test_few_tapes_leave_no_stratum_with_one_of_several_trees(n, design):
 
 
 def test_one_tree_all_trees_no_tree_one_tape():
-    assert draw_trees("pps", np.ones(1), np.array(["ok"], object), 5, 0).prob.tolist() == [1.0]
-    every = draw_trees("stratified", np.ones(9), np.array(["ok"] * 9, object), 9, 0)
+    assert draw_trees(np.ones(1), np.array(["ok"], object), 5, 0).prob.tolist() == [1.0]
+    every = draw_trees(np.ones(9), np.array(["ok"] * 9, object), 9, 0)
     assert every.index.tolist() == list(range(9)) and (every.prob == 1).all()
     refused = np.array(["reject"] * 12, object)
-    assert len(draw_trees("stratified", np.ones(12), refused, 4, 0).index) == 4
+    assert len(draw_trees(np.ones(12), refused, 4, 0).index) == 4
     with pytest.raises(InputError, match="no tree to draw from"):
-        draw_trees("pps", np.zeros(0), np.zeros(0, object), 5, 0)
+        draw_trees(np.zeros(0), np.zeros(0, object), 5, 0)
     with pytest.raises(InputError, match="at least 2"):
-        draw_trees("pps", np.ones(4), np.array(["ok"] * 4, object), 1, 0)
+        draw_trees(np.ones(4), np.array(["ok"] * 4, object), 1, 0)

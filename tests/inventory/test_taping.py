@@ -87,9 +87,9 @@ def test_a_bias_is_found_and_the_totals_are_corrected(drawn, tmp_path):
     found, figures, ears = checked(drawn, filled(drawn, tmp_path), tmp_path / "out")
     assert found["bias_lo_cm"] < 0.5 < found["bias_hi_cm"] and 0.3 < found["bias_cm"] < 0.7
     assert any("too thick by" in w for w in ears.warnings)
-    ba = figures["ba_m2_difference"]
+    ba = figures["ba_m2"]
     assert ba["corrected"] < ba["measured"] and ba["low"] < ba["corrected"] < ba["high"]
-    assert figures["trees_difference"]["se"] == 0 and figures["n_frame"] == 91
+    assert figures["trees"]["se"] == 0 and figures["n_frame"] == 91
     layer = gpd.read_file(tmp_path / "out" / "tape_check.gpkg", layer="tape_check")
     assert len(layer) == 20 and "no" in set(layer["inside"]) | {"no"}
     assert "Särndal" in (tmp_path / "out" / "tape_check.html").read_text(encoding="utf-8")
@@ -105,7 +105,7 @@ def test_everything_that_a_crew_may_write(drawn, tmp_path):
         return pd.concat([table, pd.DataFrame([extra])])
 
     found, figures, ears = checked(drawn, filled(drawn, tmp_path, change), tmp_path / "out")
-    assert figures["n_extra"] == 1 and figures["trees_difference"]["corrected"] != 91
+    assert figures["n_extra"] == 1 and figures["trees"]["corrected"] != 91
     assert any("Not taped: 1 drawn tree" in w for w in ears.warnings)
     table = pd.read_csv(tmp_path / "out" / "tape_check.csv")
     assert sorted(table["state"].unique()) == ["dead", "none", "not reached", "taped"]
@@ -196,7 +196,7 @@ def test_tapes_of_other_trees_correct_nothing(drawn, tmp_path, change, sentence)
 def test_shuffled_tapes_blame_no_layer(drawn, tmp_path):
     path = filled(drawn, tmp_path, column(np.random.default_rng(5).permutation))
     _, figures, ears = checked(drawn, path, tmp_path / "out")
-    assert "fit no better than exchanged ones" in ears.warnings[0] and "ba_m2_difference" in figures
+    assert "fit no better than exchanged ones" in ears.warnings[0] and "ba_m2" in figures
     assert not any("too thick" in text or "too narrow" in text for text in ears.warnings)
     # A layer with a large bias, or large errors that it states, is compared as before.
     for wrong in (lambda t: t * 1.18, lambda t: t + np.random.default_rng(1).normal(0, 2.5, len(t))):

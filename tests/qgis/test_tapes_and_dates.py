@@ -49,7 +49,7 @@ def test_from_the_draw_to_the_corrected_table(qgis, tmp_path):
     done = qgis.run("tapecheck", None, **shared, TAPED=taped, OUTPUT=folder / "check")
     assert done.returncode == 0, done.stdout
     kept = json.loads((folder / "check" / "tape_check.json").read_text())
-    assert kept["bias_cm"] == pytest.approx(0.6, abs=0.3) and kept["trees_difference"]["corrected"] < kept["n_frame"]
+    assert kept["bias_cm"] == pytest.approx(0.6, abs=0.3) and kept["trees"]["corrected"] < kept["n_frame"]
     done = qgis.run("standtable", None, **shared, TAPED=taped, SPECIES="PITA", OUTPUT=folder / "stand")
     assert done.returncode == 0, done.stdout
     found = json.loads((folder / "stand" / "summary.json").read_text())["taped"]

@@ -63,11 +63,6 @@ class StandTableSettings(FieldProtocol):
         help="the tape table of tape-sample, filled in: corrects trees, basal area, volume and biomass",
         suffixes=("gpkg", "csv"),
     )
-    taped_estimator: str = param(
-        "difference",
-        choices=("difference", "ratio"),
-        help="how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio",
-    )
     units: str = param("metric", choices=("metric", "us"), help="units of the report")
     class_width: float | None = param(
         None,

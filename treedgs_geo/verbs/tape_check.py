@@ -57,7 +57,7 @@ COMMAND = Command(
         "Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, "
         "with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok "
         "are better than those marked check; outliers by name (and whether two numbers were exchanged); number and "
-        "basal area of the trees corrected by the difference and the ratio estimator of double sampling, with standard "
+        "basal area of the trees corrected by the difference estimator of double sampling, with standard "
         "errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are "
         "refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table."
     ),

@@ -25,12 +25,6 @@ class TapeSampleSettings(Bearings):
         suffixes=(*TABLES, "gpkg", "geojson", "shp"),
     )
     n: int = param(20, minimum=2, maximum=2000, help="trees to tape")
-    design: str = param(
-        "stratified",
-        choices=("stratified", "pps"),
-        help="how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area "
-        "(within flags)",
-    )
     seed: int = param(0, minimum=0, help="another number draws other trees; the same draws the same again")
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
@@ -55,17 +49,17 @@ COMMAND = Command(
     group="3 Check",
     summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",
     help=(
-        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified by "
-        "flag and DBH class (simple random in each), or with probability proportional to basal area by Brewer's "
-        "method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in "
-        "(taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), "
-        "tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the "
-        "order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so "
-        "that nobody reads the tape towards it. A folder whose table is filled in already is not written over."
+        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified "
+        "by flag and DBH class, simple random in each. Stems without a DBH can be drawn too; dead trees are not. "
+        "Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row "
+        "without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html "
+        "to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form "
+        "shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is "
+        "filled in already is not written over."
     ),
     settings=TapeSampleSettings,
     run=run,
-    main=("trees", "plots", "n", "design", "output"),
+    main=("trees", "plots", "n", "output"),
     example="treedgs tape-sample --trees trees.gpkg --plots plots.csv --n 20 --output tapes",
     outputs={
         "output": "folder",

@@ -1,10 +1,5 @@
-"""Which trees to tape: draws whose inclusion probabilities are known.
-
-Two designs. *Stratified*: trees in strata by flag and DBH, simple random sampling in each (Cochran 1977, Sampling
-Techniques, ch. 5). *pps*: probability proportional to size without replacement by Brewer's method (Brewer 1975,
-Australian Journal of Statistics 17: 166-172; Tille 2006, Sampling Algorithms, ch. 6), which holds the probabilities
-exactly for any sample size.
-"""
+"""Which trees to tape: in strata by flag and DBH, simple random sampling in each (Cochran 1977, Sampling Techniques,
+ch. 5), so that every tree's inclusion probability is known."""
 
 from __future__ import annotations
 
@@ -14,7 +9,6 @@ import numpy as np
 
 from ...core.errors import InputError
 
-DESIGNS = ("stratified", "pps")
 #: What a tree of each flag weighs when tapes are shared out among strata: the errors of trees that are marked ``check``
 #: are larger, and one without a DBH may be a tree of any diameter, or none. Chosen, not set on data.
 FLAG_WEIGHT = {"ok": 1.0, "check": 2.0, "reject": 2.0}
@@ -28,16 +22,15 @@ MAX_CLASSES = 5
 class Draw:
     """index: (n,) positions of the drawn trees in the frame, ascending. prob: (n,) their inclusion probabilities.
 
-    stratum: (n,) names of their strata (one for pps). design: of ``DESIGNS``.
+    stratum: (n,) names of their strata.
     """
 
     index: np.ndarray
     prob: np.ndarray
     stratum: np.ndarray
-    design: str
 
 
-def draw_trees(design: str, size: np.ndarray, flag: np.ndarray, n: int, seed: int) -> Draw:
+def draw_trees(size: np.ndarray, flag: np.ndarray, n: int, seed: int) -> Draw:
     """Draw ``n`` of the N trees of a frame.
 
     size: (N,) basal area or what stands for it, above 0. flag: (N,) ``ok``, ``check`` or ``reject``. The same seed and
@@ -53,53 +46,19 @@ def draw_trees(design: str, size: np.ndarray, flag: np.ndarray, n: int, seed: in
         raise InputError(f"--n: found {n}, expected at least {FEWEST} tapes (of one tape no error can be known).")
     rng = np.random.default_rng(seed)
     if n >= len(size):
-        return Draw(np.arange(len(size)), np.ones(len(size)), np.full(len(size), "all", object), design)
-    names = strata(size, flag, n, classes=design == "stratified")
+        return Draw(np.arange(len(size)), np.ones(len(size)), np.full(len(size), "all", object))
+    names = strata(size, flag, n)
     index, prob = [], []
     for name, count in allocate(names, size, flag, n).items():
         members = np.flatnonzero(names == name)
-        equal = design == "stratified"
-        chance = inclusion_probabilities(np.ones(len(members)) if equal else size[members], count)
-        mine = rng.choice(len(members), count, replace=False) if equal else brewer(chance, rng)
-        index.append(members[mine])
-        prob.append(chance[mine])
+        index.append(rng.choice(members, count, replace=False))
+        prob.append(np.full(count, count / len(members)))
     order = np.argsort(np.concatenate(index))
     chosen = np.concatenate(index)[order]
-    return Draw(chosen, np.concatenate(prob)[order], names[chosen], design)
+    return Draw(chosen, np.concatenate(prob)[order], names[chosen])
 
 
-def inclusion_probabilities(size: np.ndarray, n: int) -> np.ndarray:
-    """(N,) probabilities proportional to size that sum to ``n``; trees that would pass 1 are taken for certain."""
-    size = np.asarray(size, float)
-    prob, sure = np.ones(len(size)), np.zeros(len(size), bool)
-    while not sure.all():
-        prob[~sure] = (n - sure.sum()) * size[~sure] / size[~sure].sum()
-        over = ~sure & (prob >= 1 - 1e-12)
-        if not over.any():
-            break
-        sure |= over
-        prob[sure] = 1.0
-    return prob
-
-
-def brewer(prob: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Positions of a sample with exactly these inclusion probabilities; their sum is a whole number, its size."""
-    prob = np.asarray(prob, float)
-    sure = np.flatnonzero(prob >= 1 - 1e-12)
-    open_ = np.flatnonzero(prob < 1 - 1e-12)
-    n = int(round(prob[open_].sum()))
-    chosen: list[int] = []
-    for step in range(n):
-        left = n - prob[chosen].sum()
-        mine = prob[open_]
-        chance = mine * (left - mine) / np.maximum(left - mine * (n - step), 1e-12)
-        picked = rng.choice(len(open_), p=chance / chance.sum())
-        chosen.append(int(open_[picked]))
-        open_ = np.delete(open_, picked)
-    return np.concatenate([sure, np.array(chosen, int)])
-
-
-def strata(size: np.ndarray, flag: np.ndarray, n: int, classes: bool = True) -> np.ndarray:
+def strata(size: np.ndarray, flag: np.ndarray, n: int) -> np.ndarray:
     """(N,) names: ``no DBH``, ``check``, and ``ok`` in DBH classes of equal aggregate size (``ok 1`` the thinnest).
 
     With equal aggregates about equal numbers of tapes are best (Cochran 1977, 5A.8). As many classes as ``n`` allows
@@ -115,7 +74,7 @@ def strata(size: np.ndarray, flag: np.ndarray, n: int, classes: bool = True) -> 
         names[:] = names if not len(ok) else "all"
         return names
     spent = sum(min(FEWEST, int((names == name).sum())) for name in groups)
-    k = int(np.clip((n - spent) // PER_CLASS, 1, MAX_CLASSES)) if classes else 1
+    k = int(np.clip((n - spent) // PER_CLASS, 1, MAX_CLASSES))
     k = max(min(k, len(ok) // FEWEST), 1)
     order = ok[np.argsort(size[ok], kind="stable")]
     before = np.cumsum(size[order]) - size[order] / 2

@@ -1,10 +1,10 @@
-"""Totals from trees measured everywhere and a few of them taped: difference and ratio estimators of double sampling.
+"""Totals from trees measured everywhere and a few of them taped: the difference estimator of double sampling.
 
-The measured values are known for every tree, the true ones for a probability sample. The *difference* estimator adds
-to the measured total what the tapes say it lacks, sum((y - x) / p) (Sarndal, Swensson and Wretman 1992, Model Assisted
-Survey Sampling, 6.3); the *ratio* estimator multiplies it by sum(y / p) / sum(x / p) (the same, 7.3; Cochran 1977, ch.
-6). Where the measured trees stand in sample plots, tapes are the second phase (Cochran 1977, ch. 12; Sarndal et al.,
-ch. 9): both variances add. Nothing is assumed of the diameters' errors: the probabilities alone carry the intervals.
+The measured values are known for every tree, the true ones for a probability sample. What the tapes say that the
+measured total lacks, sum((y - x) / p), is added to it (Sarndal, Swensson and Wretman 1992, Model Assisted Survey
+Sampling, 6.3). Where the measured trees stand in sample plots, tapes are the second phase (Cochran 1977, ch. 12;
+Sarndal et al., ch. 9): both variances add. Nothing is assumed of the diameters' errors: the probabilities alone carry
+the intervals.
 """
 
 from __future__ import annotations
@@ -17,8 +17,6 @@ import numpy as np
 from scipy import stats
 
 from ...core.errors import InputError
-
-ESTIMATORS = ("difference", "ratio")
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,6 @@ class Corrected:
     se: float
     df: float
     residual: np.ndarray
-    estimator: str
 
     def interval(self, confidence: float = 0.9) -> tuple[float, float]:
         """Student's t interval; never below 0."""
@@ -123,25 +120,15 @@ def t_factor(confidence: float, df: float) -> float:
     return float(stats.t.ppf(0.5 + confidence / 2, max(df, 1.0)))
 
 
-def correct_total(tapes: Tapes, measured: float, x: np.ndarray, y: np.ndarray, estimator: str) -> Corrected:
+def correct_total(tapes: Tapes, measured: float, x: np.ndarray, y: np.ndarray) -> Corrected:
     """Correct a total.
 
     measured: sum of x over all trees of the frame. x, y: (n,) measured and true value of the sampled trees (y = 0: no
     tree stands there), trees that the layer lacks already in y (:func:`share_out`).
     """
-    x, y = np.asarray(x, float), np.asarray(y, float)
-    slope, scale = 1.0, 1.0
-    if estimator == "ratio":
-        below = tapes.total(x)
-        if not below > 0:
-            return Corrected(measured, np.nan, np.nan, np.nan, np.full(len(x), np.nan), estimator)
-        slope = tapes.total(y) / below
-        # The g-weight: the residuals count as much as the sample's x are short of all x.
-        scale = measured / below
-    residual = (y - slope * x) * scale
+    residual = np.asarray(y, float) - np.asarray(x, float)
     variance, df = tapes.variance(residual)
-    total = slope * measured if estimator == "ratio" else measured + tapes.total(residual)
-    return Corrected(measured, float(total), float(np.sqrt(variance)), df, residual, estimator)
+    return Corrected(measured, measured + tapes.total(residual), float(np.sqrt(variance)), df, residual)
 
 
 def share_out(

@@ -171,7 +171,7 @@ def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:
             "none."
         )
     species = label_species(pd.DataFrame({"species": [None]}), settings.species)["species"].iloc[0]
-    return TapeInput(taped, rows, settings.taped_estimator, settings.min_dbh_cm, species if settings.species else None)
+    return TapeInput(taped, rows, settings.min_dbh_cm, species if settings.species else None)
 
 
 def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[list[SamplePlot], Any]:

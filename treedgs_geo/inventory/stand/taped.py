@@ -1,8 +1,8 @@
 """Stand figures corrected by taped trees: double sampling, the plots as first phase, the tapes as second.
 
 The measured trees give a total per hectare for every plot; the tapes say what it lacks, with a variance of their own
-that adds to that between the plots (Cochran 1977, ch. 12; Sarndal, Swensson and Wretman 1992, ch. 9). The estimators
-are those of :mod:`treedgs_geo.inventory.double_sampling.estimators`.
+that adds to that between the plots (Cochran 1977, ch. 12; Sarndal, Swensson and Wretman 1992, ch. 9). The estimator
+is that of :mod:`treedgs_geo.inventory.double_sampling.estimators`.
 """
 
 from __future__ import annotations
@@ -30,12 +30,10 @@ CORRECTED = ("trees", "ba", "volume", "biomass")
 
 @dataclass(frozen=True)
 class TapeInput:
-    """taped: the table; rows: (n,) positions of its trees in the tree list; estimator: ``difference`` or ``ratio``;
-    species: of trees that the layer lacks."""
+    """taped: the table; rows: (n,) positions of its trees in the tree list; species: of trees that the layer lacks."""
 
     taped: Taped
     rows: np.ndarray
-    estimator: str
     min_dbh_cm: float
     species: str | None
 
@@ -47,7 +45,6 @@ class TapedTotals:
     n: int
     n_frame: int
     n_extra: int
-    estimator: str
     before: dict[str, Estimate] = field(default_factory=dict)
     found: dict[str, Corrected] = field(default_factory=dict)
 
@@ -109,7 +106,7 @@ def correct_estimates(
     taped = given.taped
     tapes, mine = taped.sample(), taped.answered
     n_list = len(values.dbh) - len(taped.trees) - len(taped.extra)
-    made = TapedTotals(int(mine.sum()), taped.n_frame, len(taped.extra), given.estimator, dict(estimates))
+    made = TapedTotals(int(mine.sum()), taped.n_frame, len(taped.extra), dict(estimates))
     area = design.areas.sum()
     listed = expanded.of("measured", "missing", "small")
     reach = np.bincount(listed["tree"].to_numpy(int), listed["weight"].to_numpy(float), minlength=n_list) / area
@@ -129,7 +126,7 @@ def correct_estimates(
         if not (np.isfinite(before.mean) and np.isfinite(total).all()):
             changed[name] = Estimate() if np.isfinite(before.mean) and name != "trees" else before
             continue
-        found = correct_total(tapes, before.mean, x[given.rows][mine], total, given.estimator)
+        found = correct_total(tapes, before.mean, x[given.rows][mine], total)
         made.found[name] = found
         factor = found.total / before.mean if before.mean > 0 else 1.0
         changed[name] = _combine(design, found.total, before.se_plots * factor, found.se, found.df)
@@ -225,7 +222,7 @@ def taped_sentences(made: TapedTotals, estimates: dict[str, Estimate], units: st
             )
     extra = f", {count_of(made.n_extra, 'tree')} that the map lacks" if made.n_extra else ""
     sentences = [
-        f"Corrected by {count_of(made.n, 'taped tree')} of {made.n_frame}{extra} ({made.estimator} estimator): "
+        f"Corrected by {count_of(made.n, 'taped tree')} of {made.n_frame}{extra}: "
         f"{'; '.join(said)}. Lorey's and dominant height are not corrected."
     ]
     whole, q = estimates["ba"], UNITS[units]["ba"]
@@ -254,7 +251,6 @@ def taped_summary(made: TapedTotals) -> dict[str, Any]:
         "n": made.n,
         "n_frame": made.n_frame,
         "n_extra": made.n_extra,
-        "estimator": made.estimator,
         "more_tapes_to_halve_se": made.more_to_halve,
         "quantities": {
             name: {"measured": found.measured, "corrected": found.total, "se": known(found.se)}

@@ -26,7 +26,6 @@ from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
 from ..double_sampling.estimators import (
-    ESTIMATORS,
     Corrected,
     Tapes,
     correct_total,
@@ -46,12 +45,12 @@ CHANCE = 0.1
 @dataclass
 class Checked:
     """trees: one row a drawn tree (``tree_id, plot_id, qc_flag, dbh_cm, dbh_lo_cm, dbh_hi_cm, taped_cm, error_cm,
-    inside, state, outlier, note, x, y``). figures: what ``summary.json`` holds. totals: quantity and estimator ->
+    inside, state, outlier, note, x, y``). figures: what ``summary.json`` holds. totals: quantity ->
     corrected total. warnings, notes: sentences."""
 
     trees: pd.DataFrame
     figures: dict[str, Any]
-    totals: dict[tuple[str, str], Corrected]
+    totals: dict[str, Corrected]
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -168,18 +167,17 @@ def _totals(
         ("ba_m2", x_ba, y_ba, worth),
     ):
         shared = share_out(ids, plots, members, [(*key, w) for key, w in zip(keys, extra, strict=True)])
-        for estimator in ESTIMATORS:
-            found = correct_total(tapes, float(x.sum()), x[rows][mine], y + shared, estimator)
-            made.totals[name, estimator] = found
-            low, high = found.interval(confidence)
-            made.figures[f"{name}_{estimator}"] = {
-                "measured": found.measured,
-                "corrected": found.total,
-                "se": found.se,
-                "low": low,
-                "high": high,
-                "more_tapes_to_halve_se": halve,
-            }
+        found = correct_total(tapes, float(x.sum()), x[rows][mine], y + shared)
+        made.totals[name] = found
+        low, high = found.interval(confidence)
+        made.figures[name] = {
+            "measured": found.measured,
+            "corrected": found.total,
+            "se": found.se,
+            "low": low,
+            "high": high,
+            "more_tapes_to_halve_se": halve,
+        }
     made.figures |= {"n_frame": taped.n_frame, "n_extra": len(keys)}
 
 
@@ -351,19 +349,17 @@ def _totals_table(checked: Checked, level: str) -> Table:
     words = {"trees": "Trees", "ba_m2": "Basal area, m²"}
     rows = [
         {
-            **checked.figures[f"{name}_{estimator}"],
+            **checked.figures[name],
             "quantity": words[name],
-            "estimator": estimator,
             "change": 100 * (found.total / found.measured - 1) if found.measured else None,
         }
-        for (name, estimator), found in checked.totals.items()
+        for name, found in checked.totals.items()
     ]
     return Table(
         "totals",
         "Measured and corrected",
         [
             Column("quantity", "Quantity"),
-            Column("estimator", "Estimator"),
             Column("measured", "As measured", 2),
             Column("corrected", "Corrected", 2),
             Column("change", "Change, %", 1),
@@ -374,9 +370,9 @@ def _totals_table(checked: Checked, level: str) -> Table:
         ],
         rows,
         "Design-based: the chances of the draw alone make the standard errors, nothing is assumed of the errors of the "
-        "diameters. Stems without a DBH count as the median tree until tapes say more. Difference and ratio "
-        "estimators: Särndal, Swensson and Wretman 1992, 6.3 and 7.3; Cochran 1977, ch. 6 and 12. Per hectare, with "
-        "volume and biomass: stand-table --taped.",
+        "diameters. Stems without a DBH count as the median tree until tapes say more. Difference "
+        "estimator: Särndal, Swensson and Wretman 1992, 6.3; Cochran 1977, ch. 12. Per hectare, with volume and "
+        "biomass: stand-table --taped.",
     )
 
 

@@ -45,7 +45,6 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     reporter.tell(frame.warnings, frame.notes)
     with reporter.stage("draw", 0.3, 0.4):
         draw = draw_trees(
-            settings.design,
             frame.trees["size"].to_numpy(float),
             frame.trees["qc_flag"].to_numpy(object),
             settings.n,
@@ -56,7 +55,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     day = parse_date(settings.field_date, "--field-date").isoformat() if settings.field_date else ""
     trees = walk(frame, draw, settings, day, settings.trees)
     with reporter.stage("write", 0.4, 1.0):
-        table = tape_table(trees, len(frame.trees), draw.design, frame.mark)
+        table = tape_table(trees, len(frame.trees), frame.mark)
         _write(folder, frame, trees, table, settings)
     counts = {str(name): int((draw.stratum == name).sum()) for name in sorted(set(draw.stratum))}
     n_plots = trees["plot_id"].nunique()
@@ -100,10 +99,9 @@ def _write(folder: Path, frame: Frame, trees: Any, table: Any, settings: Any) ->
     write_gpx(folder / "tapes.gpx", table, title)
     heights = frame.trees["bh_m"].dropna()
     breast = float(heights.median()) if len(heights) else BREAST_HEIGHT_M
-    how = {"stratified": "stratified by flag and DBH", "pps": "probability proportional to basal area"}[settings.design]
     subtitle = (
-        f"{len(trees)} of {len(frame.trees)} trees, {how}, seed {settings.seed}; {frame.crs.name}. "
-        "Write what you read into tapes.csv or tapes.gpkg, then run tape-check."
+        f"{len(trees)} of {len(frame.trees)} trees, stratified by flag and DBH, seed {settings.seed}; "
+        f"{frame.crs.name}. Write what you read into tapes.csv or tapes.gpkg, then run tape-check."
     )
     form = make_form(title, subtitle, frame, sheets(frame, trees), breast, settings.north)
     write_html(folder / "tape_form.html", form)
@@ -123,10 +121,10 @@ CREW = ("taped_cm", "state", "tape_note", "near_id")
 _DECIMALS = {"azim_deg": 1, "dist_m": 2, "x": 3, "y": 3, "lon": 7, "lat": 7, "dbh_cm": 2}
 
 
-def tape_table(trees: pd.DataFrame, n_frame: int, design: str, mark: str) -> pd.DataFrame:
+def tape_table(trees: pd.DataFrame, n_frame: int, mark: str) -> pd.DataFrame:
     """Columns :data:`COLUMNS`; probabilities keep every digit."""
     made = trees.assign(taped_cm=np.nan, state=None, tape_note=None, near_id=pd.array([None] * len(trees), "Int64"))
-    made = made.assign(n_frame=n_frame, design=design, frame=mark)[list(COLUMNS)]
+    made = made.assign(n_frame=n_frame, design="stratified", frame=mark)[list(COLUMNS)]
     return made.round({name: places for name, places in _DECIMALS.items() if name in made})
 
 
