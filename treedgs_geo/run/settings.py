@@ -104,14 +104,9 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     preset: str = param(
         "balanced",
-        help="How much is modelled: fast and best differ in photos and features used; paper = the published method on "
-        "the whole plot (hours).",
-        choices=("fast", "balanced", "best", "paper"),
-    )
-    fit: str = param(
-        "auto",
-        help="auto, photos = stems fitted straight to the photos; gaussians = the published method, as --preset paper.",
-        choices=("auto", "photos", "gaussians"),
+        help="How much is modelled: fast uses fewer photos and features and gives no heights; paper = the published "
+        "method on the whole plot (hours).",
+        choices=("fast", "balanced", "paper"),
     )
     time_limit: float = time_limit_option()
     device: str = device_option()

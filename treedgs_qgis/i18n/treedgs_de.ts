@@ -1864,16 +1864,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Voreinstellung</translation>
     </message>
     <message>
-      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours).</source>
-      <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden).</translation>
-    </message>
-    <message>
-      <source>Way of measuring</source>
-      <translation>Messverfahren</translation>
-    </message>
-    <message>
-      <source>auto, photos = stems fitted straight to the photos; gaussians = the published method, as --preset paper.</source>
-      <translation>auto, photos = Stämme direkt in den Fotos angepasst; gaussians = das veröffentlichte Verfahren, wie --preset paper.</translation>
+      <source>How much is modelled: fast uses fewer photos and features and gives no heights; paper = the published method on the whole plot (hours).</source>
+      <translation>Wie viel modelliert wird: fast nutzt weniger Fotos und Merkmale und gibt keine Höhen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden).</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2082,6 +2074,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
       <translation>Verlässlichkeit der Punkte: keine, LiDAR-Intensität (wie sie ist oder auf einen Bereich gebracht) oder Deckkraft von Oberflächenpunkten</translation>
+    </message>
+    <message>
+      <source>Way of measuring</source>
+      <translation>Messverfahren</translation>
     </message>
     <message>
       <source>cross-section model</source>
@@ -2988,8 +2984,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Zieht die nachzumessenden Bäume mit bekannten Wahrscheinlichkeiten; mit Karte und Formular zum Drucken und Wegpunkten fürs Telefon.</translation>
     </message>
     <message>
-      <source>Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is filled in already is not written over.</source>
-      <translation>Zieht Bäume einer Baumebene so, dass das Bandmaß ihre Summen berichtigen kann (tape-check, stand-table): geschichtet nach Kennzeichen und BHD-Klasse (in jeder einfach zufällig) oder mit Wahrscheinlichkeit proportional zur Grundfläche nach Brewer. Auch Stämme ohne BHD können gezogen werden, tote Bäume nicht. Schreibt tapes.gpkg und tapes.csv zum Ausfüllen (taped_cm oder girth_cm; state none, dead oder not reached; eine Zeile ohne tree_id ist ein Baum, der auf der Karte fehlt), tapes.gpx fürs Telefon sowie tape_form.pdf und tape_form.html zum Drucken: je Fläche eine Karte, die Bäume in der Reihenfolge des Rundgangs und Platz für Bäume, die auf der Karte fehlen. Das Formular zeigt den gemessenen BHD auf 5 cm gerundet, damit niemand das Band darauf hin abliest. Ein Ordner mit ausgefüllter Tabelle wird nicht überschrieben.</translation>
+      <source>Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified by flag and DBH class, simple random in each. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is filled in already is not written over.</source>
+      <translation>Zieht Bäume einer Baumebene so, dass das Bandmaß ihre Summen berichtigen kann (tape-check, stand-table): geschichtet nach Kennzeichen und BHD-Klasse, in jeder einfach zufällig. Auch Stämme ohne BHD können gezogen werden, tote Bäume nicht. Schreibt tapes.gpkg und tapes.csv zum Ausfüllen (taped_cm oder girth_cm; state none, dead oder not reached; eine Zeile ohne tree_id ist ein Baum, der auf der Karte fehlt), tapes.gpx fürs Telefon sowie tape_form.pdf und tape_form.html zum Drucken: je Fläche eine Karte, die Bäume in der Reihenfolge des Rundgangs und Platz für Bäume, die auf der Karte fehlen. Das Formular zeigt den gemessenen BHD auf 5 cm gerundet, damit niemand das Band darauf hin abliest. Ein Ordner mit ausgefüllter Tabelle wird nicht überschrieben.</translation>
     </message>
     <message>
       <source>measured trees: the tree layer</source>
@@ -3002,14 +2998,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>trees to tape</source>
       <translation>nachzumessende Bäume</translation>
-    </message>
-    <message>
-      <source>Design</source>
-      <translation>Verfahren</translation>
-    </message>
-    <message>
-      <source>how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area (within flags)</source>
-      <translation>wie gezogen wird: geschichtet nach Kennzeichen und BHD, oder mit Wahrscheinlichkeit proportional zur Grundfläche (innerhalb der Kennzeichen)</translation>
     </message>
     <message>
       <source>folder for the tape table, the form and the phone's waypoints</source>
@@ -3064,8 +3052,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Was nachgemessene Bäume über die gemessenen sagen: Verzerrung, Intervalle, Kennzeichen, Ausreißer, berichtigte Summen.</translation>
     </message>
     <message>
-      <source>Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok are better than those marked check; outliers by name (and whether two numbers were exchanged); number and basal area of the trees corrected by the difference and the ratio estimator of double sampling, with standard errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table.</source>
-      <translation>Liest die ausgefüllte Tabelle von tape-sample. Verzerrung (gemessen minus Bandmaß) und RMSE aller Bäume der Ebene, mit Intervallen, die aus der Ziehung folgen; ob die 90-%-Intervalle der Ebene halten; ob Bäume mit ok besser sind als solche mit check; Ausreißer mit Nummer (und ob zwei Nummern vertauscht wurden); Zahl und Grundfläche der Bäume, berichtigt mit Differenz- und Verhältnisschätzer der zweiphasigen Stichprobe, mit Standardfehlern und wie viele Bäume mehr sie halbieren würden. Einheiten, denen die Werte widersprechen (Zoll, Umfänge), werden abgelehnt. Schreibt tape_check.html, .pdf, .csv, .gpkg und .json. stand-table --taped nimmt dieselbe Tabelle.</translation>
+      <source>Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok are better than those marked check; outliers by name (and whether two numbers were exchanged); number and basal area of the trees corrected by the difference estimator of double sampling, with standard errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table.</source>
+      <translation>Liest die ausgefüllte Tabelle von tape-sample. Verzerrung (gemessen minus Bandmaß) und RMSE aller Bäume der Ebene, mit Intervallen, die aus der Ziehung folgen; ob die 90-%-Intervalle der Ebene halten; ob Bäume mit ok besser sind als solche mit check; Ausreißer mit Nummer (und ob zwei Nummern vertauscht wurden); Zahl und Grundfläche der Bäume, berichtigt mit dem Differenzschätzer der zweiphasigen Stichprobe, mit Standardfehlern und wie viele Bäume mehr sie halbieren würden. Einheiten, denen die Werte widersprechen (Zoll, Umfänge), werden abgelehnt. Schreibt tape_check.html, .pdf, .csv, .gpkg und .json. stand-table --taped nimmt dieselbe Tabelle.</translation>
     </message>
     <message>
       <source>the tree layer that the taped trees were drawn from</source>
@@ -3186,14 +3174,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>folder for the report and the tables</source>
       <translation>Ordner für Bericht und Tabellen</translation>
-    </message>
-    <message>
-      <source>Taped estimator</source>
-      <translation>Schätzer fürs Bandmaß</translation>
-    </message>
-    <message>
-      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
-      <translation>wie das Bandmaß berichtigt: um die mittlere Differenz (unverzerrt bei jeder Zahl von Bäumen) oder im Verhältnis</translation>
     </message>
     <message>
       <source>Class width [cm, or inches in US units]</source>
@@ -4702,6 +4682,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Trees that were drawn from</source>
       <translation>Bäume, aus denen gezogen wurde</translation>
+    </message>
+    <message>
+      <source>Design</source>
+      <translation>Verfahren</translation>
     </message>
     <message>
       <source>Mark of the list</source>

@@ -1862,16 +1862,8 @@ cero.&lt;/p&gt;
       <translation>Preajuste</translation>
     </message>
     <message>
-      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours).</source>
-      <translation>Cuánto se modela: fast y best difieren en las fotos y los rasgos usados; paper = el método publicado en toda la parcela (horas).</translation>
-    </message>
-    <message>
-      <source>Way of measuring</source>
-      <translation>Modo de medir</translation>
-    </message>
-    <message>
-      <source>auto, photos = stems fitted straight to the photos; gaussians = the published method, as --preset paper.</source>
-      <translation>auto, photos = troncos ajustados directamente en las fotos; gaussians = el método publicado, como --preset paper.</translation>
+      <source>How much is modelled: fast uses fewer photos and features and gives no heights; paper = the published method on the whole plot (hours).</source>
+      <translation>Cuánto se modela: fast usa menos fotos y rasgos y no da alturas; paper = el método publicado en toda la parcela (horas).</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2080,6 +2072,10 @@ cero.&lt;/p&gt;
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
       <translation>fiabilidad de los puntos: ninguna, intensidad LiDAR (tal cual o llevada a un rango) u opacidad de puntos de superficie</translation>
+    </message>
+    <message>
+      <source>Way of measuring</source>
+      <translation>Modo de medir</translation>
     </message>
     <message>
       <source>cross-section model</source>
@@ -2986,8 +2982,8 @@ cero.&lt;/p&gt;
       <translation>Sortea con probabilidades conocidas los árboles que medir con cinta; con mapa y formulario para imprimir y puntos para el teléfono.</translation>
     </message>
     <message>
-      <source>Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is filled in already is not written over.</source>
-      <translation>Sortea árboles de una capa de árboles para que las cintas puedan corregir sus totales (tape-check, stand-table): estratificado por marca y clase de DAP (aleatorio simple en cada una), o con probabilidad proporcional al área basal por el método de Brewer. También pueden salir fustes sin DAP; los árboles muertos no. Escribe tapes.gpkg y tapes.csv para rellenar (taped_cm o girth_cm; state none, dead o not reached; una fila sin tree_id es un árbol que falta en el mapa), tapes.gpx para el teléfono, y tape_form.pdf y tape_form.html para imprimir: por parcela un mapa, los árboles en el orden del recorrido y sitio para árboles que faltan en el mapa. El formulario muestra el DAP medido redondeado a 5 cm, para que nadie lea la cinta hacia él. No se sobrescribe una carpeta con la tabla ya rellenada.</translation>
+      <source>Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): stratified by flag and DBH class, simple random in each. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is filled in already is not written over.</source>
+      <translation>Sortea árboles de una capa de árboles para que las cintas puedan corregir sus totales (tape-check, stand-table): estratificado por marca y clase de DAP, aleatorio simple en cada una. También pueden salir fustes sin DAP; los árboles muertos no. Escribe tapes.gpkg y tapes.csv para rellenar (taped_cm o girth_cm; state none, dead o not reached; una fila sin tree_id es un árbol que falta en el mapa), tapes.gpx para el teléfono, y tape_form.pdf y tape_form.html para imprimir: por parcela un mapa, los árboles en el orden del recorrido y sitio para árboles que faltan en el mapa. El formulario muestra el DAP medido redondeado a 5 cm, para que nadie lea la cinta hacia él. No se sobrescribe una carpeta con la tabla ya rellenada.</translation>
     </message>
     <message>
       <source>measured trees: the tree layer</source>
@@ -3000,14 +2996,6 @@ cero.&lt;/p&gt;
     <message>
       <source>trees to tape</source>
       <translation>árboles que medir con cinta</translation>
-    </message>
-    <message>
-      <source>Design</source>
-      <translation>Diseño</translation>
-    </message>
-    <message>
-      <source>how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area (within flags)</source>
-      <translation>cómo se sortea: estratificado por marca y DAP, o con probabilidad proporcional al área basal (dentro de cada marca)</translation>
     </message>
     <message>
       <source>folder for the tape table, the form and the phone's waypoints</source>
@@ -3062,8 +3050,8 @@ cero.&lt;/p&gt;
       <translation>Qué dicen los árboles medidos con cinta: sesgo, intervalos, marcas, atípicos, totales corregidos.</translation>
     </message>
     <message>
-      <source>Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok are better than those marked check; outliers by name (and whether two numbers were exchanged); number and basal area of the trees corrected by the difference and the ratio estimator of double sampling, with standard errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table.</source>
-      <translation>Lee la tabla rellenada de tape-sample. Sesgo (medido menos cinta) y RMSE de todos los árboles de la capa, con intervalos que se siguen del sorteo; si los intervalos del 90 % de la capa se cumplen; si los árboles ok son mejores que los check; atípicos por número (y si se intercambiaron dos números); número y área basal de los árboles corregidos con los estimadores de diferencia y de razón del muestreo doble, con errores estándar y cuántas cintas más los reducirían a la mitad. Se rechazan unidades que los valores contradicen (pulgadas, circunferencias). Escribe tape_check.html, .pdf, .csv, .gpkg y .json. stand-table --taped toma la misma tabla.</translation>
+      <source>Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok are better than those marked check; outliers by name (and whether two numbers were exchanged); number and basal area of the trees corrected by the difference estimator of double sampling, with standard errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table.</source>
+      <translation>Lee la tabla rellenada de tape-sample. Sesgo (medido menos cinta) y RMSE de todos los árboles de la capa, con intervalos que se siguen del sorteo; si los intervalos del 90 % de la capa se cumplen; si los árboles ok son mejores que los check; atípicos por número (y si se intercambiaron dos números); número y área basal de los árboles corregidos con el estimador de diferencia del muestreo doble, con errores estándar y cuántas cintas más los reducirían a la mitad. Se rechazan unidades que los valores contradicen (pulgadas, circunferencias). Escribe tape_check.html, .pdf, .csv, .gpkg y .json. stand-table --taped toma la misma tabla.</translation>
     </message>
     <message>
       <source>the tree layer that the taped trees were drawn from</source>
@@ -3184,14 +3172,6 @@ cero.&lt;/p&gt;
     <message>
       <source>folder for the report and the tables</source>
       <translation>carpeta del informe y las tablas</translation>
-    </message>
-    <message>
-      <source>Taped estimator</source>
-      <translation>Estimador con cintas</translation>
-    </message>
-    <message>
-      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
-      <translation>cómo corrigen las cintas: por la diferencia media (insesgada con cualquier número de cintas) o por la razón</translation>
     </message>
     <message>
       <source>Class width [cm, or inches in US units]</source>
@@ -4700,6 +4680,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Trees that were drawn from</source>
       <translation>Árboles entre los que se sorteó</translation>
+    </message>
+    <message>
+      <source>Design</source>
+      <translation>Diseño</translation>
     </message>
     <message>
       <source>Mark of the list</source>

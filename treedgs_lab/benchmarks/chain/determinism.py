@@ -4,10 +4,9 @@ more cores save.
     python -m treedgs_lab.benchmarks.chain.determinism --photos PLOT --clouds PLOT
         --output docs/results/determinism.json
     python -m treedgs_lab.benchmarks.chain.determinism --against ../before
-        --photos DEMO:auto DEMO:gaussians DEMO:paper PLOT_E \
-        --clouds PLOT_A PLOT_E PLOT_H --output docs/results/determinism_move.json
+        --photos DEMO PLOT_E --clouds PLOT_A PLOT_E PLOT_H --output docs/results/determinism_move.json
 
-A plot is a folder as ``simulate-plot`` writes it, DEMO:FIT one with ``--fit FIT``. Every run starts from nothing: own
+A plot is a folder as ``simulate-plot`` writes it. Every run starts from nothing: own
 process, own workspace. ``--against CHECKOUT`` runs the same inputs with this code and with the code of another checkout
 (``git worktree add ../before COMMIT``) and compares the tree layers bit for bit: a change that only moves code changes
 none. Seconds of each stage on one core and on all say how much of it is shared among cores, and so what more cores
@@ -47,21 +46,20 @@ SEED = 0
 
 @dataclass(frozen=True)
 class Case:
-    """One input. fit, preset: of ``photos-to-dbh``; a case without a fit is the plot's cloud."""
+    """One input. preset: of ``photos-to-dbh``; a case without one is the plot's cloud."""
 
     plot: Path
-    fit: str = ""
     preset: str = ""
 
     @property
     def name(self) -> str:
         """Of the folder that its runs are kept in."""
-        return "-".join([self.plot.name, *([self.fit, self.preset] if self.fit else ["cloud"])])
+        return f"{self.plot.name}-{self.preset or 'cloud'}"
 
     def words(self, work: Path) -> list[str]:
         """The command; everything it writes is in ``work``."""
-        if self.fit:
-            chosen = ["--fit", self.fit, "--preset", self.preset, "--workspace", work / "ws"]
+        if self.preset:
+            chosen = ["--preset", self.preset, "--workspace", work / "ws"]
             command = ["photos-to-dbh", *photo_inputs(self.plot), *chosen]
         else:
             command = ["pointcloud-to-dbh", "--input", *sorted((self.plot / "lidar").glob("*.la[sz]"))]
@@ -151,12 +149,12 @@ def judge(case: Case, work: Path, against: Path | None) -> dict:
         others = {"again": run(case, work / "second", every), "one_core": run(case, work / "single", {min(every)})}
     else:
         others = {"against": run(case, work / "against", every, against)}
-    record: dict = {"plot": case.plot.name, "fit": case.fit or "cloud", "preset": case.preset, "cores": len(every)}
+    record: dict = {"plot": case.plot.name, "preset": case.preset or "cloud", "cores": len(every)}
     for name, other in others.items():
         record[name] = compare(first, other)
-        if case.fit:
+        if case.preset:
             record[name]["cameras"] = cameras_apart(case.plot / "images", first.parent / "ws", other.parent / "ws")
-    if case.fit and against is None:
+    if case.preset and against is None:
         alone, shared = (stage_seconds(output.parent / "ws") for output in (others["one_core"], first))
         record["stages"] = on_more_cores(alone, shared, len(every))
     print(json.dumps(record, indent=2), flush=True)
@@ -203,19 +201,16 @@ def commit(code: Path) -> str:
     return done.stdout.strip() or "unknown"
 
 
-def cases(photos: list[str], clouds: list[Path], presets: list[str]) -> list[Case]:
+def cases(photos: list[Path], clouds: list[Path], presets: list[str]) -> list[Case]:
     """The inputs that the options name."""
-    found = []
-    for text in photos:
-        plot, _, fit = text.partition(":")
-        found += [Case(Path(plot).resolve(), fit or "auto", preset) for preset in presets]
-    return found + [Case(plot.resolve()) for plot in clouds]
+    by_photos = [Case(plot.resolve(), preset) for plot in photos for preset in presets]
+    return by_photos + [Case(plot.resolve()) for plot in clouds]
 
 
 def main() -> int:
     """Run, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--photos", nargs="*", default=[], metavar="PLOT[:FIT]", help="run photos-to-dbh (FIT: auto)")
+    parser.add_argument("--photos", nargs="*", type=Path, default=[], metavar="PLOT", help="run photos-to-dbh")
     parser.add_argument("--clouds", nargs="*", type=Path, default=[], metavar="PLOT", help="run pointcloud-to-dbh")
     parser.add_argument("--presets", nargs="+", default=["balanced"], help="of photos-to-dbh")
     parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="compare with the code of this checkout")

@@ -1,7 +1,6 @@
 """The whole chain on plots with known truth: success, error, interval coverage, false trees, seconds, memory.
 
-    python -m treedgs_lab.benchmarks.photos.photos_to_dbh PLOT [PLOT ...] [--fit auto photos] [--preset balanced]
-        [--output FILE]
+    python -m treedgs_lab.benchmarks.photos.photos_to_dbh PLOT [PLOT ...] [--preset balanced] [--output FILE]
 
 A plot is a folder as ``simulate-plot`` writes it. The chain gets photos, geotags and plots.csv, never ``truth/``; it
 runs in a process of its own, so that seconds and peak memory are its own.
@@ -31,19 +30,18 @@ SEED = 0
 DIAMETERS = ("geotag", "reconstruct", "ground", "measure")
 
 
-def run(plot: Path, fit: str, preset: str, work: Path) -> dict:
-    """One chain run; the workspace is kept between routes, so that cameras are reconstructed once."""
-    output = work / f"{fit}.gpkg"
-    chosen = ["--preset", preset, "--fit", fit, "--workspace", work, "--output", output, "--log-format", "plain"]
+def run(plot: Path, preset: str, work: Path) -> dict:
+    """One chain run."""
+    output = work / "trees.gpkg"
+    chosen = ["--preset", preset, "--workspace", work, "--output", output, "--log-format", "plain"]
     code = subprocess.run(words("photos-to-dbh", *photo_inputs(plot), *chosen)).returncode
     if code:
-        return {"plot": plot.name, "fit": fit, "exit_code": code}
+        return {"plot": plot.name, "exit_code": code}
     stages = json.loads((work / "run.json").read_text())["stages"]
     seconds = {name: stage["seconds"] for name, stage in stages.items()}
     first = sum(seconds.get(name, 0.0) for name in DIAMETERS)
     outcome = {
         "plot": plot.name,
-        "fit": fit,
         "preset": preset,
         "exit_code": 0,
         "seconds": seconds,
@@ -59,7 +57,7 @@ def run(plot: Path, fit: str, preset: str, work: Path) -> dict:
         accuracy, _ = score_against_truth(trees[trees["qc_flag"] == flag], plot / "truth" / "trees.csv")
         outcome[f"qc_flag {flag}"] = asdict(accuracy)
     table = score_against_truth(trees, plot / "truth" / "trees.csv")[1]
-    print(f"\n{plot.name}, {fit}\n{table.round(2).to_string(index=False)}")
+    print(f"\n{plot.name}\n{table.round(2).to_string(index=False)}")
     return outcome
 
 
@@ -67,7 +65,6 @@ def main() -> int:
     """Run, print and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", nargs="+", type=Path)
-    parser.add_argument("--fit", nargs="+", default=["auto"])
     parser.add_argument("--preset", default="balanced")
     parser.add_argument("--work", type=Path, help="folder for the workspaces (default: a temporary one)")
     parser.add_argument("--output", type=Path, help="JSON file for the figures")
@@ -76,8 +73,7 @@ def main() -> int:
     rows = []
     try:
         for plot in options.plots:
-            for fit in options.fit:
-                rows.append(run(plot.resolve(), fit, options.preset, base / f"{plot.resolve().name}-{options.preset}"))
+            rows.append(run(plot.resolve(), options.preset, base / f"{plot.resolve().name}-{options.preset}"))
     finally:
         if options.work is None:
             shutil.rmtree(base, ignore_errors=True)
@@ -85,7 +81,7 @@ def main() -> int:
     print(
         pd.DataFrame(
             [
-                {name: row.get(name) for name in ("plot", "fit", "exit_code", "diameters_s", "peak_memory_mb")}
+                {name: row.get(name) for name in ("plot", "exit_code", "diameters_s", "peak_memory_mb")}
                 | {name: row.get("3 or more clear views", {}).get(name) for name in shown}
                 for row in rows
             ]
