@@ -19,13 +19,43 @@ def _sector(dx, dy):  # pragma: no cover - compiled
 
 
 @njit(cache=True, nogil=True)
-def _sector_about(point, vector, h_ref):  # pragma: no cover - compiled
+def sector_about(point, vector, h_ref):  # pragma: no cover - compiled
     """Sector of a point (3,) about the axis of a cone's ``vector``."""
     t = point[2] - h_ref
     return _sector(
         point[0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t,
         point[1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t,
     )
+
+
+@njit(cache=True, nogil=True)
+def lobes(points, vector, h_ref, sigma):  # pragma: no cover - compiled
+    """Amplitude of the 2nd to 4th harmonics of the section of (N, 3) points about a cone's ``vector``, whose noise is
+    ``sigma``, over its radius: 0 = circle, > 0.1 = buttresses."""
+    count, mean = np.zeros(SECTORS), np.zeros(SECTORS)
+    for m in range(points.shape[0]):
+        k = sector_about(points[m], vector, h_ref)
+        count[k] += 1
+        mean[k] += distance(points[m, 0], points[m, 1], points[m, 2], vector, h_ref)
+    filled = np.flatnonzero(count)
+    if len(points) < 40 or len(filled) < 16:
+        return 0.0
+    normal, right = np.zeros((9, 9)), np.zeros(9)
+    # Sector means are noisy where points are few: shrink by their noise.
+    for k in range(1, 9):
+        normal[k, k] = 1 / (0.03 * vector[4]) ** 2
+    basis, solution = np.ones(9), np.empty(9)
+    for k in filled:
+        middle = (k + 0.5) / SECTORS * 2 * np.pi - np.pi
+        for wave in range(1, 5):
+            basis[2 * wave - 1], basis[2 * wave] = np.cos(wave * middle), np.sin(wave * middle)
+        weight = 1 / (sigma**2 / count[k] + 1e-8)
+        for a in range(9):
+            right[a] += weight * basis[a] * mean[k] / count[k]
+            for b in range(9):
+                normal[a, b] += weight * basis[a] * basis[b]
+    cholesky_solve(normal, right, solution)
+    return np.sqrt(np.sum(solution[3:] ** 2)) / vector[4]
 
 
 @njit(cache=True, nogil=True)
@@ -40,7 +70,7 @@ def bark_weights(points, others, vector, h_ref, sigma, floor_m, roundness):  # p
     count, on, off = np.zeros(SECTORS), np.zeros(_ROWS), np.zeros(_ROWS)
     for m in range(n):
         e = distance(points[m, 0], points[m, 1], points[m, 2], vector, h_ref)
-        sector[m] = _sector_about(points[m], vector, h_ref)
+        sector[m] = sector_about(points[m], vector, h_ref)
         row[m] = min(max(int(np.floor(points[m, 2] / PURITY_M)), 0), _ROWS - 1)
         if abs(e) < tolerance:
             count[sector[m]] += 1
@@ -73,7 +103,7 @@ def bark_cells(points, on, vector, h_ref):  # pragma: no cover - compiled
     seen = np.zeros((high - low + 1, SECTORS), np.bool_)
     for m in range(points.shape[0]):
         if on[m]:
-            seen[int(np.floor(points[m, 2] / CELL_M)) - low, _sector_about(points[m], vector, h_ref)] = True
+            seen[int(np.floor(points[m, 2] / CELL_M)) - low, sector_about(points[m], vector, h_ref)] = True
     return seen.sum()
 
 

@@ -12,14 +12,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from ....core.machine import in_threads
 from ....pointcloud.cloud import grouped
 from ...geometry.cone import Cone, fit_cone
-from ...geometry.slices import across_axis
+from ...geometry.cone_kernels import bark_distances, fit_vector
+from ...geometry.section_kernels import SECTORS, lobes, sector_about
 from ...quality.priors import USUAL_TAPER
 from ...quality.tree import Tree
-from .surface_quality import FLOOR_CM, FLOOR_SHARE, ROUNDNESS, lobes_of
+from .surface_quality import FLOOR_CM, FLOOR_SHARE, ROUNDNESS
 
 #: Distance of sections, and lowest one, m.
 STEP_M, LOWEST_M = 0.5, 0.5
@@ -29,8 +31,8 @@ HALVES_M, PLENTY, MIN_POINTS = (0.1, 0.25, 0.5), 60, 16
 NOISE_SHARE = 0.2
 #: Spread of bark points about a circle: not below, not above, m.
 _FLOOR_M, _CAP_M = 0.005, 0.025
-#: Sectors of a section, and the circumference that has to be seen, degrees.
-_SECTORS, MIN_ARC_DEG = 24, 150.0
+#: The circumference that has to be seen, degrees.
+MIN_ARC_DEG = 150.0
 #: A section holds with a radius within this share of what its neighbour leads to, a centre within this of it (m, and
 #: radii), and a standard error below this share of the diameter.
 _CHANGE, _OFF_M, _OFF_SHARE, _SE_SHARE = 0.12, 0.04, 0.15, 0.08
@@ -137,58 +139,78 @@ def _thicker(section: _Section, way: list[_Section]) -> bool:
     return bool(200 * section.radius - _SURE * section.se_cm > thinnest)
 
 
-def _filled(here: np.ndarray, predicted: Cone, on: np.ndarray, sigma: float) -> bool:
-    """Whether the (N, 3) points of a section fill the place where a stem should be, and do not lie on its bark."""
-    deep, radius = max(3 * sigma, 0.02), float(predicted.r)
-    if radius <= 1.2 * deep:
-        return False
-    inside = np.count_nonzero(predicted.residuals(here[:: max(len(here) // _MAX_POINTS, 1)]) < -deep)
-    inside *= max(len(here) // _MAX_POINTS, 1)
-    return bool(inside / (radius - deep) ** 2 > _INSIDE * len(on) / (4 * radius * deep))
-
-
 def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
-    """The circle at the predicted cone's height; ``None`` where it does not hold."""
-    height, expected = predicted.h_ref, float(predicted.r)
+    """The circle at the predicted cone's height; ``None`` where it does not hold. points: (N, 3), by height."""
+    x, y, radius, se_cm, rms, on, arc = _circle(points, predicted.vector, predicted.h_ref)
+    if not radius > 0:
+        return None
+    height = float(predicted.h_ref)
+    return _Section(height, predicted.centre(height) + [x, y], radius, se_cm, rms, int(on), arc)
+
+
+@njit(cache=True, nogil=True)
+def _circle(points, predicted, height):  # pragma: no cover - compiled
+    """The circle about a predicted cone's vector (8,) at a height: x and y from its axis, radius, standard error of the
+    diameter cm, spread m, points, arc deg; zeros where it does not hold."""
+    none, expected = np.zeros(7), predicted[4]
+    here, away = points, np.empty(0)
     for half in HALVES_M:
-        low, high = np.searchsorted(points[:, 2], [height - half, height + half])
-        here = near = points[low:high]
-        if len(near):
-            near = near[np.abs(predicted.residuals(near)) < max(0.05, 0.25 * expected)]
-        if len(near) >= PLENTY:
+        low, high = np.searchsorted(points[:, 2], height - half), np.searchsorted(points[:, 2], height + half)
+        here = points[low:high]
+        away = bark_distances(here, predicted, height)
+        count = np.count_nonzero(np.abs(away) < max(0.05, 0.25 * expected))
+        if count >= PLENTY:
             break
-    if len(near) < MIN_POINTS:
-        return None
+    if count < MIN_POINTS:
+        return none
+    near = here[np.abs(away) < max(0.05, 0.25 * expected)]
     near = near[:: max(len(near) // _MAX_POINTS, 1)]
-    flat = np.column_stack([across_axis(near, predicted), near[:, 2]])
-    upright = Cone(0.0, 0.0, 0.0, 0.0, expected, USUAL_TAPER, height)
-    cone = fit_cone(flat, upright, None, (0.04, 0.02), _FLOOR_M, _CAP_M, lean_sd=0.02, taper_sd=0.002)
-    if cone is None or cone.covariance is None or abs(cone.r / expected - 1) > _CHANGE:
-        return None
-    if np.hypot(cone.x, cone.y) > _OFF_M + _OFF_SHARE * expected:
-        return None
-    residual = cone.residuals(flat)
-    on = np.abs(residual) < max(3 * cone.sigma, 0.01)
-    if on.sum() < MIN_POINTS:
-        return None
-    if _filled(here, predicted, residual[on], cone.sigma):
-        return None
-    sector = np.floor((cone.azimuths(flat[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
-    arc = 360.0 / _SECTORS * len(np.unique(sector))
-    if arc < MIN_ARC_DEG:
-        return None
-    rms = float(np.sqrt(np.mean(residual[on] ** 2)))
-    d_cm = 200 * cone.r
-    parts = (
-        200 * float(np.sqrt(cone.covariance[4, 4])),
-        d_cm * max(ROUNDNESS, lobes_of(flat[on], cone)) / np.sqrt(arc / 60.0),
-        100 * rms**2 / cone.r,
-        NOISE_SHARE * 200 * rms,
-        FLOOR_CM,
-        FLOOR_SHARE * d_cm,
+    # Sheared along the axis to one plane, the lean's stretch undone.
+    flat = np.empty((len(near), 3))
+    square = predicted[2] ** 2 + predicted[3] ** 2
+    stretch = (1 / np.sqrt(1 + square) - 1) / square if square > 1e-18 else 0.0
+    for m in range(len(near)):
+        t = near[m, 2] - height
+        x, y = near[m, 0] - predicted[0] - predicted[2] * t, near[m, 1] - predicted[1] - predicted[3] * t
+        along = stretch * (x * predicted[2] + y * predicted[3])
+        flat[m, 0], flat[m, 1], flat[m, 2] = x + along * predicted[2], y + along * predicted[3], near[m, 2]
+    upright = np.array([0.0, 0.0, 0.0, 0.0, expected, USUAL_TAPER, 0.0, 0.0])
+    vector, covariance, sigma = fit_vector(
+        flat, np.ones(len(flat)), upright, height, np.array([0.04, 0.02]), _FLOOR_M, _CAP_M, 0.02, 0.002, 0.0, 6
     )
-    se = float(np.sqrt(np.square(parts).sum()))
-    if se > _SE_SHARE * d_cm:
-        return None
-    centre = predicted.centre(height) + [cone.x, cone.y]
-    return _Section(float(height), centre, float(cone.r), se, rms, int(on.sum()), arc)
+    if not sigma > 0 or abs(vector[4] / expected - 1) > _CHANGE:
+        return none
+    if np.hypot(vector[0], vector[1]) > _OFF_M + _OFF_SHARE * expected:
+        return none
+    residual = bark_distances(flat, vector, height)
+    on = np.abs(residual) < max(3 * sigma, 0.01)
+    bark, residual = flat[on], residual[on]
+    if len(bark) < MIN_POINTS:
+        return none
+    # Points fill the place where a stem should be, and do not lie on its bark.
+    deep = max(3 * sigma, 0.02)
+    inside = np.count_nonzero(away < -deep)
+    if expected > 1.2 * deep and inside / (expected - deep) ** 2 > _INSIDE * len(bark) / (4 * expected * deep):
+        return none
+    seen = np.zeros(SECTORS, np.bool_)
+    for m in range(len(bark)):
+        seen[sector_about(bark[m], vector, height)] = True
+    arc = 360.0 / SECTORS * np.count_nonzero(seen)
+    if arc < MIN_ARC_DEG:
+        return none
+    rms = np.sqrt(np.mean(residual**2))
+    d_cm = 200 * vector[4]
+    parts = np.array(
+        [
+            200 * np.sqrt(covariance[4, 4]),
+            d_cm * max(ROUNDNESS, lobes(bark, vector, height, sigma)) / np.sqrt(arc / 60.0),
+            100 * rms**2 / vector[4],
+            NOISE_SHARE * 200 * rms,
+            FLOOR_CM,
+            FLOOR_SHARE * d_cm,
+        ]
+    )
+    se_cm = np.sqrt(np.sum(parts**2))
+    if se_cm > _SE_SHARE * d_cm:
+        return none
+    return np.array([vector[0], vector[1], vector[4], se_cm, rms, len(bark), arc])

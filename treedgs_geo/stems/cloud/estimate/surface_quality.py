@@ -8,7 +8,7 @@ import numpy as np
 
 from ...geometry.cone import Cone
 from ...geometry.ellipse import fit_ellipse
-from ...geometry.section_kernels import SECTORS, bark_weights
+from ...geometry.section_kernels import SECTORS, bark_weights, lobes
 from ...geometry.slices import across_axis
 from ...geometry.taper import Taper
 from ..propose.evidence import LEAST_OF_USUAL, usual
@@ -87,7 +87,7 @@ class Bark:
                     bark_weights(bark, fitted.others, cone.vector, cone.h_ref, cone.sigma, sensor.floor_m, ROUNDNESS)[1]
                 )
             )
-        return cls(residual, noise, per_sector, arc, purity, lobes_of(bark, cone))
+        return cls(residual, noise, per_sector, arc, purity, lobes(bark, cone.vector, cone.h_ref, cone.sigma))
 
     def share_beyond(self, cone: Cone, side: int) -> float:
         """Share of the window's points off the bark, outside (``side`` 1) or inside (-1) of it."""
@@ -167,27 +167,3 @@ def girth_factor(points: np.ndarray, cone: Cone, sensor: Sensor) -> float:
     flat = across_axis(some, cone) * (float(cone.r) / np.maximum(cone.radius(some[:, 2]), 1e-3))[:, None]
     oval = fit_ellipse(flat, noise_m=max(cone.sigma, sensor.floor_m), start=np.array([0.0, 0.0, float(cone.r)]))
     return oval.girth_d / (oval.a + oval.b) if oval is not None and oval.gain > 0 else 1.0
-
-
-def lobes_of(points: np.ndarray, cone: Cone) -> float:
-    """Amplitude of the 2nd to 4th harmonics of the cross-section over the radius: 0 = circle, > 0.1 = buttresses."""
-    if len(points) < 40:
-        return 0.0
-    angle, residual = cone.azimuths(points), cone.residuals(points)
-    sector = np.floor((angle + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
-    count = np.bincount(sector, minlength=SECTORS)
-    if (count > 0).sum() < 16:
-        return 0.0
-    mean = np.bincount(sector, residual, minlength=SECTORS) / np.maximum(count, 1)
-    middle = (np.arange(SECTORS) + 0.5) / SECTORS * 2 * np.pi - np.pi
-    filled = count > 0
-    waves = [wave(k * middle[filled]) for k in (1, 2, 3, 4) for wave in (np.cos, np.sin)]
-    basis = np.column_stack([np.ones(filled.sum()), *waves])
-    # Sector means are noisy where points are few: shrink by their noise.
-    noise = cone.sigma**2 / np.maximum(count[filled], 1)
-    shape = (0.03 * cone.r) ** 2
-    weight = 1 / (noise + 1e-8)
-    ridge = np.diag([0.0] + [1 / shape] * 8)
-    weighted = (basis * weight[:, None]).T
-    coefficient = np.linalg.solve(weighted @ basis + ridge, weighted @ mean[filled])
-    return float(np.sqrt((coefficient[3:] ** 2).sum()) / cone.r)
