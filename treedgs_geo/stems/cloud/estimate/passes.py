@@ -11,9 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from ....pointcloud.cloud import grouped
 from ...geometry.cone import Cone
+from ...geometry.cone_kernels import cholesky_solve
 from ...geometry.section_kernels import SECTORS
 from .track import FACED_DEG
 
@@ -188,15 +190,16 @@ def fit_passes(
     arc = 360.0 / SECTORS * (seen > 0.02 * count[:, None]).sum(axis=1)
     faced = _faced(cone.azimuths(points), label, passes, towards)
     points, label, t = points[faced], label[faced], t[faced]
-    plain, *_ = _solve(points, label, cone, t, 0, floor_m)
-    moved, state, covariance = _solve(points, label, cone, t, passes, floor_m)
+    about = points[:, :2] - cone.centre(points[:, 2]), cone.radius(points[:, 2]), cone.r, t, label
+    plain, *_ = _solve(*about, 0, floor_m)
+    moved, state, variance = _solve(*about, passes, floor_m)
     return PassFit(
         keys,
         state[_FIRST:].reshape(passes, 2),
         count,
         arc,
         plain - moved,
-        200 * float(np.sqrt(covariance[4, 4])),
+        200 * float(np.sqrt(variance)),
         dates_apart_cm(points, label, cone),
     )
 
@@ -289,47 +292,66 @@ def _by_sector(e: np.ndarray, sector: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return count, mean, np.maximum(square, 1e-6) / np.maximum(count, 1)
 
 
-def _solve(
-    points: np.ndarray,
-    label: np.ndarray,
-    cone: Cone,
-    t: np.ndarray,
-    passes: int,
-    floor_m: float,
-) -> tuple[float, np.ndarray, np.ndarray]:
+@njit(cache=True, nogil=True)
+def _solve(flat, radius, r, t, label, passes, floor_m):  # pragma: no cover - compiled
     """Minus log likelihood (own spread), changes (x, y, lean, lean, radius, taper, section, shifts of ``passes``),
-    covariance. passes: 0 = none is moved.
+    variance of the radius, of (N, 2) points about a cone's axis, at (N,) ``t`` above the height where its radius is
+    ``r``; its radius at each (N,), their passes (N,). passes: 0 = none is moved.
 
     The section is free to be no circle: what one pass shows is then its own, and only where two passes show one side
     at different distances do they not fit together."""
-    rows = np.arange(len(points))
-    state = np.zeros(_FIRST + 2 * passes)
-    sd = np.r_[1.0, 1.0, 0.05, 0.05, 1.0, 0.002, np.full(_FIRST - 6, SECTION_SD * cone.r)]
-    sd = np.r_[sd, np.full(2 * passes, SHIFT_SD_M)]
-    flat0, radius0 = points[:, :2] - cone.centre(points[:, 2]), cone.radius(points[:, 2])
+    n = len(t)
+    state, sd = np.zeros(_FIRST + 2 * passes), np.full(_FIRST + 2 * passes, SHIFT_SD_M)
+    sd[:6] = np.array([1.0, 1.0, 0.05, 0.05, 1.0, 0.002])
+    sd[6:_FIRST] = SECTION_SD * r
+    e, basis = np.empty(n), np.ones((n, _FIRST))
+    step, normal = np.zeros(len(state)), np.eye(len(state))
     spread = 0.02
-    inverse = np.eye(len(state))
     for scale in SCALES_M:
-        offset = np.column_stack([state[0] + state[2] * t, state[1] + state[3] * t])
-        flat = flat0 - offset
-        if passes:
-            flat -= state[_FIRST:].reshape(passes, 2)[label]
-        away = np.maximum(np.hypot(flat[:, 0], flat[:, 1]), 1e-6)
-        turn = (flat[:, 0] + 1j * flat[:, 1]) / away
-        section = np.column_stack([part for k in (2, 3, 4) for part in ((turn**k).real, (turn**k).imag)])
-        e = away - radius0 - state[4] - state[5] * t - section @ state[6:_FIRST]
-        limit = scale or max(3 * spread, 2 * floor_m)
-        weight = 1 / (1 + (e / limit) ** 2) ** 2
-        near = np.abs(e) < 2.5 * limit
-        spread = max(1.4826 * float(np.median(np.abs(e[near]))), floor_m) if near.any() else floor_m
-        c, s = turn.real, turn.imag
-        design = np.zeros((len(points), len(state)))
-        design[:, :_FIRST] = np.column_stack([c, s, c * t, s * t, np.ones(len(t)), t, section])
-        if passes:
-            design[rows, _FIRST + 2 * label], design[rows, _FIRST + 1 + 2 * label] = c, s
-        weighted = (design * weight[:, None]).T / spread**2
-        inverse = np.linalg.inv(weighted @ design + np.diag(1 / sd**2))
-        state = state + inverse @ (weighted @ e - state / sd**2)
+        for m in range(n):
+            x, y = flat[m, 0] - state[0] - state[2] * t[m], flat[m, 1] - state[1] - state[3] * t[m]
+            if passes:
+                x, y = x - state[_FIRST + 2 * label[m]], y - state[_FIRST + 1 + 2 * label[m]]
+            away = max(np.hypot(x, y), 1e-6)
+            turn = complex(x, y) / away
+            row = basis[m]
+            row[0], row[1], row[2], row[3], row[5] = turn.real, turn.imag, turn.real * t[m], turn.imag * t[m], t[m]
+            wave = turn
+            for k in range(6, _FIRST, 2):
+                wave *= turn
+                row[k], row[k + 1] = wave.real, wave.imag
+            e[m] = away - radius[m]
+            for k in range(4, _FIRST):
+                e[m] -= row[k] * state[k]
+        limit = scale if scale > 0 else max(3 * spread, 2 * floor_m)
+        near = np.abs(e)
+        near = near[near < 2.5 * limit]
+        spread = max(1.4826 * np.median(near), floor_m) if len(near) else floor_m
+        normal, right = np.diag(1 / sd**2), -state / sd**2
+        for m in range(n):
+            weight = 1 / (1 + (e[m] / limit) ** 2) ** 2 / spread**2
+            c, s, k = basis[m, 0], basis[m, 1], _FIRST + 2 * label[m]
+            for a in range(_FIRST):
+                w = weight * basis[m, a]
+                right[a] += w * e[m]
+                for b in range(a + 1):
+                    normal[a, b] += w * basis[m, b]
+                if passes:
+                    normal[k, a] += w * c
+                    normal[k + 1, a] += w * s
+            if passes:
+                right[k] += weight * c * e[m]
+                right[k + 1] += weight * s * e[m]
+                normal[k, k] += weight * c * c
+                normal[k + 1, k] += weight * c * s
+                normal[k + 1, k + 1] += weight * s * s
+        cholesky_solve(normal.copy(), right, step)
+        state += step
     # A t distribution's likelihood: what lies off every bark costs the same everywhere.
-    scaled = np.log(spread) + 1.5 * np.log1p((e / spread) ** 2 / 2)
-    return float(scaled.sum() + 0.5 * np.sum((state / sd)[6:] ** 2)), state, inverse
+    cost = n * np.log(spread) + 0.5 * np.sum((state[6:] / sd[6:]) ** 2)
+    for m in range(n):
+        cost += 1.5 * np.log1p((e[m] / spread) ** 2 / 2)
+    alone = np.zeros(len(state))
+    alone[4] = 1.0
+    cholesky_solve(normal, alone, step)
+    return cost, state, step[4]
