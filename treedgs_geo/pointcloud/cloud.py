@@ -131,6 +131,12 @@ def slices(count: int, most: int = 2_000_000) -> Iterator[slice]:
     return (slice(start, min(start + most, count)) for start in range(0, count, most))
 
 
+def evenly(numbers: np.ndarray) -> np.ndarray:
+    """(N,) of (N,) uint64, from 0 to 1: equal where these are, and even over any stretch of a file however they follow
+    one another (multiples of the golden ratio)."""
+    return (numbers * np.uint64(0x9E3779B97F4A7C15)).astype(float) / 2.0**64
+
+
 def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(K,) minimum and (K,) maximum of (N, K) points, column by column: many times faster than ``min(axis=0)``."""
     if points.ndim == 2 and points.dtype == np.float64 and len(points):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....pointcloud.cloud import slices
+from ....pointcloud.cloud import evenly
 from ...geometry.cone import Cone
 
 #: Time in which a scanner hardly moves, s; returns of a pulse that far apart tell its direction, m.
@@ -20,6 +20,8 @@ STEP_S, APART_M = 0.5, 1.5
 #: Beams that settle a position; spread of their directions (square of the sine) below which they do not; a beam that
 #: passes it by more, m, is of another place.
 BEAMS, SPREAD, PAST_M = 10, 1e-4, 1.0
+#: Points that are asked where the scanner was, at most: those of so many pulses.
+MAX_POINTS = 4_000_000
 #: Points farther than this to the side of what faces the scanner are at the rim, degrees; distance to the bark, m.
 FACED_DEG, RIM_M = 60.0, 0.06
 
@@ -39,9 +41,11 @@ class SensorTrack:
         """Of (N, 3) points; ``None`` without times, or without enough pulses of two returns."""
         if "gps_time" not in attributes:
             return None
-        when = np.asarray(attributes["gps_time"], float)
+        whole = xyz, np.asarray(attributes["gps_time"], float)
+        some = np.flatnonzero(evenly(whole[1].view(np.uint64)) < MAX_POINTS / len(xyz))
+        xyz, when = xyz[some], whole[1][some]
         if "return_number" in attributes:
-            first, last = _pulses(when, np.asarray(attributes["return_number"]))
+            first, last = _pulses(when, np.asarray(attributes["return_number"])[some])
         else:
             # What has one time is one pulse: its highest and its lowest return.
             order = np.lexsort((-xyz[:, 2], when))
@@ -50,29 +54,23 @@ class SensorTrack:
             first, last = first[first != last], last[first != last]
         if len(first) < BEAMS:
             return None
-        # Slice by slice: a large cloud has millions of pulses.
-        beams = []
-        for part in slices(len(first)):
-            way = xyz[first[part]] - xyz[last[part]]
-            length = np.linalg.norm(way, axis=1)
-            far = (length > APART_M) & (way[:, 2] > 0.5 * length)
-            beams.append((first[part][far], way[far] / length[far, None]))
-        first, way = (np.concatenate(column) for column in zip(*beams, strict=True))
+        way = xyz[first] - xyz[last]
+        length = np.linalg.norm(way, axis=1)
+        far = (length > APART_M) & (way[:, 2] > 0.5 * length)
+        first, way = first[far], way[far] / length[far, None]
         if len(first) < BEAMS:
             return None
         step = np.unique(np.floor(when[first] / STEP_S), return_inverse=True)[1]
-        here, time, near = xyz[first] - xyz[first[0]], when[first], np.ones(len(first), bool)
-        place, held = _meeting(here, way, step, near)
-        for part in slices(len(first)):
-            off = here[part] - place[step[part]]
-            across = off - (off * way[part]).sum(axis=1)[:, None] * way[part]
-            near[part] = np.linalg.norm(across, axis=1) < PAST_M
+        here, time = xyz[first] - xyz[first[0]], when[first]
+        place, held = _meeting(here, way, step, np.ones(len(first), bool))
+        off = here - place[step]
+        near = np.linalg.norm(off - (off * way).sum(axis=1)[:, None] * way, axis=1) < PAST_M
         place, held = _meeting(here, way, step, near)
         # Beams that do not meet are no beams: several pulses had one time.
         count = np.bincount(step[near], minlength=len(held))
         held &= count > 0.5 * np.bincount(step)
         middle = np.bincount(step[near], time[near], len(held)) / np.maximum(count, 1)
-        return cls(middle[held], place[held] + xyz[first[0]], xyz, when) if held.any() else None
+        return cls(middle[held], place[held] + xyz[first[0]], *whole) if held.any() else None
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """(M, 3) places of the scanner at (M,) times: between two known ones, or the nearer where they lie apart."""
@@ -101,13 +99,7 @@ class SensorTrack:
 def _pulses(when: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(P,) (P,) points that are the first and the second return of one pulse, by time: neighbours in the file where
     several pulses have one time. when: (N,) s, number: (N,)."""
-    time = np.unique(when[number == 2])
-    if not len(time):
-        return np.empty(0, int), np.empty(0, int)
-    # Only pulses of two returns are sorted: of a large cloud a small part.
-    some = [np.flatnonzero((number[part] == 1) | (number[part] == 2)) + part.start for part in slices(len(when))]
-    some = [part[time[np.minimum(np.searchsorted(time, when[part]), len(time) - 1)] == when[part]] for part in some]
-    order = np.concatenate(some)
+    order = np.flatnonzero((number == 1) | (number == 2))
     order = order[np.argsort(when[order], kind="stable")]
     first, last = order[:-1], order[1:]
     pair = (when[first] == when[last]) & (number[first] == 1) & (number[last] == 2)
@@ -118,17 +110,15 @@ def _meeting(here: np.ndarray, way: np.ndarray, step: np.ndarray, used: np.ndarr
     """(K, 3) points nearest to the beams of each step, and (K,) bool where they are known. used: (N,) bool, of the
     beams from (N, 3) ``here`` along ``way``."""
     steps = int(step.max()) + 1
-    total, pull, count = np.zeros((steps, 3, 3)), np.zeros((steps, 3)), np.zeros(steps, np.int64)
-    for part in slices(len(way)):
-        mine = used[part]
-        along, of = way[part][mine], step[part][mine]
-        across = np.eye(3) - along[:, :, None] * along[:, None, :]
-        right = np.einsum("nij,nj->ni", across, here[part][mine])
-        count += np.bincount(of, minlength=steps)
-        for i in range(3):
-            pull[:, i] += np.bincount(of, right[:, i], steps)
-            for j in range(3):
-                total[:, i, j] += np.bincount(of, across[:, i, j], steps)
+    total, pull = np.zeros((steps, 3, 3)), np.zeros((steps, 3))
+    along, step = way[used], step[used]
+    across = np.eye(3) - along[:, :, None] * along[:, None, :]
+    right = np.einsum("nij,nj->ni", across, here[used])
+    count = np.bincount(step, minlength=steps)
+    for i in range(3):
+        pull[:, i] = np.bincount(step, right[:, i], steps)
+        for j in range(3):
+            total[:, i, j] = np.bincount(step, across[:, i, j], steps)
     held = (count >= BEAMS) & (np.linalg.eigvalsh(total)[:, 0] > SPREAD * np.maximum(count, 1))
     total[~held] = np.eye(3)
     return np.linalg.solve(total, pull[:, :, None])[:, :, 0], held
