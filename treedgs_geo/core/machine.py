@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import atexit
+import itertools
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TypeVar
@@ -40,6 +41,15 @@ def in_threads(work: Callable[[_T], _R], items: Sequence[_T]) -> Iterator[_R]:
         yield from workers.map(work, items)
     finally:
         workers.shutdown(cancel_futures=True)
+
+
+def ahead(items: Iterator[_T]) -> Generator[_T]:
+    """The same items, each made in a thread while the caller works on the one before."""
+    with ThreadPoolExecutor(1) as maker:
+        coming = maker.submit(list, itertools.islice(items, 1))
+        while item := coming.result():
+            coming = maker.submit(list, itertools.islice(items, 1))
+            yield item.pop()
 
 
 def ensure_code_cache() -> None:

@@ -145,7 +145,7 @@ def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([column.min() for column in columns]), np.array([column.max() for column in columns])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _extent(points):  # pragma: no cover - compiled
     """:func:`extent` in one pass; NaN where a column holds one."""
     low, high = points[0].copy(), points[0].copy()
@@ -162,7 +162,7 @@ def _extent(points):  # pragma: no cover - compiled
     return low, high
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def in_box(points, low, high):  # pragma: no cover - compiled
     """(N,) bool: finite, and in the box of (K,) ``low`` to ``high``: many times faster than ``all(axis=1)``."""
     inside = np.empty(points.shape[0], np.bool_)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import itertools
 from collections.abc import Iterator
@@ -10,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from ..core.errors import InputError
 from ..core.files import atomic_path
+from ..core.machine import ahead
 from .cloud import PointCloud, concatenate, in_box
 from .e57_file import count_e57, is_e57, iter_e57
 from .file_crs import agreed_crs, file_crs
@@ -251,10 +254,22 @@ def _iter_las(
             if bounds is not None and is_copc(header)
             else iter_points(path, reader, chunk_points)
         )
-        for points in pieces:
-            xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
-            values = {name: np.asarray(points[name]) for name in names}
-            yield _clip(PointCloud(xyz, own, values, header), bounds)
+        with contextlib.closing(ahead(pieces)) as pieces_ahead:
+            for points in pieces_ahead:
+                stored = (np.ascontiguousarray(points.array[axis]) for axis in "XYZ")
+                xyz = _placed(*stored, np.array(points.scales), np.array(points.offsets))
+                values = {name: np.asarray(points[name]) for name in names}
+                yield _clip(PointCloud(xyz, own, values, header), bounds)
+
+
+@njit(cache=True, nogil=True)
+def _placed(x, y, z, scale, offset):  # pragma: no cover - compiled
+    """(N, 3) coordinates of whole numbers as LAS stores them."""
+    xyz = np.empty((len(x), 3))
+    for m in range(len(x)):
+        xyz[m, 0], xyz[m, 1] = x[m] * scale[0] + offset[0], y[m] * scale[1] + offset[1]
+        xyz[m, 2] = z[m] * scale[2] + offset[2]
+    return xyz
 
 
 def _names(header: Any, attributes: tuple[str, ...] | None) -> list[str]:
