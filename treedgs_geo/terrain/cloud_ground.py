@@ -10,6 +10,7 @@ import pyproj
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
+from ..pointcloud.cloud import extent
 from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
 from .dtm import GROUND_WARN_M, Dtm
 from .ground import dtm_from_cloud, flat_ground
@@ -145,7 +146,8 @@ def found_ground(
 
 def _only_foot(xyz: np.ndarray) -> np.ndarray | None:
     """(2,) where (N, 3) points have their foot if they are one tree with hardly any surroundings, else ``None``."""
-    if float((xyz.max(axis=0) - xyz.min(axis=0))[:2].max()) > _TREE_M:
+    low, high = extent(xyz)
+    if float((high - low)[:2].max()) > _TREE_M:
         return None
     lowest = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
     foot = xyz[xyz[:, 2] < lowest + _FOOT_HEIGHT_M, :2]

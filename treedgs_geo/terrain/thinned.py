@@ -15,15 +15,15 @@ import numpy as np
 from numba import njit
 
 from ..core.errors import InputError
-from ..pointcloud.cloud import PointCloud, usable
+from ..pointcloud.cloud import PointCloud, evenly, usable
 from ..pointcloud.files import About, describe_cloud, gathered, iter_cloud
 from .dtm import Dtm
-from .ground import cloth_ground
+from .ground import MANY_POINTS, cloth_ground
 from .options import ClothSimulation
 from .surface import grid_ground
 
 #: Clouds up to this size are read as a whole.
-WHOLE_CLOUD_POINTS = 4_000_000
+WHOLE_CLOUD_POINTS = MANY_POINTS
 #: Side of the cells in which points are counted, m, and cells at most, which make them larger; that of the rough ground
 #: is this many times as wide.
 CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
@@ -32,7 +32,7 @@ CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
 LAYER_M, CROWNS_M, TOP_M = 0.2, 15.5, 1.0
 #: So many points a cell are enough of ground (of those less than :data:`LOW_M` above the lowest of the wide cell), of
 #: the stem band and of crowns (of all points of the cell); never less than the share is kept.
-ENOUGH, MIN_SHARE, LOW_M = (32, 20_000, 256), 0.2, 1.0
+ENOUGH, MIN_SHARE, LOW_M = (32, 20_000, 64), 0.2, 1.0
 #: So many points of a piece tell whether pulses have times of their own: that share of different ones.
 PULSES, SHARE_TIMED = 10_000, 0.3
 
@@ -94,13 +94,13 @@ class _Cells:
 
 
 def _pulses(piece: PointCloud, first: int) -> np.ndarray:
-    """(N,) uint64 number of each point's pulse: its time, where most have one of their own; else, from ``first``, the
-    count of first returns in the file, or of points."""
+    """(N,) from 0 to 1, even over the pulses and one for each, which its time tells where most have one of their own;
+    else, from ``first``, the count of first returns in the file, or of points."""
     time = np.asarray(piece.attributes.get("gps_time", ()), float)
     if len(np.unique(time[:PULSES])) > SHARE_TIMED * PULSES:
-        return time.view(np.uint64)
+        return evenly(time.view(np.uint64))
     begins = np.asarray(piece.attributes.get("return_number", np.ones(len(piece)))) == 1
-    return np.cumsum(begins).astype(np.uint64) + np.uint64(first)
+    return evenly(np.cumsum(begins).astype(np.uint64) + np.uint64(first))
 
 
 @njit(cache=True)
@@ -109,7 +109,7 @@ def _cell(point, corner, cell_m, shape):  # pragma: no cover - compiled
     return min(max(i, 0), shape[0] - 1), min(max(j, 0), shape[1] - 1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _count(xyz, good, corner, cell_m, lowest, high, count, low):  # pragma: no cover - compiled
     for m in range(xyz.shape[0]):
         if not good[m]:
@@ -127,9 +127,9 @@ def _count(xyz, good, corner, cell_m, lowest, high, count, low):  # pragma: no c
                 lowest[i0, j0, axis] = xyz[m, axis] - corner[axis]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _needed(xyz, height, pulse, corner, cell_m, high, count, low):  # pragma: no cover - compiled
-    """(N,) bool of (N, 3) points of (N,) pulses at (N,) heights above the rough ground."""
+    """(N,) bool of (N, 3) points of (N,) :func:`_pulses` at (N,) heights above the rough ground."""
     kept = np.ones(xyz.shape[0], np.bool_)
     for m in range(xyz.shape[0]):
         i, j = _cell(xyz[m], corner, cell_m, count.shape)
@@ -140,7 +140,5 @@ def _needed(xyz, height, pulse, corner, cell_m, high, count, low):  # pragma: no
             part = 2
         elif abs(height[m]) < LAYER_M:
             part = 0
-        share = max(ENOUGH[part] / max(count[i, j] if part else low[i, j], 1), MIN_SHARE)
-        # Multiples of the golden ratio (of 2**64) spread evenly over any stretch of the file.
-        kept[m] = np.float64(pulse[m] * np.uint64(0x9E3779B97F4A7C15)) < share * 2.0**64
+        kept[m] = pulse[m] < max(ENOUGH[part] / max(count[i, j] if part else low[i, j], 1), MIN_SHARE)
     return kept
