@@ -13,7 +13,7 @@ from ..core.progress import Reporter
 from ..pointcloud.cloud import extent
 from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
 from .dtm import GROUND_WARN_M, Dtm
-from .ground import dtm_from_cloud, flat_ground
+from .ground import MANY_POINTS, dtm_from_cloud, flat_ground
 from .normalised import BLOCK_M, NORMALISED_SE_M, lowest_height
 from .surface import cell_quantile
 
@@ -95,7 +95,7 @@ def own_ground(xyz: np.ndarray, crs: pyproj.CRS | None) -> CloudGround:
     """
     foot = _only_foot(xyz)
     try:
-        dtm = dtm_from_cloud(xyz, crs=crs)
+        dtm = dtm_from_cloud(xyz, 0.25 if len(xyz) <= MANY_POINTS else 0.5, crs=crs)
     except InputError:
         if foot is None:
             raise

@@ -9,7 +9,7 @@ import pyproj
 from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
-from ..core.machine import available_threads, require_memory
+from ..core.machine import available_threads, in_threads, require_memory
 from ..pointcloud.cloud import extent, slices
 from .cloth import PARTICLE_BYTES, near_cloth, particles_over
 from .credibility import carry_ground
@@ -93,8 +93,12 @@ def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None, z: float | None 
 def height_above_ground(xyz: np.ndarray, dtm: Dtm) -> np.ndarray:
     """(N,) metres above the terrain model; NaN where the ground is unknown."""
     height = np.empty(len(xyz))
-    for part in slices(len(xyz)):
+
+    def fill(part: slice) -> None:
         height[part] = xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1])
+
+    for _ in in_threads(fill, list(slices(len(xyz)))):
+        pass
     return height
 
 

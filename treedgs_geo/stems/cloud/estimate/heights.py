@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
+from ....core.machine import in_threads
 from ...quality.tips import rises, tips_of
 from ...quality.tops import MIN_SCATTER, Joined, join_tops
 
@@ -60,10 +61,10 @@ def tree_heights(
     """
     count = len(places)
     found = TreeHeights(np.full(count, np.nan), np.full(count, np.nan), np.full(count, "", object))
-    height = np.ascontiguousarray(height, float)
-    for own in _pieces(places):
-        box = np.concatenate([places[own].min(axis=0) - _RIM_M, places[own].max(axis=0) + _RIM_M])
-        x, y, top, point = canopy_of_points(xyz, height, box)
+    height, pieces = np.ascontiguousarray(height, float), _pieces(places)
+    boxes = [np.concatenate([places[own].min(axis=0) - _RIM_M, places[own].max(axis=0) + _RIM_M]) for own in pieces]
+    canopies = in_threads(lambda box: canopy_of_points(xyz, height, box), boxes)
+    for own, (x, y, top, point) in zip(pieces, canopies, strict=True):
         known = top[np.isfinite(top)]
         if not len(known) or np.quantile(known, 0.99) < _CROWNS_M:
             continue
@@ -155,7 +156,7 @@ def canopy_of_points(
     return low[0] + (np.arange(columns) + 0.5) * cell, low[1] + (np.arange(rows) + 0.5) * cell, top, point
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _covered(xyz, height, low, high, least):  # pragma: no cover - compiled
     """How many points above ``least`` lie in the box, and in how many square metres of it."""
     there = np.zeros((int(np.ceil(high[0] - low[0])) + 1, int(np.ceil(high[1] - low[1])) + 1), np.bool_)
@@ -168,7 +169,7 @@ def _covered(xyz, height, low, high, least):  # pragma: no cover - compiled
     return count, there.sum()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _highest(xyz, height, low, cell, rows, columns, least, kept):  # pragma: no cover - compiled
     """(rows, columns, kept) numbers of the highest points of each cell above ``least``, -1 where there are fewer."""
     found = np.full((rows, columns, kept), -1, np.int64)
@@ -190,7 +191,7 @@ def _highest(xyz, height, low, cell, rows, columns, least, kept):  # pragma: no 
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _supported(highest, height, others, near):  # pragma: no cover - compiled
     """(R, C) number of each cell's highest point that has ``others`` points within ``near`` of its height among the
     highest of the cell and of those about it, -1 where none has."""

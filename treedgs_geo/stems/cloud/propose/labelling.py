@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from ....core.machine import in_threads
+from ....pointcloud.cloud import slices
 from ...geometry.cone_kernels import distance
 from .sensors import SENSORS, tolerance
 
@@ -48,14 +50,14 @@ class Labeller:
 
     def __call__(self, xyz: np.ndarray, height: np.ndarray) -> np.ndarray:
         """(N,) int32 tree ids of (N, 3) project coordinates at (N,) heights above ground; 0 = no stem."""
-        if not len(self.piece):
+        if not len(self.piece) or not len(xyz):
             return np.zeros(len(xyz), np.int32)
-        return _labels(
-            xyz, np.asarray(height, float), self.stems.origin, self.low, self.span, self.starts, self.piece, self.pieces
-        )
+        grid = self.stems.origin, self.low, self.span, self.starts, self.piece, self.pieces
+        height, parts = np.asarray(height, float), list(slices(len(xyz)))
+        return np.concatenate(list(in_threads(lambda part: _labels(xyz[part], height[part], *grid), parts)))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _labels(xyz, height, origin, low, span, starts, piece, pieces):  # pragma: no cover - compiled
     label = np.zeros(xyz.shape[0], np.int32)
     for m in range(xyz.shape[0]):
