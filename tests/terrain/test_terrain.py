@@ -15,6 +15,7 @@ from synthetic_cloud import plot_cloud
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.pointcloud.files import read_cloud
+from treedgs_geo.terrain import ground
 from treedgs_geo.terrain.dtm import Dtm, read_dtm, require_coverage, require_same_heights, write_dtm
 from treedgs_geo.terrain.ground import classify_ground, dtm_from_cloud, flat_ground
 from treedgs_geo.terrain.sparse_ground import dtm_from_sparse
@@ -222,8 +223,12 @@ RELIEFS = {
 
 @pytest.mark.parametrize("steep", [0.45, 0.7, 1.0])
 @pytest.mark.parametrize("relief", RELIEFS)
-def test_steep_ground_is_found(relief, steep):
-    """A cloth does not lie on slopes of 45 degrees; from where it lies the ground is followed up them."""
+@pytest.mark.parametrize("large", [False, True])
+def test_steep_ground_is_found(relief, steep, large, monkeypatch):
+    """A cloth does not lie on slopes of 45 degrees; from where it lies the ground is followed up them; of a
+    large cloud, whose lowest points are asked on coarser grids, as well."""
+    if large:
+        monkeypatch.setattr(ground, "MANY_LOWS", 100)
 
     def rise(xy):
         return steep * RELIEFS[relief](xy)

@@ -19,8 +19,8 @@ from .surface import cell_quantile, grid_ground, local_ground
 
 #: Ground is followed up slopes in steps of so many cells of the cloth, to points so near the plane led there, m.
 GROW_STEP, GROW_M = 1.5, 0.15
-#: In clouds of more points the lowest ones are those of cells twice as wide.
-MANY_POINTS = 4_000_000
+#: Clouds of more points, of more lowest points, are large: surfaces through them are asked on coarser grids.
+MANY_POINTS, MANY_LOWS = 4_000_000, 200_000
 #: Points this near the surface through the lowest ones are ground, m.
 NEAR_M = 0.10
 
@@ -58,12 +58,12 @@ def dtm_from_cloud(
         seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
     else:
         # Part by part: a large cloud is not copied as a whole.
-        method, wider = method or ClothSimulation(), 1 if len(xyz) <= MANY_POINTS else 2
-        cell_m = wider * method.thin_m
-        parts = [cell_quantile(xyz[part] - origin, cell_m, 0.0, bounds[0]) for part in slices(len(xyz))]
-        lows = cloth_ground(cell_quantile(np.concatenate(parts), cell_m, 0.0, bounds[0]), method)
+        method = method or ClothSimulation()
+        parts = [cell_quantile(xyz[part] - origin, method.thin_m, 0.0, bounds[0]) for part in slices(len(xyz))]
+        lows = cloth_ground(cell_quantile(np.concatenate(parts), method.thin_m, 0.0, bounds[0]), method)
         # The ground under every point through a fine grid: a plane per point would be N times too much work.
-        surface = grid_ground(lows, wider * 0.25, neighbours=24, bandwidth_m=0.5, bounds=bounds)
+        fine_m = 0.25 if len(lows) <= MANY_LOWS else 0.5
+        surface = grid_ground(lows, fine_m, neighbours=24, bandwidth_m=0.5, bounds=bounds)
         near = xyz[_is_near(xyz, surface, origin)]
         near -= origin
         # The middle of the ground points: the lowest lie a noise's width under the ground.
@@ -125,7 +125,11 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
         raise InputError("Terrain: no ground was found in the cloud; give a DTM with --dtm.")
     # The cloth lets low plants within its threshold pass: keep what a low, robust surface agrees with.
     for tolerance, width in ((0.3, 1.5), (0.15, 1.0)):
-        surface, _ = local_ground(lows[found, :2], lows[found], neighbours=40, bandwidth_m=width, noise_m=0.03)
+        if len(found) <= MANY_LOWS:
+            surface, _ = local_ground(lows[found, :2], lows[found], neighbours=40, bandwidth_m=width, noise_m=0.03)
+        else:
+            grid = grid_ground(lows[found], width / 2, neighbours=40, bandwidth_m=width, noise_m=0.03)
+            surface = grid.height(*lows[found, :2].T)
         kept = np.abs(lows[found, 2] - surface) < tolerance
         if kept.sum() < 10:
             break
