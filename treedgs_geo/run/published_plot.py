@@ -22,8 +22,9 @@ from ..core.progress import Reporter
 from ..stems.cloud.estimate.cloud import measure_stems
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.external_segmenters import check_segmenter, segment_other
+from ..stems.cloud.propose.labelling import Labeller
 from ..stems.cloud.propose.options import SegmentOptions
-from ..stems.cloud.propose.segment import StemMap, find_stems, label_points
+from ..stems.cloud.propose.segment import StemMap, find_stems
 from ..stems.photos.fit_records import KeptFits
 from ..stems.quality.priors import BREAST_HEIGHT_M
 from ..stems.splats.options import SampleOptions, SceneOptions
@@ -228,4 +229,4 @@ def _segmented(
         command, model = asked.segmenter_command, asked.segmenter_model
         return segment_other(cloud, asked.segmenter, command, model, reporter), None, height
     stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
-    return label_points(cloud.xyz, height, stems), stems, height
+    return Labeller(stems)(cloud.xyz, height), stems, height

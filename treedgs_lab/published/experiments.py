@@ -18,7 +18,8 @@ from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.report.blocks import Block, Heading, Paragraph
 from treedgs_geo.report.charts import write_chart
-from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
+from treedgs_geo.stems.cloud.propose.labelling import Labeller
+from treedgs_geo.stems.cloud.propose.segment import find_stems
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_geo.verbs.evaluate import EvaluateSettings
@@ -106,7 +107,7 @@ def _segmented(path: Path, dtm_file: Path | None, name: str) -> tuple[PointCloud
     if name == "splats":
         raise InputError(f"{path}: has no tree_id; give the surface.laz of a workspace (photos-to-dbh --preset paper).")
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
-    return cloud, dtm, label_points(cloud.xyz, height, find_stems(cloud, dtm))
+    return cloud, dtm, Labeller(find_stems(cloud, dtm))(cloud.xyz, height)
 
 
 def _methods(study: Study) -> None:

@@ -7,7 +7,8 @@ import pytest
 from synthetic_cloud import plot_cloud, stem_points
 
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.propose.segment import SegmentOptions, find_stems, label_points
+from treedgs_geo.stems.cloud.propose.labelling import Labeller
+from treedgs_geo.stems.cloud.propose.segment import SegmentOptions, find_stems
 from treedgs_geo.stems.geometry.cone import Cone, fit_cone
 from treedgs_geo.terrain.ground import dtm_from_cloud, height_above_ground
 
@@ -29,7 +30,7 @@ def test_drone_like_plot(seed):
         gap = np.hypot(*(feet(stems) - (x, y)).T)
         assert gap.min() < 0.02
         assert 200 * stems.stems[gap.argmin()].cone.radius(1.37) == pytest.approx(dbh, abs=1.0)
-    label = label_points(xyz, height_above_ground(xyz, dtm), stems)
+    label = Labeller(stems)(xyz, height_above_ground(xyz, dtm))
     assert label.dtype == np.int32 and set(np.unique(label)) == set(range(len(STEMS) + 1))
 
 
@@ -70,7 +71,7 @@ def test_shrubs_and_leaves_are_no_stems():
     cloud = PointCloud(np.vstack([xyz, leaves]))
     stems = find_stems(cloud, dtm_from_cloud(xyz))
     assert stems.stems == ()
-    assert (label_points(cloud.xyz, cloud.xyz[:, 2] - 100, stems) == 0).all()
+    assert (Labeller(stems)(cloud.xyz, cloud.xyz[:, 2] - 100) == 0).all()
 
 
 def test_leaning_stem_is_followed():

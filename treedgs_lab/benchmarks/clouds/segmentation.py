@@ -20,7 +20,8 @@ import pandas as pd
 
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.cloud.propose.external_programs import segment_external
-from treedgs_geo.stems.cloud.propose.segment import find_stems, label_points
+from treedgs_geo.stems.cloud.propose.labelling import Labeller
+from treedgs_geo.stems.cloud.propose.segment import find_stems
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
@@ -95,7 +96,7 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     began = time.perf_counter()
     if segmenter == "own":
-        label = label_points(cloud.xyz, height, find_stems(cloud, dtm))
+        label = Labeller(find_stems(cloud, dtm))(cloud.xyz, height)
     else:
         label = segment_external(cloud, segmenter, command)
     seconds = time.perf_counter() - began

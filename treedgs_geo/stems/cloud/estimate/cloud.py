@@ -18,8 +18,9 @@ from ...quality.methods import points_method
 from ...quality.proportions import check_heights
 from ...quality.tree import Tree, on_ground
 from ..propose.candidate_check import ConeStem
+from ..propose.labelling import Labeller
 from ..propose.options import SegmentOptions
-from ..propose.segment import StemMap, find_stems, guess_sensor, label_points
+from ..propose.segment import StemMap, find_stems, guess_sensor
 from ..propose.sensors import SENSORS, Sensor
 from .alternative_estimators import by_cylinder, by_filling, by_the_paper
 from .frames import Surroundings, TreeFrame
@@ -61,7 +62,7 @@ def measure_cloud(
         with reporter.stage("find stems", 0.0, 0.6):
             height = height_above_ground(cloud.xyz, dtm)
             stems = find_stems(cloud, dtm, segment_options(options), reporter, height=height)
-            tree_id = label_points(cloud.xyz, height, stems)
+            tree_id = Labeller(stems)(cloud.xyz, height)
         scanned = Scanned(cloud, tree_id, SENSORS[stems.sensor])
         together = fitted_together(cloud, scanned, height, stems, reporter) if attempt < MAX_ROUNDS - 1 else None
         if together is None:

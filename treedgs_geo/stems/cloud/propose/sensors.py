@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from ....pointcloud.cloud import thin
 from ...geometry.cone import Cone
 
 #: Bark is not taken to be thicker than this (1 sd), m: beyond it, a ring can no longer be distinguished from a shrub.
@@ -34,7 +31,7 @@ class Sensor:
     solid: bool
     noise_m: float
     calibrated: bool = False
-    fuzzy_m: float = np.inf
+    fuzzy_m: float = float("inf")
 
     def at_noise(self, noise_m: float) -> Sensor:
         """The same for a cloud whose noise was measured: it counts where it is more than usual."""
@@ -52,9 +49,3 @@ SENSORS = {
 def tolerance(cone: Cone, sensor: Sensor) -> float:
     """Points closer than this to a cone's bark lie on it, m."""
     return max(3 * cone.sigma, 0.02, 2 * sensor.floor_m)
-
-
-def settled(points: np.ndarray, sensor: Sensor) -> np.ndarray:
-    """Index of the (N, 3) points that are enough to find stems: the search costs as much in any denser cloud, and
-    finds the same."""
-    return thin(points, sensor.voxel_m, sensor.max_points)
