@@ -10,4 +10,5 @@ class Algorithm(EngineAlgorithm):
 
     COMMAND = "plan-flight"
     LAYER_NAME = "Flight plan"
+    NEED = "Plots; and what stands there, as a layer (with trees also the crown base) or in numbers"
     TAGS = ("flight", "drone", "UAV", "mission", "waypoints", "KMZ", "WPML", "QGroundControl", "Litchi", "plan")

@@ -9,6 +9,7 @@ class Algorithm(EngineAlgorithm):
     """The verb ``stand-table``."""
 
     COMMAND = "stand-table"
+    NEED = "Trees and plots, or pairs"
     TAGS = (
         "inventory",
         "report",

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import json
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Nothing here takes a minute on a free machine; a hung process must still end the test.
@@ -71,6 +75,20 @@ class Qgis:
         """``qgis_process run treedgs:ALGORITHM -- NAME=VALUE …``; ``_more``: further variables."""
         values = [f"{name}={value}" for name, value in parameters.items()]
         return self("run", f"treedgs:{algorithm}", "--", *values, **(_more or {}))
+
+    def windows(self, script: str, seen: Path, without: tuple[str, ...] = (), **more: object) -> dict[str, Any]:
+        """What a script of ``tests/qgis`` saw in the graphical QGIS under Xvfb, where it writes it; skips where QGIS or
+        Xvfb is missing. without: variables that are not passed on."""
+        command = self.tools.with_windows(ROOT / "tests" / "qgis" / script)
+        if command is None:
+            pytest.skip("the graphical QGIS or xvfb-run is not installed here; make setup installs them")
+        dropped = {"QT_QPA_PLATFORM", *without}
+        variables = {name: value for name, value in self.environment(**more).items() if name not in dropped}
+        done = subprocess.run(command, env=variables, timeout=PATIENCE_S, capture_output=True, text=True)
+        assert seen.exists(), done.stdout + done.stderr
+        report = json.loads(seen.read_text(encoding="utf-8"))
+        assert "error" not in report, report
+        return report
 
     def python(self, code: str, *arguments: object, **more: object) -> subprocess.CompletedProcess:
         """A PyQGIS script in the system's Python, with the plugin and QGIS' own Processing loaded."""

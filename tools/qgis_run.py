@@ -26,6 +26,14 @@ def qgis() -> str | None:
     return shutil.which("qgis.bin") or shutil.which("qgis")
 
 
+def with_windows(script: Path, screen: str = "1280x1000x24") -> list[str] | None:
+    """The graphical program under Xvfb, which runs a script inside (``--code``); ``None`` where one is missing."""
+    frame, program = shutil.which("xvfb-run"), qgis()
+    if frame is None or program is None:
+        return None
+    return [frame, "-a", "-s", f"-screen 0 {screen}", program, "--noversioncheck", "--nologo", "--code", str(script)]
+
+
 def environment(setup: Path = SETUP, **more: str) -> dict[str, str]:
     """Variables for a QGIS that sees only the private profile below ``setup``.
 

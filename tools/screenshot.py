@@ -35,8 +35,8 @@ def main() -> int:
     if not (demo / "trees.gpkg").exists():
         print(f"error: {demo / 'trees.gpkg'} does not exist; run make demo first", file=sys.stderr)
         return 1
-    program, frame = qgis_run.qgis(), shutil.which("xvfb-run")
-    if program is None or frame is None:
+    command = qgis_run.with_windows(Path(__file__).with_name("screenshot_inside.py"), "1280x1200x24")
+    if command is None:
         print("error: QGIS or xvfb-run was not found; run make setup", file=sys.stderr)
         return 1
     pictures.mkdir(parents=True, exist_ok=True)
@@ -66,9 +66,7 @@ def main() -> int:
         take_up_again(demo / "work", demo / "new-work")
         variables = qgis_run.environment(TREEDGS_SHOTS=json.dumps(job))
         variables.pop("QT_QPA_PLATFORM")
-        command = [frame, "-a", "-s", "-screen 0 1280x1200x24", program, "--noversioncheck", "--nologo"]
-        script = Path(__file__).with_name("screenshot_inside.py")
-        subprocess.run([*command, "--code", str(script)], env=variables, timeout=500 + chosen.run_s)
+        subprocess.run(command, env=variables, timeout=500 + chosen.run_s)
         shutil.rmtree(chosen.windows, ignore_errors=True)
         chosen.windows.mkdir(parents=True)
         for found in sorted(extra.glob("window-*.png")):

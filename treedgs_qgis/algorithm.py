@@ -91,6 +91,8 @@ class EngineAlgorithm(BaseAlgorithm):
     COMMAND = ""
     #: What the layer is called in the project; empty: as QGIS would.
     LAYER_NAME = ""
+    #: What one needs, in words; empty: the required parameters.
+    NEED = ""
     #: Search words beside those in the title.
     TAGS: tuple[str, ...] = ()
     #: Of the last run.
@@ -138,7 +140,8 @@ class EngineAlgorithm(BaseAlgorithm):
         inputs = [p for p in plain if p["kind"] not in DESTINATIONS]
         needed = [self.tr(label(p)) for p in inputs if p["required"]]
         better = [self.tr(label(p)) for p in inputs if not p["required"] and p["kind"] in ("file", "files", "folder")]
-        top = [self.tr("You need: {names}.").format(names=", ".join(needed))] if needed else []
+        names = self.tr(self.NEED) if self.NEED else ", ".join(needed)
+        top = [self.tr("You need: {names}.").format(names=names)] if names else []
         top += [self.tr("Give if you have them: {names}.").format(names=", ".join(better))] if better else []
         top.append(self.tr("The rest can stay as it is."))
         lines = [f"<p><b>{html.escape(self.tr(entry['summary']))}</b></p>"]
@@ -179,7 +182,7 @@ class EngineAlgorithm(BaseAlgorithm):
         return getattr(self.provider(), "offer", None)
 
     def createCustomParametersWidget(self, parent: Any = None) -> Any:
-        """QGIS' own dialog, with the offer to set up the engine where that is missing."""
+        """QGIS' own dialog, with the offer to set up the engine where that is missing, and what the project says."""
         offer = self.offer()
         if offer is None:
             return None
@@ -187,7 +190,7 @@ class EngineAlgorithm(BaseAlgorithm):
             self.engine()
         except engine.EngineMissing as problem:
             return offer.dialog(self, problem)
-        return None
+        return offer.dialog(self)
 
     def engine(self) -> engine.Engine:
         """The engine for this verb.
@@ -292,7 +295,8 @@ class EngineAlgorithm(BaseAlgorithm):
             feedback.pushWarning(text.format(names=", ".join(lost)))
         loading.load_results(results, self.tr(self.LAYER_NAME), context)
         loading.load_folder(results, context)
-        self._results = results
+        # A stem measured again is shown where it was asked for.
+        self._results = {} if values.get("at") else results
         return results
 
     def postProcessAlgorithm(self, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> dict:
@@ -301,6 +305,6 @@ class EngineAlgorithm(BaseAlgorithm):
         if page and self.offer() is not None:
             title, found, done = self.displayName(), self._results.get("N_TREES"), self._results.get("N_MEASURED")
             if found is not None and done is not None:
-                title += ": " + self.tr("{done} of {all} stems measured.").format(done=done, all=found)
+                title = self.tr("{done} of {all} stems measured.").format(done=done, all=found)
             self.offer().page(page, title)
         return {}

@@ -111,7 +111,7 @@ class Given:
                     name=self.name, layer=self.layer.name(), why=why
                 )
             )
-        text = tr("{name}: the engine gets a copy of the layer '{layer}' ({count} features as it shows them).")
+        text = tr("{name}: the engine gets a copy of the layer '{layer}' as it shows it (features: {count}).")
         feedback.pushInfo(text.format(name=self.name, layer=self.layer.name(), count=self.layer.featureCount()))
         self._tell_selection(feedback)
         return target

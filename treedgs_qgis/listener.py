@@ -80,7 +80,10 @@ def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
 
 
 class Listener:
-    """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``."""
+    """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``.
+
+    words: the engine's names as those of QGIS. stem: gets each stem as it is measured, where there are windows.
+    """
 
     def __init__(
         self,
@@ -89,7 +92,7 @@ class Listener:
         stem: Callable[[dict[str, Any]], None] | None = None,
     ) -> None:
         self.feedback, self.words, self.stem = feedback, words, stem
-        self.reported = time.monotonic()
+        self.reported, self.long = time.monotonic(), False
         self.stages: list[str] = []
 
     def __call__(self, message: dict[str, Any]) -> None:
@@ -101,6 +104,11 @@ class Listener:
             now = time.monotonic()
             if message.get("eta_s") and now - self.reported > ESTIMATE_EVERY_S:
                 self.reported = now
+                if self.stem is not None and not self.long:
+                    self.long = True
+                    self.feedback.pushInfo(
+                        tr("You may close this window: the run goes on, and its results come to the map.")
+                    )
                 stage = f"{self.stages[-1]}: " if self.stages else ""
                 left = tr("about {time} left").format(time=duration(message["eta_s"]))
                 self.feedback.setProgressText(f"{stage}{100 * fraction:.0f} %, {left}")

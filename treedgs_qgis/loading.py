@@ -166,12 +166,20 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
     def postProcessLayer(
         self, layer: QgsMapLayer, context: QgsProcessingContext, feedback: QgsProcessingFeedback
     ) -> None:
-        """Apply the style; a pairs layer also gets its trees to snap to."""
+        """Apply the style; a pairs layer also gets its trees to snap to.
+
+        Of layers that come together the topmost is then active: map tips and the list of stems follow it, and QGIS puts
+        the next results above it.
+        """
         layer.loadDefaultStyle()
         if isinstance(layer, QgsVectorLayer):
             in_the_users_language(layer)
         layer.triggerRepaint()
         stack(QgsProject.instance(), self.sources)
+        loaded = {known.source(): known for known in QgsProject.instance().mapLayers().values()}
+        top = next((loaded[source] for source in reversed(self.sources) if source in loaded), None)
+        if top is not None and qgis.utils.iface is not None:
+            qgis.utils.iface.setActiveLayer(top)
         if layer.source().partition("|layername=")[2] in IN_VIEW:
             show_on_map(layer)
         if os.path.basename(layer.source()).endswith("|layername=field_trees") or _is_pairs(layer):

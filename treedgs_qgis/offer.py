@@ -20,7 +20,7 @@ from qgis.PyQt.QtCore import QObject, QTimer, QUrl, pyqtSignal
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.PyQt.QtWidgets import QApplication, QHBoxLayout, QProgressBar, QPushButton, QWidget
 
-from . import engine, environment, extras
+from . import engine, environment, extras, suggest
 from .compat import LOG_SUCCESS, LOG_WARNING
 from .i18n import tr
 from .missing import EngineMissing, takes
@@ -228,12 +228,14 @@ class Offer(QObject):
         """In the program that shows web pages."""
         QDesktopServices.openUrl(QUrl.fromLocalFile(path))
 
-    def dialog(self, algorithm: Any, problem: EngineMissing) -> Any:
-        """QGIS' own dialog of an algorithm, with the offer above its parameters."""
+    def dialog(self, algorithm: Any, problem: EngineMissing | None = None) -> Any:
+        """QGIS' own dialog of an algorithm, filled in as the project says, with the offer above its parameters."""
         # QGIS' own package, which has the name of our own folder.
         module = importlib.import_module("processing.gui.AlgorithmDialog")
         made = module.AlgorithmDialog(algorithm, False, self.iface.mainWindow())
-        self.show(problem, made.messageBar())
+        made.setParameters(suggest.values(algorithm.name(), self.iface.activeLayer()))
+        if problem is not None:
+            self.show(problem, made.messageBar())
         return made
 
     def first_time(self) -> None:

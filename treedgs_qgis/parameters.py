@@ -8,7 +8,6 @@ import re
 from typing import Any
 
 from qgis.core import (
-    QgsProcessingOutputHtml,
     QgsProcessingOutputNumber,
     QgsProcessingOutputString,
     QgsProcessingParameterBoolean,
@@ -171,9 +170,7 @@ def make_outputs(declaration: dict[str, Any]) -> list[Any]:
     for key, text in declaration["outputs"].items():
         if key in named:
             continue
-        if key == "report":
-            outputs.append(QgsProcessingOutputHtml(qgis_name(key), tr(text)))
-        elif _NUMBER.match(key):
+        if _NUMBER.match(key):
             outputs.append(QgsProcessingOutputNumber(qgis_name(key), tr(text)))
         else:
             outputs.append(QgsProcessingOutputString(qgis_name(key), tr(text)))

@@ -23,8 +23,13 @@ def dialog_of(algorithm: str, values: dict[str, Any]) -> Any:
     return importlib.import_module("processing.tools.general").createAlgorithmDialog(algorithm, values)
 
 
-#: In the menu *Plugins*.
+#: In the menu *Plugins*, and there the algorithms of a survey in the order of the work: before and after the review.
 MENU = "TreeDGS"
+MEASURE = ("planflight", "photostodbh", "pointcloudtodbh")
+CHECK_AND_REPORT = ("tapesample", "tapecheck", "standtable", "compare")
+#: Height of the list of stems at first: the map keeps the rest.
+STEMS_PIXELS = 220
+ENGINE = ("setupengine", "checkengine", "removeengine")
 
 
 class TreeDGSPlugin:
@@ -68,10 +73,7 @@ class TreeDGSPlugin:
         self.initProcessing()
         if self.iface is None or self.action is not None:
             return
-        if self.provider is not None:
-            for name in ("photostodbh", "pointcloudtodbh"):
-                title = f"{self.provider.algorithm(name).displayName()} …"
-                self.add_entry(title, name, partial(self.open_dialog, f"treedgs:{name}", {}))
+        self.add_dialogs(MEASURE)
         icon = QIcon(str(Path(__file__).with_name("icons") / "review.svg"))
         self.action = QAction(icon, i18n.tr("Review trees"), self.iface.mainWindow())
         self.action.setObjectName("TreeDGSReviewAction")
@@ -80,6 +82,7 @@ class TreeDGSPlugin:
         self.iface.addToolBarIcon(self.action)
         self.iface.addPluginToMenu(MENU, self.action)
         self.add_entry(i18n.tr("Stem list"), "stems", self.show_stems)
+        self.add_dialogs(CHECK_AND_REPORT)
         from .offer import Offer
         from .tryit import begin
 
@@ -89,13 +92,14 @@ class TreeDGSPlugin:
         if self.provider is not None:
             self.provider.offer = self.offer
             self.provider.open_panel = partial(self.action.setChecked, True)
-        for text, name in (
-            (i18n.tr("Set up the engine"), "setupengine"),
-            (i18n.tr("Check the engine"), "checkengine"),
-            (i18n.tr("Remove the engine"), "removeengine"),
-        ):
-            self.add_entry(f"{text} …", name, partial(self.open_dialog, f"treedgs:{name}", {}))
+        self.add_dialogs(ENGINE)
         QTimer.singleShot(0, self.offer.first_time)
+
+    def add_dialogs(self, names: tuple[str, ...]) -> None:
+        """Lines of the menu that open an algorithm's dialog."""
+        for name in names if self.provider is not None else ():
+            title = f"{self.provider.algorithm(name).displayName()} …"
+            self.add_entry(title, name, partial(self.open_dialog, f"treedgs:{name}", {}))
 
     def add_entry(self, text: str, name: str, called: Callable[..., None]) -> None:
         """One line of the menu."""
@@ -117,7 +121,8 @@ class TreeDGSPlugin:
 
             self.panel = ReviewPanel(self.iface)
             self.panel.visibilityChanged.connect(self._follow_panel)
-            self.iface.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.panel)
+            # It takes all of the height, before what stands there.
+            self.iface.addTabifiedDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.panel, [], True)
         if self.panel is not None:
             self.panel.setVisible(shown)
 
@@ -128,6 +133,7 @@ class TreeDGSPlugin:
 
             self.stems = StemList(self.iface, lambda tree: self.panel is not None and self.panel.show_any(tree))
             self.iface.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, self.stems)
+            self.iface.mainWindow().resizeDocks([self.stems], [STEMS_PIXELS], Qt.Orientation.Vertical)
         self.stems.show()
 
     def _follow_panel(self, _visible: bool) -> None:

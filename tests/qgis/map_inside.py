@@ -9,7 +9,8 @@ import os
 import time
 import traceback
 
-from qgis.core import QgsProject, QgsRectangle
+from processing.tools.general import createAlgorithmDialog
+from qgis.core import QgsExpressionContext, QgsExpressionContextUtils, QgsProject, QgsRectangle, QgsSymbol
 from qgis.PyQt.QtCore import QObject, Qt, QTimer, QUrl, pyqtSlot
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.PyQt.QtTest import QTest
@@ -18,7 +19,7 @@ from qgis.utils import iface
 
 import processing
 
-seen = {"opened": []}
+seen = {"opened": [], "opacity": {}}
 folder = os.environ["TREEDGS_MAP"]
 
 
@@ -56,6 +57,15 @@ def main():
     seen["trees"] = names()
     trees = layer("Trees")
     seen["columns"] = [column.name for column in trees.attributeTableConfig().columns()][:7]
+    categories = trees.renderer().categories()
+    opacity = categories[0].symbol().dataDefinedProperties().property(QgsSymbol.PropertyOpacity)
+    context = QgsExpressionContext(QgsExpressionContextUtils.globalProjectLayerScopes(trees))
+    for tree in trees.getFeatures():
+        context.setFeature(tree)
+        seen["opacity"][str(tree["plot_id"])] = opacity.value(context)[0]
+    seen["active"] = iface.activeLayer().name()
+    given = createAlgorithmDialog("treedgs:standtable").createProcessingParameters()
+    seen["filled_in"] = [given["TREES"] == trees.id(), given["OUTPUT"]]
     extent, plot = iface.mapCanvas().extent(), layer("Plots searched").extent()
     seen["in_view"] = QgsRectangle(extent).contains(plot) and extent.width() < 4 * plot.width()
     iface.mapCanvas().saveAsImage(f"{folder}/map.png")

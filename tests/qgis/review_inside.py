@@ -142,6 +142,10 @@ def deciding():
     form.tape.click()
     settle()
     seen["sure"] = [values(4), state()]
+    panel.show_tree(4)
+    key("A")
+    seen["replaced"] = [values(4), state()["message"]]
+    key("U")
     key("U")
     settle()
 

@@ -57,6 +57,7 @@ def main():
     seen["after"] = names()
     item = iface.messageBar().currentItem()
     seen["on_top"] = [button.text() for button in item.findChildren(QPushButton)] if item else []
+    seen["tapes"] = createAlgorithmDialog("treedgs:tapesample").createProcessingParameters()["PLOTS"]
     iface.mainWindow().grab().save(f"{folder}/after.png")
     look_again()
 

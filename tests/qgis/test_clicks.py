@@ -2,28 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-from pathlib import Path
-
-import pytest
-
 
 def test_the_set_up_bar_lives_as_long_as_it_is_shown(qgis, tmp_path):
-    frame, program = shutil.which("xvfb-run"), qgis.tools.qgis()
-    if not (frame and program):
-        pytest.skip("needs the graphical QGIS and xvfb-run")
     report = tmp_path / "seen.json"
-    variables = qgis.environment(TREEDGS_CLICKS=report, TREEDGS_HOME=tmp_path / "home")
-    for name in ("QT_QPA_PLATFORM", "TREEDGS_PYTHON"):
-        variables.pop(name, None)
-    script = Path(__file__).with_name("clicks_inside.py")
-    command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
-    done = subprocess.run(command, env=variables, timeout=300, capture_output=True, text=True)
-    assert report.exists(), done.stdout + done.stderr
-    seen = json.loads(report.read_text(encoding="utf-8"))
-    assert "error" not in seen, seen
+    home = tmp_path / "home"
+    seen = qgis.windows("clicks_inside.py", report, ("TREEDGS_PYTHON",), TREEDGS_CLICKS=report, TREEDGS_HOME=home)
     for turn in ("dialog", "first", "second"):
         (early,), (late,) = seen[f"{turn}_bar"]
         assert 0 < early < late, seen

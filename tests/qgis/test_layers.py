@@ -130,7 +130,7 @@ print("LOG", feedback.textLog())
     assert len(geopandas.read_file(folder / "copy0.gpkg", layer="trees")) == 1
     assert sorted(geopandas.read_file(folder / "copy1.gpkg", layer="trees")["tree_id"]) == [1, 2]
     assert "PLOTS: all 1 features of 'Mine' are used, not only the 1 selected." in done.stdout
-    assert "a copy of the layer 'Some' (2 features as it shows them)" in done.stdout
+    assert "a copy of the layer 'Some' as it shows it (features: 2)" in done.stdout
 
 
 def test_layers_that_would_give_wrong_numbers_are_refused(qgis, folder):

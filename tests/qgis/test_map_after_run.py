@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-from pathlib import Path
-
 import numpy as np
 import pyproj
-import pytest
 from synthetic_cloud import plot_cloud
 
 from treedgs_geo.pointcloud.cloud import PointCloud
@@ -17,24 +11,16 @@ from treedgs_geo.pointcloud.files import write_cloud
 
 
 def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
-    frame, program = shutil.which("xvfb-run"), qgis.tools.qgis()
-    if not (frame and program):
-        pytest.skip("needs the graphical QGIS and xvfb-run")
     stems = [(3.0, 3.0, 28.0), (8.0, 4.0, 36.0), (5.5, 8.5, 24.0), (11.0, 10.5, 30.0)]
     xyz = plot_cloud(np.random.default_rng(3), stems) + [500000.0, 3450000.0, 100.0]
     write_cloud(tmp_path / "cloud.laz", PointCloud(xyz, pyproj.CRS.from_epsg(32617)))
     (tmp_path / "plots.csv").write_text("plot_id,easting,northing,radius_m\nA,500006,3450006,4.5\n")
     (tmp_path / "tmp").mkdir()
     # Elsewhere than the results, which are temporary to QGIS otherwise, and named in another way.
-    variables = qgis.environment(TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
-    variables.pop("QT_QPA_PLATFORM", None)
-    script = Path(__file__).with_name("map_inside.py")
-    command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
-    done = subprocess.run(command, env=variables, timeout=400, capture_output=True, text=True)
-    assert (tmp_path / "seen.json").exists(), done.stdout + done.stderr
-    seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
-    assert "error" not in seen, seen
+    seen = qgis.windows("map_inside.py", tmp_path / "seen.json", TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
     assert seen["trees"] == ["Trees", "Stem circles", "Stem sections", "Plots searched"]
     assert seen["columns"][:6] == ["tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag"]
+    assert seen["opacity"] == {"A": 100, "NULL": 35} and seen["active"] == "Trees"
+    assert seen["filled_in"] == [True, str(tmp_path / "stand")]
     assert seen["in_view"] and seen["opened"] == [str(tmp_path / "run.html")]
     assert sorted(seen["stand"]) == ["Stand by plot", "Trees of the stand table"]

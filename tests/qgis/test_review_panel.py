@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
-from pathlib import Path
 
 import pytest
 from qgis_helpers import HOSTILE, review_trees_layer
@@ -17,21 +14,10 @@ from treedgs_geo.inventory.tree_reading import read_trees
 @pytest.fixture(scope="module")
 def sitting(qgis, tmp_path_factory):
     """What a person saw at the panel, and the layer afterwards."""
-    program, frame = qgis.tools.qgis(), shutil.which("xvfb-run")
-    if program is None or frame is None:
-        pytest.skip("the graphical QGIS or xvfb-run is not installed here; make setup installs them")
     folder = tmp_path_factory.mktemp("séance 1")
     path = review_trees_layer(folder / "trees.gpkg")
     job = {"trees": str(path), "report": str(folder / "seen.json")}
-    variables = qgis.environment(TREEDGS_REVIEW=json.dumps(job))
-    variables.pop("QT_QPA_PLATFORM")
-    script = Path(__file__).with_name("review_inside.py")
-    command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
-    done = subprocess.run(command, env=variables, timeout=300, capture_output=True, text=True)
-    report = folder / "seen.json"
-    assert report.exists(), done.stdout + done.stderr
-    seen = json.loads(report.read_text(encoding="utf-8"))
-    assert "error" not in seen, seen["error"]
+    seen = qgis.windows("review_inside.py", folder / "seen.json", TREEDGS_REVIEW=json.dumps(job))
     return seen, read_trees(path).set_index("tree_id", drop=False)
 
 
@@ -42,7 +28,7 @@ def test_it_walks_through_the_trees_that_want_a_look(sitting):
     first = seen["first"]
     assert first["list"] == [2, 3, 4, 6] and first["tree"] == 2 and first["place"] == "1 of 4"
     assert "too few photos see the stem" in first["reasons"] and "fly more oblique photos" in first["reasons"]
-    assert first["decision"] == "Not decided yet." and first["progress"].startswith("0 of 4")
+    assert first["decision"] == "Not decided yet." and first["progress"].startswith("Decided: 0 of 4")
     assert seen["next"]["tree"] == 3 and seen["round"]["tree"] == 6 and seen["scale"] <= 121
     assert [seen[f"list {which}"] for which in ("check", "reject", "ok", "decided", "all")] == [
         [2, 4], [3, 6, 7], [1, 5], [2, 3, 6, 7], [1, 2, 3, 4, 5, 6, 7],
@@ -52,7 +38,7 @@ def test_it_walks_through_the_trees_that_want_a_look(sitting):
 def test_keys_and_buttons_decide_and_go_on(sitting):
     seen, table = sitting
     decided, after = seen["accepted"]
-    assert decided["rev_flag"] == "accept" and after["tree"] == 3 and after["progress"].startswith("1 of 4")
+    assert decided["rev_flag"] == "accept" and after["tree"] == 3 and after["progress"].startswith("Decided: 1 of 4")
     assert seen["rejected"][0]["rev_flag"] == "reject" and seen["rejected"][1]["tree"] == 4
     assert seen["undone"][0]["rev_flag"] is None and seen["undone"][1]["tree"] == 3
     assert seen["typed"] == ["<i>Nana & X</i>", {"rev_flag": None, "rev_dbh_cm": None, "rev_note": None}, 3]
@@ -61,6 +47,8 @@ def test_keys_and_buttons_decide_and_go_on(sitting):
     rows, before, kept = seen["asked"]
     assert rows["rev_flag"] is None and before["tree"] == 4 and kept and "Is it this tree" in before["message"]
     assert seen["sure"][0]["rev_flag"] == "dbh"
+    row, said = seen["replaced"]
+    assert row["rev_flag"] == "accept" and "Before: taped (" in said and "(U) brings it back" in said
     assert seen["too thick"][0]["rev_flag"] is None and "expected 0.5 to 500 cm" in seen["too thick"][1]["message"]
     assert table["rev_flag"][2] == "accept" and table["rev_dbh_cm"][3] == 31.5
 

@@ -4,20 +4,13 @@ is measured again where a person clicks."""
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
-import pytest
 
 from treedgs_geo.inventory.tree_reading import read_trees
 
 
 def test_first_stems_are_drawn_while_the_rest_is_measured(qgis, simulated_plot, tmp_path):
-    frame, program = shutil.which("xvfb-run"), qgis.tools.qgis()
-    if not (frame and program):
-        pytest.skip("needs the graphical QGIS and xvfb-run")
     values = {
         "PHOTOS": str(simulated_plot / "images"),
         "GEOTAGS": str(simulated_plot),
@@ -27,18 +20,13 @@ def test_first_stems_are_drawn_while_the_rest_is_measured(qgis, simulated_plot, 
         "OUTPUT": str(tmp_path / "trees.gpkg"),
         "PRESET": 0,
     }
-    variables = qgis.environment(TREEDGS_MAP=tmp_path, TREEDGS_VALUES=json.dumps(values))
-    variables.pop("QT_QPA_PLATFORM", None)
-    script = Path(__file__).with_name("so_far_inside.py")
-    command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
-    done = subprocess.run(command, env=variables, timeout=600, capture_output=True, text=True)
-    assert (tmp_path / "seen.json").exists(), done.stdout + done.stderr
-    seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
-    assert "error" not in seen, seen
+    more = {"TREEDGS_MAP": tmp_path, "TREEDGS_VALUES": json.dumps(values)}
+    seen = qgis.windows("so_far_inside.py", tmp_path / "seen.json", **more)
     assert seen["began"] and seen["ended"] and seen["crs"] == "EPSG:6344"
     assert "Trees" not in seen["meanwhile"]
     assert "Trees" in seen["after"] and "Stems so far" not in seen["after"]
     assert seen["on_top"] == ["Open the report"]
+    assert seen["tapes"] == values["PLOTS"], "a dialog opens with the run's plots"
     trees = read_trees(tmp_path / "trees.gpkg").dropna(subset="dbh_cm")
     for x, y, dbh_cm in seen["stems"]:
         away = np.hypot(trees.x - x, trees.y - y)

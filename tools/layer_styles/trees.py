@@ -181,22 +181,23 @@ def trees() -> QgsVectorLayer:
             marker("2.6", color="255,255,255,0", outline_color=RED, outline_width="0.5"),
         ),
         "decided": (
-            "accepted or taped by a person",
+            "by hand: accepted, taped",
             marker(COUNTED_SIZE, color=GREEN, outline_color=BLUE, outline_width="0.7"),
         ),
         "stem": (
-            "a person says: a stem without a DBH",
+            "by hand: no DBH",
             marker("2.6", color="255,255,255,0", outline_color=BLUE, outline_width="0.7"),
         ),
-        "out": ("a person says: no tree of its own", marker("2.6", name="cross2", outline_color=GREY)),
+        "out": ("by hand: no tree", marker("2.6", name="cross2", outline_color=GREY)),
     }
+    # Before a renderer has them: what it hands out are copies.
+    for _, symbol in looks.values():
+        symbol.setDataDefinedProperty(QgsSymbol.PropertyOpacity, QgsProperty.fromExpression(PALE_OUTSIDE))
     layer.setRenderer(
         QgsCategorizedSymbolRenderer(
             DRAWN_AS, [QgsRendererCategory(value, symbol, text) for value, (text, symbol) in looks.items()]
         )
     )
-    for category in layer.renderer().categories():
-        category.symbol().setDataDefinedProperty(QgsSymbol.PropertyOpacity, QgsProperty.fromExpression(PALE_OUTSIDE))
     begin_with(layer, FIRST_COLUMNS)
     layer.setLabeling(labels(f"{one(COUNTED)}", "#1b1b1b", 3000))
     layer.setLabelsEnabled(True)

@@ -28,6 +28,10 @@
       <translation>Flugplan</translation>
     </message>
     <message>
+      <source>Plots; and what stands there, as a layer (with trees also the crown base) or in numbers</source>
+      <translation>Probeflächen; und was dort steht, als Layer (mit Bäumen auch der Kronenansatz) oder in Zahlen</translation>
+    </message>
+    <message>
       <source>INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.</source>
       <translation>INPUT: {path} ist keine LAS- oder LAZ-Datei; wandeln Sie die Wolke zuerst in LAZ um.</translation>
     </message>
@@ -262,6 +266,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>the locked list of libraries</source>
       <translation>die festgeschriebene Liste der Bibliotheken</translation>
+    </message>
+    <message>
+      <source>Trees and plots, or pairs</source>
+      <translation>Bäume und Probeflächen, oder Paare</translation>
     </message>
     <message>
       <source>Tape check</source>
@@ -672,8 +680,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{name}, Treiber {driver}</translation>
     </message>
     <message>
-      <source>{name}: the engine gets a copy of the layer '{layer}' ({count} features as it shows them).</source>
-      <translation>{name}: Die Engine bekommt eine Kopie des Layers '{layer}' ({count} Objekte, so wie er sie zeigt).</translation>
+      <source>{name}: the engine gets a copy of the layer '{layer}' as it shows it (features: {count}).</source>
+      <translation>{name}: Die Engine bekommt eine Kopie des Layers '{layer}', so wie er sie zeigt (Objekte: {count}).</translation>
     </message>
     <message>
       <source>{name}: {path} cannot be read as a layer; give a file that QGIS opens.</source>
@@ -896,6 +904,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Dichte Punkte der Probefläche {plot}</translation>
     </message>
     <message>
+      <source>You may close this window: the run goes on, and its results come to the map.</source>
+      <translation>Sie können dieses Fenster schließen: Der Lauf geht weiter, und seine Ergebnisse kommen auf die Karte.</translation>
+    </message>
+    <message>
       <source>about {time} left</source>
       <translation>noch etwa {time}</translation>
     </message>
@@ -976,12 +988,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>starten Sie den Algorithmus 'Rechenkern einrichten' (in einer Shell: qgis_process run treedgs:setupengine), oder setzen Sie die Umgebungsvariable TREEDGS_PYTHON auf ein Python, das die Bibliotheken des Rechenkerns hat</translation>
     </message>
     <message>
-      <source>{size}, about {minutes} minutes</source>
-      <translation>{size}, etwa {minutes} Minuten</translation>
-    </message>
-    <message>
-      <source>{size}, about a minute</source>
-      <translation>{size}, etwa eine Minute</translation>
+      <source>{size}, {low} to {high} minutes</source>
+      <translation>{size}, {low} bis {high} Minuten</translation>
     </message>
     <message>
       <source>From drone photos to a stand table</source>
@@ -1120,10 +1128,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Mit einem Beispielflug ausprobieren</translation>
     </message>
     <message>
-      <source>Check the engine</source>
-      <translation>Rechenkern prüfen</translation>
-    </message>
-    <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
       <translation>Es wurde kein Python 3.10 oder neuer mit venv gefunden; installieren Sie eines (Debian und Ubuntu: apt install python3-venv; Windows und macOS: python.org, Version 3.12) und starten Sie noch einmal.</translation>
     </message>
@@ -1152,10 +1156,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>es wurde nichts gemessen; das Protokoll sagt warum</translation>
     </message>
     <message>
-      <source>{done} of {all} trees to check or without a DBH are decided; of the others {others}.</source>
-      <translation>{done} von {all} Bäumen, die zu prüfen oder ohne BHD sind, sind entschieden; von den anderen {others}.</translation>
-    </message>
-    <message>
       <source>Tree {tree}: taped {taped} cm, but measured {measured} cm. Is it this tree and this number? Press Taped DBH (D) again to keep it, or type another number.</source>
       <translation>Baum {tree}: mit dem Band {taped} cm, gemessen aber {measured} cm. Ist es dieser Baum und diese Zahl? BHD vom Maßband (D) noch einmal drücken, um sie zu behalten, oder eine andere Zahl eingeben.</translation>
     </message>
@@ -1166,6 +1166,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Click on the map; the right button or Esc ends it.</source>
       <translation>Klicken Sie in die Karte; rechte Maustaste oder Esc beendet es.</translation>
+    </message>
+    <message>
+      <source>Decided: {done} of {all} to check or without a DBH, {others} of the other {rest}.</source>
+      <translation>Entschieden: {done} von {all} zu prüfenden oder ohne BHD, {others} der übrigen {rest}.</translation>
     </message>
     <message>
       <source>No other tree stands where you clicked; click on its symbol.</source>
@@ -1190,6 +1194,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Not decided yet.</source>
       <translation>Noch nicht entschieden.</translation>
+    </message>
+    <message>
+      <source>Before: {meaning}; Undo last step (U) brings it back.</source>
+      <translation>Vorher: {meaning}; Letzten Schritt rückgängig (U) stellt das wieder her.</translation>
     </message>
     <message>
       <source>Tree {tree} was added: a stem without a DBH.</source>
@@ -3792,6 +3800,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Fotos, die die Brusthöhe eines Stamms frei sehen (Median über die Stämme)</translation>
     </message>
     <message>
+      <source>Check the engine</source>
+      <translation>Rechenkern prüfen</translation>
+    </message>
+    <message>
       <source>Say what is installed, which steps work and how to install the rest.</source>
       <translation>Sagt, was installiert ist, welche Schritte laufen und wie der Rest zu installieren ist.</translation>
     </message>
@@ -4788,16 +4800,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>gesehen, kein BHD</translation>
     </message>
     <message>
-      <source>accepted or taped by a person</source>
-      <translation>von einem Menschen angenommen oder nachgemessen</translation>
+      <source>by hand: accepted, taped</source>
+      <translation>von Hand: angenommen, gemessen</translation>
     </message>
     <message>
-      <source>a person says: a stem without a DBH</source>
-      <translation>ein Mensch sagt: ein Stamm ohne BHD</translation>
+      <source>by hand: no DBH</source>
+      <translation>von Hand: kein BHD</translation>
     </message>
     <message>
-      <source>a person says: no tree of its own</source>
-      <translation>ein Mensch sagt: kein eigener Baum</translation>
+      <source>by hand: no tree</source>
+      <translation>von Hand: kein Baum</translation>
     </message>
     <message>
       <source>Yours to write</source>

@@ -28,6 +28,10 @@
       <translation>Plan de vuelo</translation>
     </message>
     <message>
+      <source>Plots; and what stands there, as a layer (with trees also the crown base) or in numbers</source>
+      <translation>parcelas; y lo que hay en ellas, como capa (con árboles también la base de copa) o en números</translation>
+    </message>
+    <message>
       <source>INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.</source>
       <translation>INPUT: {path} no es un archivo LAS ni LAZ; convierta antes la nube a LAZ.</translation>
     </message>
@@ -260,6 +264,10 @@ cero.&lt;/p&gt;
     <message>
       <source>the locked list of libraries</source>
       <translation>la lista fijada de bibliotecas</translation>
+    </message>
+    <message>
+      <source>Trees and plots, or pairs</source>
+      <translation>árboles y parcelas, o pares</translation>
     </message>
     <message>
       <source>Tape check</source>
@@ -670,8 +678,8 @@ cero.&lt;/p&gt;
       <translation>{name}, controlador {driver}</translation>
     </message>
     <message>
-      <source>{name}: the engine gets a copy of the layer '{layer}' ({count} features as it shows them).</source>
-      <translation>{name}: el motor recibe una copia de la capa '{layer}' ({count} objetos, tal como los muestra).</translation>
+      <source>{name}: the engine gets a copy of the layer '{layer}' as it shows it (features: {count}).</source>
+      <translation>{name}: el motor recibe una copia de la capa '{layer}' tal como se muestra (objetos: {count}).</translation>
     </message>
     <message>
       <source>{name}: {path} cannot be read as a layer; give a file that QGIS opens.</source>
@@ -894,6 +902,10 @@ cero.&lt;/p&gt;
       <translation>Puntos densos de la parcela {plot}</translation>
     </message>
     <message>
+      <source>You may close this window: the run goes on, and its results come to the map.</source>
+      <translation>Puede cerrar esta ventana: el proceso continúa y sus resultados aparecen en el mapa.</translation>
+    </message>
+    <message>
       <source>about {time} left</source>
       <translation>quedan unos {time}</translation>
     </message>
@@ -974,12 +986,8 @@ cero.&lt;/p&gt;
       <translation>ejecute el algoritmo 'Instalar el motor' (en una consola: qgis_process run treedgs:setupengine), o ponga en la variable de entorno TREEDGS_PYTHON un Python que tenga las bibliotecas del motor</translation>
     </message>
     <message>
-      <source>{size}, about {minutes} minutes</source>
-      <translation>{size}, unos {minutes} minutos</translation>
-    </message>
-    <message>
-      <source>{size}, about a minute</source>
-      <translation>{size}, un minuto más o menos</translation>
+      <source>{size}, {low} to {high} minutes</source>
+      <translation>{size}, de {low} a {high} minutos</translation>
     </message>
     <message>
       <source>From drone photos to a stand table</source>
@@ -1118,10 +1126,6 @@ cero.&lt;/p&gt;
       <translation>Probar con un vuelo de ejemplo</translation>
     </message>
     <message>
-      <source>Check the engine</source>
-      <translation>Comprobar el motor</translation>
-    </message>
-    <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
       <translation>No se encontró Python 3.10 o posterior con venv; instale uno (Debian y Ubuntu: apt install python3-venv; Windows y macOS: python.org, versión 3.12) y ejecútelo de nuevo.</translation>
     </message>
@@ -1150,10 +1154,6 @@ cero.&lt;/p&gt;
       <translation>no se midió nada; el registro dice por qué</translation>
     </message>
     <message>
-      <source>{done} of {all} trees to check or without a DBH are decided; of the others {others}.</source>
-      <translation>Decididos {done} de {all} árboles por revisar o sin DAP; de los demás, {others}.</translation>
-    </message>
-    <message>
       <source>Tree {tree}: taped {taped} cm, but measured {measured} cm. Is it this tree and this number? Press Taped DBH (D) again to keep it, or type another number.</source>
       <translation>Árbol {tree}: con cinta {taped} cm, pero medido {measured} cm. ¿Es este árbol y este número? Pulse DAP con cinta (D) otra vez para conservarlo, o escriba otro número.</translation>
     </message>
@@ -1164,6 +1164,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Click on the map; the right button or Esc ends it.</source>
       <translation>Haga clic en el mapa; el botón derecho o Esc termina.</translation>
+    </message>
+    <message>
+      <source>Decided: {done} of {all} to check or without a DBH, {others} of the other {rest}.</source>
+      <translation>Decididos: {done} de {all} por revisar o sin DAP, {others} de los otros {rest}.</translation>
     </message>
     <message>
       <source>No other tree stands where you clicked; click on its symbol.</source>
@@ -1188,6 +1192,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Not decided yet.</source>
       <translation>Aún sin decidir.</translation>
+    </message>
+    <message>
+      <source>Before: {meaning}; Undo last step (U) brings it back.</source>
+      <translation>Antes: {meaning}; Deshacer último paso (U) lo recupera.</translation>
     </message>
     <message>
       <source>Tree {tree} was added: a stem without a DBH.</source>
@@ -3790,6 +3798,10 @@ cero.&lt;/p&gt;
       <translation>fotos que ven despejada la altura del pecho de un tronco (mediana de los troncos)</translation>
     </message>
     <message>
+      <source>Check the engine</source>
+      <translation>Comprobar el motor</translation>
+    </message>
+    <message>
       <source>Say what is installed, which steps work and how to install the rest.</source>
       <translation>Dice qué está instalado, qué pasos funcionan y cómo instalar el resto.</translation>
     </message>
@@ -4786,16 +4798,16 @@ cero.&lt;/p&gt;
       <translation>visto, sin DAP</translation>
     </message>
     <message>
-      <source>accepted or taped by a person</source>
-      <translation>aceptado o medido con cinta por una persona</translation>
+      <source>by hand: accepted, taped</source>
+      <translation>a mano: aceptado, medido</translation>
     </message>
     <message>
-      <source>a person says: a stem without a DBH</source>
-      <translation>una persona dice: un fuste sin DAP</translation>
+      <source>by hand: no DBH</source>
+      <translation>a mano: sin DAP</translation>
     </message>
     <message>
-      <source>a person says: no tree of its own</source>
-      <translation>una persona dice: no es un árbol aparte</translation>
+      <source>by hand: no tree</source>
+      <translation>a mano: ningún árbol</translation>
     </message>
     <message>
       <source>Yours to write</source>

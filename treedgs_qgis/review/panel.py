@@ -137,8 +137,10 @@ class ReviewPanel(QDockWidget):
             return
         done = sum(bool(row.decision) for row in wanting)
         others = sum(bool(row.decision) for row in rows) - done
-        text = tr("{done} of {all} trees to check or without a DBH are decided; of the others {others}.")
-        self.form.progress.setText(text.format(done=done, all=len(wanting), others=others) if trees is not None else "")
+        text = tr("Decided: {done} of {all} to check or without a DBH, {others} of the other {rest}.").format(
+            done=done, all=len(wanting), others=others, rest=len(rows) - len(wanting)
+        )
+        self.form.progress.setText(text if trees is not None else "")
         self._show()
 
     def _is_wanted(self, row: Row, which: str) -> bool:
@@ -247,9 +249,14 @@ class ReviewPanel(QDockWidget):
             return
         now = next((entry for entry in trees.rows() if entry.fid == row.fid), row)
         done = f"{tr('Tree')} {row.tree_id}: {words.meaning(now) or tr('Not decided yet.')}"
+        before = words.meaning(row)
+        if before in ("", words.meaning(now)):
+            replaced = ""
+        else:
+            replaced = tr("Before: {meaning}; Undo last step (U) brings it back.").format(meaning=before)
         # Stays where something is to be looked at.
         self._tree = row.tree_id if stay or said else following
-        self._say("\n".join(part for part in (done, said) if part))
+        self._say("\n".join(part for part in (done, replaced, said) if part))
         self.refresh()
 
     def tape(self) -> None:

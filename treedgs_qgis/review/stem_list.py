@@ -67,6 +67,7 @@ class StemList(QDockWidget):
         rows = QgsAttributeTableFilterModel(self.iface.mapCanvas(), model)
         rows.setAttributeTableConfig(active.attributeTableConfig())
         rows.setFilterMode(compat.SHOW_VISIBLE)
+        rows.sort('"tree_id"')
         self.table.setModel(rows)
         self.table.setAttributeTableConfig(active.attributeTableConfig())
         self.table.resizeColumnsToContents()

@@ -15,8 +15,8 @@ from .. import compat
 from ..i18n import tr
 from .rules import APART, COLUMNS, NO_TREE, Refused, known, merge_note, merged_into, now, refuse_other_unit, user
 
-#: By these a layer is known as ours.
-MARKS = ("tree_id", "dbh_cm", "qc_flag")
+#: By these a layer is known as one of trees; those of tapes, stand tables and pairs say nothing of a method.
+MARKS = ("tree_id", "dbh_cm", "qc_flag", "method")
 #: Between these the style of a layer names the folder of its evidence sheets.
 _SHEETS = re.compile(r"file_path\(decode_uri\(@layer_id, 'path'\)\) \|\| '/' \|\| '((?:[^']|'')*)' \|\| '/'")
 _LENGTHS = {"rev_flag": 16, "rev_note": 254, "rev_by": 80, "rev_at": 32}

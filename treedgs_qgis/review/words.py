@@ -68,7 +68,7 @@ def numbers(row: Row) -> str:
     if v.get("lean_deg") is not None and v.get("dbh_cm") is not None:
         facts.append(tr("leans {angle}°").format(angle=f"{float(v['lean_deg']):.0f}"))
     if v.get("height_m") is not None:
-        facts.append(tr("{height} m tall").format(height=f"{float(v['height_m']):.1f}"))
+        facts.append(tr("{height} m tall").format(height=shown(v["height_m"])))
     return "\n".join([*lines, ", ".join(facts)]).strip()
 
 

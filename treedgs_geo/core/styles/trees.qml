@@ -11,16 +11,22 @@
       <category symbol="0" value="ok" render="true" label="measured"/>
       <category symbol="1" value="check" render="true" label="measured, to be checked"/>
       <category symbol="2" value="reject" render="true" label="seen, no DBH"/>
-      <category symbol="3" value="decided" render="true" label="accepted or taped by a person"/>
-      <category symbol="4" value="stem" render="true" label="a person says: a stem without a DBH"/>
-      <category symbol="5" value="out" render="true" label="a person says: no tree of its own"/>
+      <category symbol="3" value="decided" render="true" label="by hand: accepted, taped"/>
+      <category symbol="4" value="stem" render="true" label="by hand: no DBH"/>
+      <category symbol="5" value="out" render="true" label="by hand: no tree"/>
     </categories>
     <symbols>
       <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="1" name="0">
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
-            <Option name="properties"/>
+            <Option type="Map" name="properties">
+              <Option type="Map" name="alpha">
+                <Option type="bool" name="active" value="true"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="int" name="type" value="3"/>
+              </Option>
+            </Option>
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
@@ -84,7 +90,13 @@
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
-            <Option name="properties"/>
+            <Option type="Map" name="properties">
+              <Option type="Map" name="alpha">
+                <Option type="bool" name="active" value="true"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="int" name="type" value="3"/>
+              </Option>
+            </Option>
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
@@ -148,7 +160,13 @@
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
-            <Option name="properties"/>
+            <Option type="Map" name="properties">
+              <Option type="Map" name="alpha">
+                <Option type="bool" name="active" value="true"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="int" name="type" value="3"/>
+              </Option>
+            </Option>
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
@@ -212,7 +230,13 @@
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
-            <Option name="properties"/>
+            <Option type="Map" name="properties">
+              <Option type="Map" name="alpha">
+                <Option type="bool" name="active" value="true"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="int" name="type" value="3"/>
+              </Option>
+            </Option>
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
@@ -276,7 +300,13 @@
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
-            <Option name="properties"/>
+            <Option type="Map" name="properties">
+              <Option type="Map" name="alpha">
+                <Option type="bool" name="active" value="true"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="int" name="type" value="3"/>
+              </Option>
+            </Option>
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
@@ -340,7 +370,13 @@
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
-            <Option name="properties"/>
+            <Option type="Map" name="properties">
+              <Option type="Map" name="alpha">
+                <Option type="bool" name="active" value="true"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="int" name="type" value="3"/>
+              </Option>
+            </Option>
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
