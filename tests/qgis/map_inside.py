@@ -19,7 +19,7 @@ from qgis.utils import iface
 
 import processing
 
-seen = {"opened": [], "opacity": {}}
+seen = {"opened": [], "opacity": []}
 folder = os.environ["TREEDGS_MAP"]
 
 
@@ -60,9 +60,11 @@ def main():
     categories = trees.renderer().categories()
     opacity = categories[0].symbol().dataDefinedProperties().property(QgsSymbol.PropertyOpacity)
     context = QgsExpressionContext(QgsExpressionContextUtils.globalProjectLayerScopes(trees))
-    for tree in trees.getFeatures():
+    tree = next(trees.getFeatures())
+    for plot in ("A", None):
+        tree["plot_id"] = plot
         context.setFeature(tree)
-        seen["opacity"][str(tree["plot_id"])] = opacity.value(context)[0]
+        seen["opacity"].append(opacity.value(context)[0])
     seen["active"] = iface.activeLayer().name()
     given = createAlgorithmDialog("treedgs:standtable").createProcessingParameters()
     seen["filled_in"] = [given["TREES"] == trees.id(), given["OUTPUT"]]
