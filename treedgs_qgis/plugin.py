@@ -97,8 +97,8 @@ class TreeDGSPlugin:
 
     def add_dialogs(self, names: tuple[str, ...]) -> None:
         """Lines of the menu that open an algorithm's dialog."""
-        for name in names if self.provider is not None else ():
-            title = f"{self.provider.algorithm(name).displayName()} …"
+        for name in names:
+            title = f"{QgsApplication.processingRegistry().algorithmById(f'treedgs:{name}').displayName()} …"
             self.add_entry(title, name, partial(self.open_dialog, f"treedgs:{name}", {}))
 
     def add_entry(self, text: str, name: str, called: Callable[..., None]) -> None:
