@@ -2,8 +2,8 @@
 
     python tools/screenshot.py [--demo FOLDER] [--pictures FOLDER] [--windows FOLDER]
 
-Those of every other window, opened by keys in the toolbox, go into ``build/windows``: to be looked at before a
-release.
+Those of every other window, opened by keys in the toolbox, and of what follows the trees (tapes, stand table) go into
+``build/windows``: to be looked at before a release.
 """
 
 from __future__ import annotations

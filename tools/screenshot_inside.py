@@ -1,5 +1,8 @@
-"""Runs inside QGIS (``--code``): draws the pictures that ``tools/screenshot.py`` asks for. Not imported by anything."""
+"""Runs inside QGIS (``--code``): draws the pictures that ``tools/screenshot.py`` asks for. Buttons are clicked, and
+after each step Python's garbage is collected: what nobody holds would be gone. Not imported by anything.
+"""
 
+import gc
 import json
 import os
 import sys
@@ -14,7 +17,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtCore import QPoint, Qt, QTimer
 from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication, QDialog, QDockWidget, QLineEdit, QTreeView
+from qgis.PyQt.QtWidgets import QApplication, QDialog, QDockWidget, QLineEdit, QPushButton, QTreeView
 from qgis.utils import iface, plugins
 
 JOB = json.loads(os.environ["TREEDGS_SHOTS"])
@@ -47,6 +50,7 @@ def go():
     def call():
         try:
             function()
+            gc.collect()
         except Exception:
             traceback.print_exc()
             finish(1)
@@ -98,6 +102,31 @@ def windows(algorithm, name):
 
     QTimer.singleShot(500, photograph)
     QTest.keyClick(dock.searchBox, Qt.Key.Key_Return)
+
+
+def button(dialog, text):
+    """Click a button of a dialog."""
+    found = (each for each in dialog.findChildren(QPushButton) if each.text().replace("&", "") == text)
+    QTest.mouseClick(next(found), Qt.MouseButton.LeftButton)
+
+
+def follow(algorithm, layer):
+    """What a person does after the trees: an entry of the menu, filled in by the project, Run; the map afterwards."""
+    next(entry for entry in plugins["treedgs"].entries if entry.objectName() == f"TreeDGS-{algorithm}").trigger()
+    dialog = plugins["treedgs"].opened
+    QTest.qWait(700)
+    picture(f"window-{algorithm}-filled-in", dialog)
+    button(dialog, "Run")
+    for _ in range(600):
+        QTest.qWait(200)
+        gc.collect()
+        if QgsProject.instance().mapLayersByName(layer):
+            break
+    QTest.qWait(3000)
+    picture(f"window-{algorithm}-log", dialog)
+    button(dialog, "Close")
+    QTest.qWait(1000)
+    picture(f"window-{algorithm}-map", window)
 
 
 def add(source, name, kind="ogr", default=True):
@@ -193,10 +222,10 @@ def map_tip():
     label.setText(QgsExpression.replaceExpressionText(trees.mapTipTemplate(), context))
     label.setWordWrap(True)
     label.setStyleSheet("background:#ffffe8;border:1px solid #555;padding:5px;font-size:12px")
-    label.setFixedWidth(330)
     label.adjustSize()
     place = canvas.getCoordinateTransform().transform(layers.point)
-    label.move(QPoint(int(place.x()) + 14, int(place.y()) + 14))
+    # As QGIS does it: whole, above the place where there is no room below.
+    label.move(int(place.x()) + 14, min(int(place.y()) + 14, canvas.height() - label.height() - 4))
     label.show()
     layers.label = label
 
@@ -225,6 +254,9 @@ def review_picture():
     plugins["treedgs"].action.setChecked(False)
     plugins["treedgs"].stems.hide()
     docks("Layers")
+    iface.setActiveLayer(QgsProject.instance().mapLayersByName("Trees")[0])
+    follow("tapesample", "Trees to tape")
+    follow("standtable", "Stand by plot")
     import processing
 
     values = {
@@ -245,13 +277,13 @@ def review_picture():
 @step(3)
 def dialog():
     picture("dialog", layers.dialog)
-    layers.dialog.runAlgorithm()
+    button(layers.dialog, "Run")
 
 
 @step(JOB["run_s"])
 def running():
     picture("log", layers.dialog)
-    layers.dialog.cancelButton().click() if hasattr(layers.dialog, "cancelButton") else None
+    button(layers.dialog, "Cancel")
 
 
 @step(4)
@@ -259,6 +291,7 @@ def cancelled():
     picture("cancelled", layers.dialog)
     layers.dialog.close()
     QgsProject.instance().clear()
+    iface.messageBar().clearWidgets()
     for table, name in (
         ("plots", "Plots"),
         ("suggested", "Suggested pairs"),

@@ -46,9 +46,9 @@ def how_to_install() -> str:
 
 
 def takes(parts: Iterable[str] = ()) -> str:
-    """Disk and time of setting up the engine, or only these extras: ``1.2 GB, 2 to 5 minutes``."""
+    """Disk and time of setting up the engine, or only these extras: ``1.2 GB, 2–5 min``."""
     chosen = list(parts) or ["", *extras.USUAL]
     quiet = extras.minutes(chosen)
-    return tr("{size}, {low} to {high} minutes").format(
+    return tr("{size}, {low}–{high} min").format(
         size=extras.in_words(sum(map(extras.disk_mb, chosen))), low=quiet, high=math.ceil(BUSY * quiet)
     )

@@ -184,7 +184,7 @@ class Offer(QObject):
             return tr("This needs a part of the engine that is not set up: {names} ({takes}).").format(
                 names=", ".join(name.upper() for name in problem.parts), takes=takes(parts)
             )
-        return tr("The engine is not set up yet ({takes}).").format(takes=takes(parts))
+        return tr("The engine is not set up ({takes}).").format(takes=takes(parts))
 
     def parts(self, problem: EngineMissing) -> list[str]:
         """What has to be installed: '' is the engine itself."""

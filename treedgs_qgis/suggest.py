@@ -48,9 +48,8 @@ def values(algorithm: str, active: QgsMapLayer | None) -> dict[str, Any]:
     path = QUrl(layer.source()).toLocalFile() if layer.providerType() == "delimitedtext" else TreeLayer(layer).path()
     found["OUTPUT"] = os.path.join(os.path.dirname(path), RESULTS[algorithm])
     found["PLOTS"] = plots_of_run(TreeLayer(layer)) or plots
-    taped = next(filter(has_tapes, everything), None)
-    if taped is not None and algorithm in ("tapecheck", "standtable"):
-        found["TAPED"] = taped
+    if algorithm in ("tapecheck", "standtable"):
+        found["TAPED"] = next(filter(has_tapes, everything), None)
     return found
 
 

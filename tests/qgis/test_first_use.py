@@ -77,7 +77,7 @@ def test_a_shell_without_an_engine_is_given_the_command_with_size_and_time(newco
     done = ran(newcomer, "pointcloudtodbh", *words, TREEDGS_HOME=str(tmp_path / "home"))
     said = done.stdout + done.stderr
     assert done.returncode == 1 and "qgis_process run treedgs:setupengine" in said and "Traceback" not in said
-    assert f"{SIZE}, " in said and "minutes)" in said
+    assert f"{SIZE}, " in said and " min)" in said
 
 
 def test_while_the_engine_is_set_up_a_job_and_a_second_set_up_are_told_so(newcomer, tmp_path):
@@ -134,7 +134,7 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     }
     seen = made.windows("offer_inside.py", tmp_path / "seen.json", ("TREEDGS_PYTHON",), **more)
     for place in ("first", "dialog"):
-        sentence = f"The engine is not set up yet ({SIZE}, "
+        sentence = f"The engine is not set up ({SIZE}, "
         assert any(words.startswith(sentence) for words in seen[place][0])
     assert "Set up now" in seen["dialog"][1]  # on the main window QGIS may put a message of its own above it
     assert any(words.startswith("Set up the engine") for words in seen["menu"])

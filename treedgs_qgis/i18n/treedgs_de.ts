@@ -988,8 +988,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>starten Sie den Algorithmus 'Rechenkern einrichten' (in einer Shell: qgis_process run treedgs:setupengine), oder setzen Sie die Umgebungsvariable TREEDGS_PYTHON auf ein Python, das die Bibliotheken des Rechenkerns hat</translation>
     </message>
     <message>
-      <source>{size}, {low} to {high} minutes</source>
-      <translation>{size}, {low} bis {high} Minuten</translation>
+      <source>{size}, {low}–{high} min</source>
+      <translation>{size}, {low}–{high} min</translation>
     </message>
     <message>
       <source>From drone photos to a stand table</source>
@@ -1024,8 +1024,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Anhalten</translation>
     </message>
     <message>
-      <source>The engine is not set up yet ({takes}).</source>
-      <translation>Der Rechenkern ist noch nicht eingerichtet ({takes}).</translation>
+      <source>The engine is not set up ({takes}).</source>
+      <translation>Die Engine ist nicht eingerichtet ({takes}).</translation>
     </message>
     <message>
       <source>Add it now</source>

@@ -986,8 +986,8 @@ cero.&lt;/p&gt;
       <translation>ejecute el algoritmo 'Instalar el motor' (en una consola: qgis_process run treedgs:setupengine), o ponga en la variable de entorno TREEDGS_PYTHON un Python que tenga las bibliotecas del motor</translation>
     </message>
     <message>
-      <source>{size}, {low} to {high} minutes</source>
-      <translation>{size}, de {low} a {high} minutos</translation>
+      <source>{size}, {low}–{high} min</source>
+      <translation>{size}, {low}–{high} min</translation>
     </message>
     <message>
       <source>From drone photos to a stand table</source>
@@ -1022,8 +1022,8 @@ cero.&lt;/p&gt;
       <translation>Detener</translation>
     </message>
     <message>
-      <source>The engine is not set up yet ({takes}).</source>
-      <translation>El motor aún no está instalado ({takes}).</translation>
+      <source>The engine is not set up ({takes}).</source>
+      <translation>El motor no está instalado ({takes}).</translation>
     </message>
     <message>
       <source>Add it now</source>
