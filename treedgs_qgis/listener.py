@@ -59,6 +59,7 @@ STAGES = {
     "read cloud": "Reading the point cloud",
     "pair trees": "Pairing field and measured trees",
     "given stems": "Stems at the places given",
+    "given": "Stems measured at places given before",
     "flights": "Comparing flights",
     "sheets": "A picture of the evidence for each tree",
     "compile": "Compiling for this processor",

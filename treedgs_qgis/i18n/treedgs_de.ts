@@ -872,6 +872,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stämme an den angegebenen Stellen</translation>
     </message>
     <message>
+      <source>Stems measured at places given before</source>
+      <translation>Stämme, die vorher an gegebenen Stellen gemessen wurden</translation>
+    </message>
+    <message>
       <source>Comparing flights</source>
       <translation>Flüge werden verglichen</translation>
     </message>

@@ -870,6 +870,10 @@ cero.&lt;/p&gt;
       <translation>Fustes en los lugares indicados</translation>
     </message>
     <message>
+      <source>Stems measured at places given before</source>
+      <translation>Fustes medidos antes en los lugares dados</translation>
+    </message>
+    <message>
       <source>Comparing flights</source>
       <translation>Comparando vuelos</translation>
     </message>
