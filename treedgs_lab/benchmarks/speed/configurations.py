@@ -212,7 +212,7 @@ def pareto(table: pd.DataFrame) -> np.ndarray:
 
 
 def knees(table: pd.DataFrame) -> dict[str, str]:
-    """Recommended configuration for each preset, from photos alone: ``best`` = least RMSE; ``balanced`` = quickest
+    """Configurations to recommend, from photos alone: ``best`` = least RMSE; ``balanced`` = quickest
     whose RMSE lies within the best's 90 % interval; ``fast`` = quickest with at most twice the best's."""
     photos = table[(table["group"] != "LiDAR") & table["rmse_cm"].notna()]
     photos = photos[photos["success"] >= ENOUGH_SUCCESS * photos["success"].max()] if len(photos) else photos
