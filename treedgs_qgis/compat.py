@@ -45,7 +45,6 @@ DISTANCE_METERS = first_attr("Qgis.DistanceUnit.Meters", "QgsUnitTypes.DistanceM
 LOG_CRITICAL = first_attr("Qgis.MessageLevel.Critical", "Qgis.Critical")
 LOG_WARNING = first_attr("Qgis.MessageLevel.Warning", "Qgis.Warning")
 LOG_SUCCESS = first_attr("Qgis.MessageLevel.Success", "Qgis.Success")
-LOG_INFO = first_attr("Qgis.MessageLevel.Info", "Qgis.Info")
 LINE_STRING = first_attr("Qgis.GeometryType.Line", "QgsWkbTypes.LineGeometry")
 SNAP_ADVANCED = first_attr("Qgis.SnappingMode.AdvancedConfiguration", "QgsSnappingConfig.AdvancedConfiguration")
 SNAP_VERTEX = first_attr("Qgis.SnappingType.Vertex", "QgsSnappingConfig.VertexFlag")

@@ -83,7 +83,7 @@ class Given:
             text = tr("{name}: the layer '{layer}' cannot be read; correct its source.")
         elif isinstance(self.layer, QgsRasterLayer) and not self.path():
             text = tr("{name}: the layer '{layer}' is no file on this computer; save it as a GeoTIFF first.")
-        elif self._holds_pairs() and not self.path():
+        elif holds_pairs(self.layer) and not self.path():
             text = tr("{name}: the layer '{layer}' is filtered, or a copy without its trees; give the pairs' file.")
         else:
             return ""
@@ -128,15 +128,16 @@ class Given:
                 )
             )
 
-    def _holds_pairs(self) -> bool:
-        return isinstance(self.layer, QgsVectorLayer) and self.layer.fields().indexOf("pair_status") >= 0
+
+def holds_pairs(layer: QgsMapLayer) -> bool:
+    """A layer of pairs of field and measured trees."""
+    return isinstance(layer, QgsVectorLayer) and layer.fields().indexOf("pair_status") >= 0
 
 
-def reload_file(path: str) -> int:
-    """Read again what the project shows of a vector file, columns included; how many layers. Main thread only."""
+def reload_file(path: str) -> None:
+    """Read again what the project shows of a vector file, columns included. Main thread only."""
     if not path:
-        return 0
-    found = 0
+        return
     for layer in QgsProject.instance().mapLayers().values():
         if not isinstance(layer, QgsVectorLayer) or not layer.isValid():
             continue
@@ -145,5 +146,3 @@ def reload_file(path: str) -> int:
             layer.dataProvider().reloadData()
             layer.updateFields()
             layer.triggerRepaint()
-            found += 1
-    return found

@@ -21,7 +21,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 
-from . import compat
+from . import compat, layers
 from .i18n import tr
 
 #: Stands for the layer that was asked for, among its companions.
@@ -182,7 +182,7 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
             qgis.utils.iface.setActiveLayer(top)
         if layer.source().partition("|layername=")[2] in IN_VIEW:
             show_on_map(layer)
-        if os.path.basename(layer.source()).endswith("|layername=field_trees") or _is_pairs(layer):
+        if os.path.basename(layer.source()).endswith("|layername=field_trees") or layers.holds_pairs(layer):
             snap_to_trees(QgsProject.instance())
 
 
@@ -212,10 +212,6 @@ def in_the_users_language(layer: QgsVectorLayer) -> None:
                 getattr(made, change)(number, tr(entry.label()))
     if made is not None:
         layer.setRenderer(made)
-
-
-def _is_pairs(layer: QgsMapLayer) -> bool:
-    return isinstance(layer, QgsVectorLayer) and layer.fields().indexOf("pair_status") >= 0
 
 
 def snap_to_trees(project: QgsProject) -> None:
