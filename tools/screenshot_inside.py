@@ -11,6 +11,7 @@ import traceback
 from qgis.core import (
     QgsApplication,
     QgsExpressionContextUtils,
+    QgsPointXY,
     QgsProject,
     QgsRasterLayer,
     QgsVectorLayer,
@@ -199,8 +200,9 @@ def map_of_the_flight():
     trees = QgsProject.instance().mapLayersByName("Trees")[0]
     wanted = [feature for feature in trees.getFeatures() if feature["qc_flag"] != "ok"] or list(trees.getFeatures())
     point = wanted[0].geometry().asPoint()
-    iface.mapCanvas().setCenter(point)
+    # The tip stands right of the tree.
     iface.mapCanvas().zoomScale(25)
+    iface.mapCanvas().setCenter(QgsPointXY(point.x() + 0.3 * iface.mapCanvas().extent().width(), point.y()))
     QgsProject.instance().layerTreeRoot().findLayer(
         QgsProject.instance().mapLayersByName("Camera stations")[0].id()
     ).setItemVisibilityChecked(False)

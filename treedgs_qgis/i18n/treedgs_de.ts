@@ -681,7 +681,7 @@ beginnen von vorn.&lt;/p&gt;
     </message>
     <message>
       <source>{name}: the engine gets a copy of the layer '{layer}' as it shows it (features: {count}).</source>
-      <translation>{name}: Die Engine bekommt eine Kopie des Layers '{layer}', so wie er sie zeigt (Objekte: {count}).</translation>
+      <translation>{name}: Der Rechenkern bekommt eine Kopie des Layers '{layer}', so wie er sie zeigt (Objekte: {count}).</translation>
     </message>
     <message>
       <source>{name}: {path} cannot be read as a layer; give a file that QGIS opens.</source>
@@ -1029,7 +1029,7 @@ beginnen von vorn.&lt;/p&gt;
     </message>
     <message>
       <source>The engine is not set up ({takes}).</source>
-      <translation>Die Engine ist nicht eingerichtet ({takes}).</translation>
+      <translation>Der Rechenkern ist nicht eingerichtet ({takes}).</translation>
     </message>
     <message>
       <source>Add it now</source>
