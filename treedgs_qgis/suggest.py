@@ -46,7 +46,8 @@ def values(algorithm: str, active: QgsMapLayer | None) -> dict[str, Any]:
         return {}
     layer = list(found.values())[-1]
     path = QUrl(layer.source()).toLocalFile() if layer.providerType() == "delimitedtext" else TreeLayer(layer).path()
-    found["OUTPUT"] = os.path.join(os.path.dirname(path), RESULTS[algorithm])
+    if os.path.isfile(path):
+        found["OUTPUT"] = os.path.join(os.path.dirname(path), RESULTS[algorithm])
     found["PLOTS"] = plots_of_run(TreeLayer(layer)) or plots
     if algorithm in ("tapecheck", "standtable"):
         found["TAPED"] = next(filter(has_tapes, everything), None)
