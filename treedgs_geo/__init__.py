@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from .core.progress import Reporter
     from .geotags.reading import read_stations
     from .geotags.stations import Stations
+    from .inventory.charts import draw_diameters, draw_heights, draw_intervals, draw_map, draw_scatter, draw_stem
     from .inventory.review.apply import review_trees
     from .inventory.reviewed import reviewed
     from .inventory.tree_layer import tree_table, write_trees
     from .inventory.tree_reading import read_trees
     from .pointcloud.cloud import PointCloud
     from .pointcloud.files import read_cloud, write_cloud
+    from .run.finished import FinishedRun, open
     from .stems.geometry.circles import fit_circle
     from .stems.quality.reasons import explain
     from .stems.quality.tree import Tree
@@ -54,6 +56,7 @@ _VERBS = {
     "simulate_plot": "simulate-plot",
     "doctor": "doctor",
 }
+_CHARTS = ("draw_map", "draw_diameters", "draw_scatter", "draw_intervals", "draw_stem", "draw_heights")
 #: Name -> module that has it.
 _HOMES = {
     "Result": "api",
@@ -67,6 +70,8 @@ _HOMES = {
     "read_dtm": "terrain.dtm",
     "Dtm": "terrain.dtm",
     "fit_circle": "stems.geometry.circles",
+    "FinishedRun": "run.finished",
+    "open": "run.finished",
     "Tree": "stems.quality.tree",
     "explain": "stems.quality.reasons",
     "read_trees": "inventory.tree_reading",
@@ -74,21 +79,30 @@ _HOMES = {
     "tree_table": "inventory.tree_layer",
     "reviewed": "inventory.reviewed",
     "review_trees": "inventory.review.apply",
+    **dict.fromkeys(_CHARTS, "inventory.charts"),
     "Reporter": "core.progress",
     "TreeDGSError": "core.errors",
 }
 __all__ = [
     "Dtm",
+    "FinishedRun",
     "PointCloud",
     "Reporter",
     "Result",
     "Stations",
     "Tree",
     "TreeDGSError",
+    "draw_diameters",
+    "draw_heights",
+    "draw_intervals",
+    "draw_map",
+    "draw_scatter",
+    "draw_stem",
     "explain",
     "fit_circle",
     "measure_cloud",
     "measure_photos",
+    "open",
     "read_cloud",
     "read_dtm",
     "read_stations",

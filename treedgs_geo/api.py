@@ -188,7 +188,23 @@ class Result(dict[str, Any]):
         layers = pyogrio.list_layers(path)[:, 0].tolist()
         if layer is not None and layer not in layers:
             raise InputError(f"{path}: has no layer {layer!r}, expected one of {', '.join(layers)}.")
-        return gpd.read_file(path, layer=layer)
+        return gpd.read_file(path, layer=layer or layers[0])
+
+    def _repr_html_(self) -> str:
+        import pandas as pd
+
+        from .core.layer_files import read_if_there
+        from .inventory.charts import trees_html
+        from .inventory.tree_layer import LAYER, OWN_LAYERS
+
+        shown = pd.Series({name: value for name, value in self.items() if isinstance(value, str | int | float | Path)})
+        layers = [path for path in self.values() if isinstance(path, Path) and path.is_file()]
+        tables = [
+            (path, table) for path in layers if (table := read_if_there(path, LAYER, OWN_LAYERS[LAYER])) is not None
+        ]
+        return "".join(
+            [shown.to_frame("").to_html(border=0, header=False), *(trees_html(str(p), t) for p, t in tables[:1])]
+        )
 
 
 def verb_function(verb: str) -> Callable[..., Result]:

@@ -54,6 +54,8 @@ def main(arguments: list[str] | None = None) -> int:
     if arguments[:1] == ["describe"]:
         print(json.dumps({"protocol": PROTOCOL, "commands": [describe(c) for c in all_commands()]}, indent=1))
         return 0
+    if arguments[:1] == ["completion"]:
+        return _completion(arguments[1:])
     if not arguments or arguments[0] in ("-h", "--help"):
         print(_overview(all_commands()))
         return 0
@@ -68,6 +70,9 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {arguments[0]!r} is not a treedgs command; {hint}", file=sys.stderr)
         return 2
     command = get_command(arguments[0])
+    if "--example" in arguments:
+        print(command.example)
+        return 0
     parsed, extra = _parser(command).parse_known_args(arguments[1:])
     known = vars(parsed)
     style, overwrite = known.pop("log_format"), known.pop("overwrite")
@@ -208,7 +213,11 @@ def _overview(commands: list[Command]) -> str:
         lines.append(f"{group}:")
         lines += [f"  {c.name:<18} {c.summary}" for c in commands if c.group == group]
         lines.append("")
-    lines.append("Every command takes --log-format auto|bar|plain|json|quiet and --overwrite.")
+    lines += [
+        "Every command takes --example, --json, --log-format auto|bar|plain|quiet and --overwrite. Examples work on",
+        "the sample that 'treedgs simulate-plot --example' makes. treedgs completion bash|zsh|fish prints what",
+        "completes these words in a shell.",
+    ]
     return "\n".join(lines)
 
 
@@ -223,12 +232,44 @@ def _parser(command: Command) -> argparse.ArgumentParser:
     parser = _Parser(
         prog=f"treedgs {command.name}",
         description=f"{command.summary}\n\n{command.help}",
-        epilog=f"example:\n  {command.example}",
+        epilog=f"example:\n  {command.example}\n(with the sample of 'treedgs simulate-plot --example')",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    _add_options(parser, command)
+    return parser
+
+
+def _completion(shells: list[str]) -> int:
+    """Print what completes verbs, options and choices in a shell, from the same declaration as everything else."""
+    from .verbs import all_commands
+
+    try:
+        import shtab
+    except ModuleNotFoundError:
+        print("error: completion needs shtab; pip install 'treedgs-geo[completion]'.", file=sys.stderr)
+        return 3
+    if len(shells) != 1 or shells[0] not in shtab.SUPPORTED_SHELLS:
+        said = ", ".join(shtab.SUPPORTED_SHELLS)
+        print(f"error: completion: {' '.join(shells) or 'no shell'} given, expected one of {said}.", file=sys.stderr)
+        return 2
+    whole = argparse.ArgumentParser(prog="treedgs")
+    verbs = whole.add_subparsers()
+    for command in all_commands():
+        options = _add_options(verbs.add_parser(command.name, help=command.summary.replace("%", "%%")), command)
+        for name, spec, _ in params_of(command.settings):
+            if spec.kind == "choice":
+                options[name].choices = spec.choices
+            elif "file" in spec.kind or "folder" in spec.kind:
+                options[name].complete = shtab.DIRECTORY if "folder" in spec.kind else shtab.FILE  # type: ignore[attr-defined]
+    print(shtab.complete(whole, shells[0]))
+    return 0
+
+
+def _add_options(parser: argparse.ArgumentParser, command: Command) -> dict[str, argparse.Action]:
+    options = {}
     for name, spec, default in ordered_params(command):
-        parser.add_argument(
+        options[name] = parser.add_argument(
             f"--{name.replace('_', '-')}",
             dest=name,
             metavar=_metavar(spec),
@@ -239,13 +280,23 @@ def _parser(command: Command) -> argparse.ArgumentParser:
     parser.add_argument(
         "--log-format",
         default="auto",
-        choices=["auto", "bar", "plain", "json", "quiet"],
-        help="progress as a bar, plain lines, JSON lines on stdout, or nothing (default: auto)",
+        choices=["auto", "bar", "plain", "quiet"],
+        help="progress as a bar, plain lines, or nothing (default: auto)",
+    )
+    parser.add_argument(
+        "--json",
+        dest="log_format",
+        action="store_const",
+        const="json",
+        help="progress, warnings and the result as JSON lines on stdout",
+    )
+    parser.add_argument(
+        "--example", action="store_true", default=argparse.SUPPRESS, help="print a command that works on the sample"
     )
     parser.add_argument(
         "--overwrite", action="store_true", help="replace files of the outputs' names that TreeDGS did not write"
     )
-    return parser
+    return options
 
 
 def _metavar(spec: Param) -> str:

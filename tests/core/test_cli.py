@@ -177,3 +177,30 @@ def test_a_refused_verb_leaves_no_empty_folder(tmp_path, monkeypatch):
     for output in (str(tmp_path / "new" / "stand"), str(tmp_path / "mine"), "kept", "stand"):
         assert run_command(command, {**values, "output": output}, Reporter()) == 2
     assert sorted(p.name for p in Path(tmp_path).rglob("*")) == ["kept", "mine", "note.txt", "plots.csv", "trees.gpkg"]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_knows_every_verb_option_and_choice(shell, capsys):
+    pytest.importorskip("shtab")
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    for command in all_commands():
+        assert command.name in script
+        for name, spec, _ in params_of(command.settings):
+            assert name.replace("_", "-") in script and all(choice in script for choice in spec.choices)
+
+
+def test_bash_completes_a_choice():
+    pytest.importorskip("shtab")
+    script = subprocess.run(
+        [sys.executable, "-m", "treedgs_geo", "completion", "bash"], capture_output=True, text=True, check=True
+    ).stdout
+    asked = 'COMP_WORDS=(treedgs photos-to-dbh --preset b); COMP_CWORD=3; _shtab_treedgs; echo "${COMPREPLY[@]}"'
+    done = subprocess.run(["bash", "-c", f"{script}\n{asked}"], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["balanced", "best"]
+
+
+def test_a_shell_that_is_none_is_refused(capsys):
+    pytest.importorskip("shtab")
+    assert main(["completion", "cmd"]) == 2
+    assert "expected one of bash" in capsys.readouterr().err

@@ -48,9 +48,7 @@ def count(layer: Path) -> int:
 
 
 @posix
-@pytest.mark.parametrize(
-    "more", ["--log-format json | head -1", ">&-", "<&- >&- 2>&-", "--log-format bar 2>&1 | head -c 9"]
-)
+@pytest.mark.parametrize("more", ["--json | head -1", ">&-", "<&- >&- 2>&-", "--log-format bar 2>&1 | head -c 9"])
 def test_a_job_goes_on_without_its_reader(tmp_path, cloud, more):
     words = " ".join(f"'{word}'" for word in measured(cloud, tmp_path / "t.gpkg"))
     done = run(["bash", "-c", f"{words} {more}; exit ${{PIPESTATUS[0]}}"])

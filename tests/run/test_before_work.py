@@ -31,7 +31,7 @@ def _words(folder: Path, **more: object) -> list[str]:
         "output": folder / "out.gpkg",
         **more,
     }
-    words = ["photos-to-dbh", "--log-format", "json"]
+    words = ["photos-to-dbh", "--json"]
     for name, value in given.items():
         words += [f"--{name.replace('_', '-')}"] + ([] if value is True else [str(value)])
     return words

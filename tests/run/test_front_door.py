@@ -22,7 +22,7 @@ from treedgs_geo.verbs import MODULES, get_command
 @pytest.mark.parametrize("name", tg._HOMES)
 def test_the_example_of_every_name_runs(name, simulated_plot, tmp_path, request):
     given = {"plot": simulated_plot, "work": tmp_path}
-    if name == "measure_photos":  # goes on in a finished workspace
+    if name in ("measure_photos", "FinishedRun", "open"):  # goes on in a finished workspace
         shutil.copytree(request.getfixturevalue("finished") / "work", tmp_path, dirs_exist_ok=True)
     tests = doctest.DocTestFinder(recurse=False).find(getattr(tg, name), name, globs=given)
     assert sum(len(test.examples) for test in tests) >= 2, f"{name} has no example"

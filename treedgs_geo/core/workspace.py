@@ -73,7 +73,6 @@ class Workspace:
 
     def __init__(self, folder: Path, lease: Lease | None = None) -> None:
         self.folder = Path(folder)
-        ensure_writable(self.folder / "run.json")
         self._file = self.folder / "run.json"
         self._lease = lease
         self.record = read_record(self.folder) or {

@@ -17,6 +17,7 @@ from .gpstime import describe_utc
 
 if TYPE_CHECKING:
     import geopandas
+    import geopandas as gpd
 
 #: How a position was found, best first.
 QUALITIES = ("fix", "float", "single", "exif", "none")
@@ -131,8 +132,8 @@ def write_stations(path: Path, stations: Stations) -> None:
     write_layer(path, OWN_LAYERS, LAYER, frame)
 
 
-def read_stations_layer(path: Path) -> Stations:
-    """Read what :func:`write_stations` wrote (edited positions are taken as they are).
+def read_stations_table(path: Path) -> gpd.GeoDataFrame:
+    """The layer that :func:`write_stations` wrote, edited or not.
 
     Raises:
         InputError: missing file, layer or columns.
@@ -152,6 +153,16 @@ def read_stations_layer(path: Path) -> Stations:
         raise InputError(
             f"{path}: layer 'stations' lacks {', '.join(missing) or 'its CRS'}; run 'treedgs geotag' again."
         )
+    return frame
+
+
+def read_stations_layer(path: Path) -> Stations:
+    """Read what :func:`write_stations` wrote (edited positions are taken as they are).
+
+    Raises:
+        InputError: missing file, layer or columns.
+    """
+    frame = read_stations_table(path)
     xyz = np.array([[g.x, g.y, g.z] if g is not None and not g.is_empty else [np.nan] * 3 for g in frame.geometry])
 
     def column(name: str) -> np.ndarray:

@@ -29,9 +29,10 @@ from ..report.blocks import (
     facts_table,
     known,
 )
-from ..report.charts import FLAGS, chart_png, new_chart
+from ..report.charts import FLAGS, chart_png
 from ..report.html import write_html
 from ..stems.quality.reasons import explain
+from .charts import draw_diameters
 
 #: Heading of each column of the table of trees, and how the script sorts it: by number or by text.
 COLUMNS = (
@@ -73,7 +74,7 @@ def write_report(
             Heading("Trees"),
             Fragment(template, {**_table_values(trees, addresses), "map": _map_values(trees, plots)}),
             Heading("Diameters"),
-            Picture("number of stems by diameter class", draw_dbh_histogram(trees)),
+            Picture("number of stems by diameter class", chart_png(draw_diameters(trees), 110)),
         ]
     network = NETWORK if trees["method"].str.startswith("photos").any() else ""
     cost = [{"stage": name, **stage} for name, stage in stages.items() if "seconds" in stage]
@@ -90,29 +91,6 @@ def write_report(
         Table("cost", "Cost", columns, cost),
     ]
     return write_html(path, Document("Tree diameters", summary, blocks, wide=True))
-
-
-def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
-    """PNG of the number of stems by DBH class, stacked by flag; refused stems have no DBH and are counted beside it."""
-    figure, axes = new_chart(8, 3.2)
-    measured = trees[trees["dbh_cm"].notna()]
-    number = np.floor(measured["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
-    classes = range(int(number.min()), int(number.max()) + 1) if len(measured) else range(0)
-    base = np.zeros(len(classes))
-    for flag, (colour, words) in FLAGS.items():
-        counts = np.array([int(((number == k) & (measured["qc_flag"] == flag)).sum()) for k in classes])
-        if counts.sum():
-            lower = [k * width_cm for k in classes]
-            axes.bar(lower, counts, width_cm * 0.9, base, align="edge", color=colour, label=words)
-            base += counts
-    axes.set_xlabel("DBH, cm")
-    axes.set_ylabel("Stems")
-    axes.set_title(f"{len(measured)} stems with a DBH, {len(trees) - len(measured)} without")
-    axes.yaxis.get_major_locator().set_params(integer=True)
-    axes.grid(visible=False, axis="x")
-    if len(measured):
-        axes.legend()
-    return chart_png(figure, 110)
 
 
 def _map_values(trees: gpd.GeoDataFrame, plots: list[Plot]) -> dict[str, Any]:

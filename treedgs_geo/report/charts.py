@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 GREY, LIGHT_GREY = "#555555", "#999999"
 #: What a tree's flag looks like, and what it says.
 FLAGS = {"ok": (GREEN, "measured"), "check": (ORANGE, "measured, to be checked"), "reject": (VERMILION, "seen, no DBH")}
-#: Dots an inch of pictures on pages.
-DPI = 160
+MARKS = {"ok": "o", "check": "^", "reject": "x"}
+#: Dots an inch of pictures on pages, in notebooks, and of those that ``figure.savefig`` writes.
+DPI, NOTEBOOK_DPI, PRINT_DPI = 160, 100, 300
 _STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
     "axes.spines.top": False,
@@ -32,7 +34,7 @@ def new_chart(width: float = 6.2, height: float = 4.6, grid: bool = True, **more
     """A figure (inches) and its axes, laid out so that nothing overlaps.
 
     more: of matplotlib's ``Figure.subplots`` (``nrows``, ``ncols``, ``squeeze``, ...), or with ``mosaic`` of its
-    ``subplot_mosaic``: axes by name. The user's own pyplot is not touched.
+    ``subplot_mosaic``: axes by name. A notebook shows the figure. The user's own pyplot is not touched.
     """
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -40,8 +42,9 @@ def new_chart(width: float = 6.2, height: float = 4.6, grid: bool = True, **more
 
     style: Any = {**_STYLE, "axes.grid": grid}
     with matplotlib.rc_context(style):
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout="constrained", dpi=PRINT_DPI)
         FigureCanvasAgg(figure)
+        figure._repr_png_ = partial(chart_png, figure, NOTEBOOK_DPI)  # type: ignore[attr-defined]
         return figure, figure.subplot_mosaic(**more) if "mosaic" in more else figure.subplots(**more)
 
 

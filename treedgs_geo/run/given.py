@@ -159,7 +159,7 @@ def _refuse_other_settings(settings: PhotosToDbhSettings, had: dict[str, Any]) -
 
 def _measure_at(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
     """Look each point up in the layer and among the run's trees, measure at the others, write."""
-    before = read_given(job)
+    before = read_given(job.space)
     trees = placed(with_given(job.trees, before), job)
     rows = held_trees(job, trees)
     there = {row.tree_id for row in rows}
@@ -183,7 +183,7 @@ def _measure_at(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
         merge_layers(job, changed, trees, reporter)
         add_sheets(job, made, reporter)
         try:
-            write_page(job, read_given(job).trees, reporter)
+            write_page(job, read_given(job.space).trees, reporter)
         except (OutputError, InputError) as problem:  # the trees are written
             reporter.warn(str(problem))
     for point in points:
@@ -324,7 +324,7 @@ def _as_trees(points: list[_Point], job: PhotoJob, rows: list[Held], trees: list
 def _counting(job: PhotoJob, rows: list[Held]) -> list[PhotoFit]:
     """Fits whose trees the layer holds and counts: their edges are not another stem's."""
     counting = {row.tree_id for row in rows if row.of_run and not row.set_aside}
-    return [fit for number, fit in fits_by_id(job).fits.items() if number in counting]
+    return [fit for number, fit in fits_by_id(job.space).fits.items() if number in counting]
 
 
 def _with_points(before: KeptGiven, points: list[_Point]) -> KeptGiven:

@@ -9,6 +9,7 @@ from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
 from ..core.progress import Reporter
+from ..core.workspace import Workspace
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import fit_of_record, fit_record, read_fits
 from ..stems.quality.tree import Tree
@@ -31,18 +32,18 @@ def write_given(job: PhotoJob, given: KeptGiven) -> None:
     write_json(job.path(names.GIVEN), {"of": job.space.output_hashes("measure"), "stems": rows})
 
 
-def read_given(job: PhotoJob, reporter: Reporter | None = None) -> KeptGiven:
+def read_given(space: Workspace, reporter: Reporter | None = None) -> KeptGiven:
     """What was kept; nothing where it belongs to another measurement, which the reporter then hears.
 
     Raises:
         InputError: not readable, or of another version.
     """
-    path = job.path(names.GIVEN)
+    path = space.path(names.GIVEN)
     if not path.exists():
         return KeptGiven()
     kept = read_json(path)
     try:
-        if kept["of"] != job.space.output_hashes("measure"):
+        if kept["of"] != space.output_hashes("measure"):
             if reporter is not None and kept["stems"]:
                 reporter.warn(
                     f"{path}: {len(kept['stems'])} stems that were measured at given places belong to an earlier "
@@ -63,14 +64,14 @@ def with_given(trees: list[Tree], given: KeptGiven) -> list[Tree]:
     return sorted([*(t for t in trees if t.tree_id not in numbers), *given.trees], key=lambda tree: tree.tree_id)
 
 
-def fits_by_id(job: PhotoJob) -> KeptGiven:
+def fits_by_id(space: Workspace) -> KeptGiven:
     """All fits of a workspace by ``tree_id``, those at given places with them."""
-    kept, given = read_fits(job.path(names.FITS)), read_given(job)
+    kept, given = read_fits(space.path(names.FITS)), read_given(space)
     return KeptGiven(given.trees, dict(enumerate(kept.fits, start=1)) | given.fits)
 
 
 def _join(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
-    given = read_given(job, reporter)
+    given = read_given(job.space, reporter)
     job.trees = placed(with_given(job.trees, given), job)
     return {"points": len(given.trees)}
 

@@ -126,8 +126,8 @@ COMMAND = Command(
     settings=CompareSettings,
     run=run,
     main=("before", "after", "years", "plots", "min_dbh_cm", "output"),
-    example="treedgs compare --before 2024/trees.gpkg --after 2029/trees.gpkg --years 5 --plots plots.csv --output "
-    "change",
+    example="treedgs compare --before 2024/trees.gpkg --after 2029/trees.gpkg --years 5 --plots flight/plots.csv "
+    "--output change",
     outputs={
         "output": "folder",
         "report": "the page to open",

@@ -124,7 +124,7 @@ COMMAND = Command(
     settings=FitGaussiansSettings,
     run=fit_gaussians,
     main=("workspace", "photos", "plots", "time_limit"),
-    example="treedgs fit-gaussians --workspace work/plot1 --plots plots.csv",
+    example="treedgs fit-gaussians --workspace work --plots flight/plots.csv",
     outputs={
         "field": "Gaussian field (3DGS PLY, local metres)",
         "gaussians": "number of Gaussians",

@@ -131,7 +131,8 @@ COMMAND = Command(
     settings=MatchPlotsSettings,
     run=run,
     main=("trees", "field", "plots", "north", "output"),
-    example="treedgs match-plots --trees trees.gpkg --field field_trees.csv --plots plots.csv --output pairs.gpkg",
+    example="treedgs match-plots --trees trees.gpkg --field flight/field_trees.csv --plots flight/plots.csv "
+    "--output pairs.gpkg",
     outputs={
         "output": "pairs layer",
         "n_field": "field trees",

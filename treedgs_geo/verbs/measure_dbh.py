@@ -44,7 +44,7 @@ COMMAND = Command(
     settings=MeasureDbhSettings,
     run=run,
     main=("input", "dtm", "crs", "weights", "fit", "bh_m", "output"),
-    example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",
+    example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output lidar_trees.gpkg",
     outputs={
         "output": "tree layer",
         "n_trees": "stems in the layer",

@@ -36,7 +36,7 @@ COMMAND = Command(
     run=photos_to_dbh,
     main=("photos", "geotags", "plots", "crs", "dtm", "dry_run", "workspace", "output"),
     example=(
-        "treedgs photos-to-dbh --photos flight/images --geotags flight --crs EPSG:6344 --plots plots.csv "
+        "treedgs photos-to-dbh --photos flight/images --geotags flight --crs EPSG:6344 --plots flight/plots.csv "
         "--workspace work --output trees.gpkg"
     ),
     outputs={

@@ -33,7 +33,7 @@ COMMAND = Command(
     settings=PointcloudToDbhSettings,
     run=run,
     main=("input", "plots", "dtm", "crs", "dry_run", "output", "report"),
-    example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
+    example="treedgs pointcloud-to-dbh --input flight/lidar/flight_uls.laz --output lidar_trees.gpkg",
     outputs={
         "output": "tree layer",
         "report": "the page to open",

@@ -68,7 +68,8 @@ COMMAND = Command(
     run=run,
     main=("photos", "geotags", "crs", "dtm", "plots", "workspace"),
     example=(
-        "treedgs reconstruct --photos flight/images --geotags flight --crs EPSG:6344 --plots plots.csv --workspace work"
+        "treedgs reconstruct --photos flight/images --geotags flight --crs EPSG:6344 --plots flight/plots.csv "
+        "--workspace work"
     ),
     outputs={
         "workspace": "folder of the results",

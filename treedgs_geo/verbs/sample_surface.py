@@ -68,6 +68,6 @@ COMMAND = Command(
     settings=SampleSurfaceSettings,
     run=sample_surface,
     main=("samples", "workspace", "photos"),
-    example="treedgs sample-surface --workspace work/plot1",
+    example="treedgs sample-surface --workspace work",
     outputs={"surface": "surface points (LAZ with opacity, n_views)", "points": "number of points"},
 )

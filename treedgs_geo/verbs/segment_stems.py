@@ -63,7 +63,7 @@ COMMAND = Command(
     settings=SegmentStemsSettings,
     run=run,
     main=("input", "dtm", "crs", "output", "keep_all", "field_stems"),
-    example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",
+    example="treedgs segment-stems --input flight/lidar/flight_uls.laz --dtm dtm.tif --output stems.laz",
     outputs={
         "output": "stem points with tree_id and height_m",
         "n_stems": "stems found",

@@ -190,7 +190,7 @@ COMMAND = Command(
     settings=StandTableSettings,
     run=run,
     main=("trees", "plots", "species", "pairs", "field", "boundary", "taped", "units", "min_dbh_cm", "output"),
-    example="treedgs stand-table --trees trees.gpkg --plots plots.csv --species PITA --output stand",
+    example="treedgs stand-table --trees trees.gpkg --plots flight/plots.csv --species PITA --output stand",
     outputs={
         "output": "folder",
         "report": "the page to open",

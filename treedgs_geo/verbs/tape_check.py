@@ -64,7 +64,8 @@ COMMAND = Command(
     settings=TapeCheckSettings,
     run=run,
     main=("trees", "taped", "plots", "output"),
-    example="treedgs tape-check --trees trees.gpkg --taped tapes/tapes.csv --plots plots.csv --output tape_check",
+    example="treedgs tape-check --trees trees.gpkg --taped tapes/tapes.csv --plots flight/plots.csv "
+    "--output tape_check",
     outputs={
         "output": "folder",
         "page": "the page to open",

@@ -60,7 +60,7 @@ COMMAND = Command(
     settings=TapeSampleSettings,
     run=run,
     main=("trees", "plots", "n", "output"),
-    example="treedgs tape-sample --trees trees.gpkg --plots plots.csv --n 20 --output tapes",
+    example="treedgs tape-sample --trees trees.gpkg --plots flight/plots.csv --n 5 --output tapes",
     outputs={
         "output": "folder",
         "layer": "the drawn trees, to fill in",

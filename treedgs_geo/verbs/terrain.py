@@ -55,7 +55,7 @@ COMMAND = Command(
     settings=TerrainSettings,
     run=run,
     main=("input", "output", "crs", "resolution_m", "ground_points", "use_classes"),
-    example="treedgs terrain --input plot.laz --output dtm.tif --resolution-m 0.25",
+    example="treedgs terrain --input flight/lidar/flight_uls.laz --output dtm.tif --resolution-m 0.25",
     outputs={
         "output": "terrain raster",
         "n_points": "points used",

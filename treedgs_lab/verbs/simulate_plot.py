@@ -35,7 +35,7 @@ COMMAND = Command(
     settings=SimulateSettings,
     run=run,
     main=("output", "preset", "radius_m", "stems_per_ha", "dbh_mean_cm", "photos", "gsd_cm"),
-    example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
+    example="treedgs simulate-plot --output flight --preset demo",
     outputs={
         "output": "the plot's folder",
         "name": "plot name used in the files",

@@ -15,6 +15,7 @@ from ...report.blocks import Block, Column, Document, Heading, Paragraph, Senten
 from ...report.charts import BLUE, VERMILION, new_chart, write_chart
 from ...report.html import write_html
 from ...report.latex import booktabs
+from ..charts import draw_scatter
 from .tables import INTERVALS, PairsEvidence
 
 #: Figures of metrics.json as columns.
@@ -66,7 +67,7 @@ def write_evaluation(
         temporary.write_text(booktabs(_accuracy_table(metrics)), encoding="utf-8")
     pictures = [
         write_chart(folder, "errors", draw_errors(evidence.trees, metrics), "signed errors"),
-        write_chart(folder, "scatter", draw_scatter(evidence.trees, evidence.reference), "measured, reference"),
+        write_chart(folder, "scatter", _scatter(evidence), "measured, reference"),
         write_chart(folder, "plots", draw_plots(metrics), "errors by plot"),
     ]
     write_html(paths["page"], _page(metrics, evidence, [*pictures], facts or {}, more))
@@ -224,31 +225,10 @@ def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
     return figure
 
 
-def draw_scatter(trees: pd.DataFrame, reference: str) -> Any:
-    """Measured against reference DBH with the 90 % intervals and the line of equality."""
-    figure, axes = new_chart(5.4, 5.2)
-    done = trees[trees["error_cm"].notna()]
-    looks = {"ok": (done["qc_flag"] == "ok", BLUE, "o"), "to check": (done["qc_flag"] != "ok", VERMILION, "^")}
-    for name, (rows, colour, mark) in looks.items():
-        part = done[rows]
-        if not len(part):
-            continue
-        span = np.abs(part[["dbh_lo_cm", "dbh_hi_cm"]].to_numpy(float).T - part["dbh_cm"].to_numpy(float))
-        axes.errorbar(
-            part["reference_cm"], part["dbh_cm"], yerr=span if np.isfinite(span).any() else None, fmt=mark, ms=5,
-            color=colour, elinewidth=0.8, alpha=0.85, label=f"{name} ({len(part)})",
-        )  # fmt: skip
-    if len(done):
-        both = done[["reference_cm", "dbh_cm"]].to_numpy(float)
-        low, high = max(both.min() - 3, 0), both.max() + 3
-        axes.plot([low, high], [low, high], color="black", lw=1, zorder=0)
-        axes.set_xlim(low, high)
-        axes.set_ylim(low, high)
-        axes.legend(loc="upper left")
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"{reference}, cm")
-    axes.set_ylabel("measured DBH, cm")
-    axes.set_title("Bars: stated 90 % interval")
+def _scatter(evidence: PairsEvidence) -> Any:
+    trees = evidence.trees
+    figure = draw_scatter(trees.assign(dbh_cm=trees["dbh_cm"].where(trees["error_cm"].notna())), "reference_cm")
+    figure.axes[0].set_xlabel(f"{evidence.reference}, cm")
     return figure
 
 

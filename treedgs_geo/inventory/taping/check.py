@@ -22,9 +22,10 @@ from ...core.progress import Reporter
 from ...core.shown import count_of, some
 from ...core.tables import write_csv
 from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
-from ...report.charts import BLUE, FLAGS, SKY, chart_png, new_chart
+from ...report.charts import BLUE, SKY, chart_png, new_chart
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
+from ..charts import draw_by_flag, draw_scatter
 from ..double_sampling.estimators import (
     Corrected,
     Tapes,
@@ -410,28 +411,16 @@ def _draw(checked: Checked) -> bytes:
     """PNG: measured against taped, and the errors over the taped diameter with each tree's interval."""
     table = checked.trees[checked.trees["error_cm"].notna()]
     figure, axes = new_chart(9.2, 3.9, ncols=2)
-    limits = [
-        float(table[["dbh_cm", "taped_cm"]].min(axis=None)) - 2,
-        float(table[["dbh_cm", "taped_cm"]].max(axis=None)) + 2,
-    ]
-    axes[0].plot(limits, limits, color="0.6", lw=1)
+    draw_scatter(table, "taped_cm", axes[0])
     axes[1].axhline(0, color="0.6", lw=1)
     axes[1].axhspan(checked.figures["bias_lo_cm"], checked.figures["bias_hi_cm"], color=SKY, alpha=0.25, lw=0)
     axes[1].axhline(checked.figures["bias_cm"], color=BLUE, lw=1.2, label="bias and its interval")
-    for flag, (colour, _) in FLAGS.items():
-        mine = table[table["qc_flag"] == flag]
-        if not len(mine):
-            continue
-        axes[0].scatter(mine["taped_cm"], mine["dbh_cm"], s=26, color=colour, label=flag, zorder=3)
-        below, above = mine["dbh_cm"] - mine["dbh_lo_cm"], mine["dbh_hi_cm"] - mine["dbh_cm"]
-        axes[1].errorbar(
-            mine["taped_cm"], mine["error_cm"], yerr=np.nan_to_num([below, above]), fmt="o", ms=4.5, color=colour,
-            elinewidth=1, zorder=3,
-        )  # fmt: skip
+    ends = {"low": table["dbh_lo_cm"] - table["taped_cm"], "high": table["dbh_hi_cm"] - table["taped_cm"]}
+    draw_by_flag(axes[1], table.assign(**ends), "taped_cm", "error_cm", ("low", "high"))
     for tree in table[table["outlier"].notna()].itertuples():
         for axis, y in ((axes[0], tree.dbh_cm), (axes[1], tree.error_cm)):
             axis.annotate(str(tree.tree_id), (tree.taped_cm, y), xytext=(5, 4), textcoords="offset points", fontsize=8)
-    axes[0].set(xlabel="Taped DBH, cm", ylabel="Measured DBH, cm", xlim=limits, ylim=limits, aspect="equal")
+    axes[0].set_xlabel("Taped DBH, cm")
     axes[1].set(xlabel="Taped DBH, cm", ylabel="Measured − taped, cm")
     for axis in axes:
         axis.legend(fontsize=9)
