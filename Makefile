@@ -22,8 +22,8 @@ lint: setup  ## format, style, the order of imports, types (Windows too)
 	@$(PYTHON) -m mypy
 	@$(PYTHON) -m mypy --platform win32
 
-docs: setup  ## the site, build/docs/index.html; a warning is an error
-	@$(PYTHON) -m sphinx -q -b html -j auto -E -n -W --keep-going docs build/docs
+docs: setup  ## the site, build/docs/index.html, its notebooks run; a warning is an error
+	@$(PYTHON) -m sphinx -q -b html -E -n -W --keep-going docs build/docs
 
 qgis: setup  ## QGIS with the plugin, in the private profile
 	@$(PYTHON) tools/open_qgis.py

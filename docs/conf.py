@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pkgutil
 import re
 import sys
@@ -11,8 +10,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
-# Compiled functions stay Python functions, so that their signatures and docstrings are shown.
-os.environ["NUMBA_DISABLE_JIT"] = "1"
+import numba  # noqa: E402
+
+# Compiled functions stay Python functions, so that their signatures and docstrings are shown; not in the notebooks.
+numba.config.DISABLE_JIT = True  # type: ignore[attr-defined]
 
 from docutils import nodes  # noqa: E402
 from sphinx.application import Sphinx  # noqa: E402
@@ -26,9 +27,17 @@ author = "TreeDGS contributors"
 copyright = "TreeDGS contributors, GPL-3.0-or-later"
 version = release = treedgs_geo.__version__
 
-extensions = ["sphinx.ext.autodoc", "myst_parser"]
-exclude_patterns = ["results"]
+extensions = ["sphinx.ext.autodoc", "myst_nb"]
+exclude_patterns = ["results", "gallery/*/**"]
 suppress_warnings = ["config.cache"]
+
+# Notebooks run once and again when their text changes (make clean: all of them), one after the other in docs/gallery:
+# later ones go on with the flight of the first.
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(ROOT / "build" / "notebooks")
+nb_execution_raise_on_error = True
+nb_execution_timeout = 1800
+nb_output_stderr = "remove"
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 3
