@@ -6,7 +6,8 @@
 
 For each suite: debootstrap, a clean clone of this repository, ``make setup``, ``make demo``, the quick tests, and
 ``treedgs:setupengine`` as a user of QGIS runs it (the engine without extras but the usual ones), with seconds and
-megabytes. For each other Python: the same on this system, with an environment made from it. Writes
+megabytes; and the package: wheel and sdist built, checked by twine, the wheel in a fresh environment with ``[reports]``,
+``treedgs doctor`` there. For each other Python: the same on this system, with an environment made from it. Writes
 ``docs/results/install_matrix.json`` (what was not asked for keeps its figures, with their commit and date) and the
 table of ``docs/developer/dependencies.md``. Root, the network, 8 GB of disk and about 20 minutes a suite.
 """
@@ -154,7 +155,7 @@ class OtherPython(System):
         self.root.mkdir(parents=True, exist_ok=True)
 
 
-STEPS = ("packages", "setup", "engine", "quick", "demo")
+STEPS = ("packages", "setup", "engine", "quick", "demo", "wheel")
 
 
 def measure(system: System, steps: Iterable[str], before: dict[str, Any]) -> None:
@@ -174,6 +175,11 @@ def measure(system: System, steps: Iterable[str], before: dict[str, Any]) -> Non
         "demo": f"cd {clone} && make demo",
         "quick": f"cd {clone} && .venv/bin/python -m pytest -q -m 'not slow and not qgis'",
         "engine": engine,
+        "wheel": f"cd {clone} && rm -rf dist {system.home}-wheel && "
+        f"${{TREEDGS_BASE_PYTHON:-python3}} -m venv {system.home}-wheel && PATH={system.home}-wheel/bin:$PATH && "
+        "pip install -q build twine && python -m build && "
+        "twine check --strict dist/* && pip uninstall -q -y build twine && "
+        'pip install "$(echo dist/*.whl)[reports]" && cd / && treedgs doctor --log-format plain',
     }
     row: dict[str, Any] = {**before, "suite": system.suite, "date": date.today().isoformat()}
     former = {name: {"date": before["date"], **step} for name, step in before.get("steps", {}).items()}
@@ -196,6 +202,8 @@ def measure(system: System, steps: Iterable[str], before: dict[str, Any]) -> Non
         if name == "quick":
             said = outcome(printed)
             row["quick"] = {name: said[name] for name in ("passed", "failed", "skipped", "did_not_pass")}
+        if name == "wheel" and system.steps[name]["ok"]:
+            row["python"] = system.run("python", f"{system.home}-wheel/bin/python --version").split()[-1]
         if name == "engine":
             row["engine_mb"] = round(system.size_mb(system.home))
         if name in ("setup", "quick"):
@@ -221,8 +229,9 @@ def keep(row: dict[str, Any]) -> None:
 def table(rows: Iterable[dict[str, Any]]) -> str:
     """The table of the page."""
     lines = [
-        "| system | Python | QGIS | engine as QGIS sets it up | `make setup`, all extras | `make demo` | quick tests |",
-        "|---|---|---|---|---|---|---|",
+        "| system | Python | QGIS | engine as QGIS sets it up | `make setup`, all extras | `make demo` | quick tests | "
+        "wheel and `treedgs doctor` |",
+        "|---|---|---|---|---|---|---|---|",
     ]
 
     def when(row: dict[str, Any], name: str) -> str:
@@ -248,6 +257,7 @@ def table(rows: Iterable[dict[str, Any]]) -> str:
             + when(row, "setup"),
             took(row, "demo") + (f"; {row['demo']}" if row.get("demo") else "") + when(row, "demo"),
             (f"{counts}{row['steps']['quick']['seconds']} s" if "quick" in row["steps"] else "–") + when(row, "quick"),
+            took(row, "wheel") + when(row, "wheel"),
         ]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

@@ -39,7 +39,7 @@ ADDRESSES = ("tracker", "repository", "homepage")
 PLACEHOLDER = re.compile(r"\bexample\.(org|com|net)\b|\.(example|invalid|test|localhost)\b|\blocalhost\b|TODO", re.I)
 ANSWER_S = 10
 #: What may lie in the zip; everything else is a binary or a script to the repository.
-TEXT = {".py", ".txt", ".md", ".json", ".html", ".qml", ".svg", ".ts", ".csv", ".model3", ".css", ".xml", ""}
+TEXT = {".py", ".txt", ".md", ".json", ".html", ".qml", ".svg", ".ts", ".csv", ".model3", ".css", ".xml", ".typed", ""}
 PICTURES = {".png", ".qm", ".jpg"}
 #: The sample flight, which is made, not tracked (``make sample``), and what lies in it.
 SAMPLE = "sample/"

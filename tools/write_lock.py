@@ -25,7 +25,7 @@ DEV = ROOT / "tools" / "requirements-dev-locked.txt"
 UV_LOCKED = ROOT / "treedgs_qgis" / "uv-locked.txt"
 UV = "uv>=0.9,<1"
 #: Installs the library itself, without a build environment from the network.
-SETUPTOOLS = "setuptools>=70.1"
+SETUPTOOLS = "setuptools>=77"
 HEAD = (
     "# Written from {source} by make lock; treedgs_qgis/locked.py reads it. One line a library and platform.\n"
     "# The hashes are those of the package index, no secrets.\n"

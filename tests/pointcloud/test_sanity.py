@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
+from pathlib import Path
 
 import laspy
 import numpy as np
@@ -15,9 +16,12 @@ from synthetic_cloud import plot_cloud, stem_points
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import CRSError, InputError
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import describe_cloud, read_cloud
 from treedgs_geo.pointcloud.sanity import examine
 from treedgs_geo.pointcloud.survey import SAMPLE_POINTS, sample, survey
+from treedgs_geo.run.cloud_input import checked
 from treedgs_geo.stems.quality.reasons import REASONS
 from treedgs_geo.terrain import thinned
 
@@ -290,3 +294,13 @@ def test_real_clouds_pass(folder, name):
     if folder in ("lidar_treels", "plot_a") and name != "pine.laz":
         for odd in (turned(cloud.xyz, 0), turned(cloud.xyz, 1)):
             assert kinds(odd)[0] == ("axis", True)
+
+
+def test_stem_points_alone_need_no_ground_that_lies_flat():
+    rng = np.random.default_rng(2)
+    places = rng.uniform(0, 7, (13, 2))
+    stems = [stem_points(rng, 25, 110, xy=place, high=13, taper_cm_m=0.8) for place in places]
+    cloud = PointCloud(np.vstack(stems))
+    assert kinds(cloud.xyz)[0] == ("axis", True)
+    labelled = cloud.with_attribute("tree_id", np.repeat(np.arange(1, 14), 110))
+    assert len(checked(labelled, Path("stems.laz"), Reporter(), find_stems=False)[0]) == len(cloud)

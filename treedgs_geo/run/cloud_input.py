@@ -103,6 +103,8 @@ def checked(
         (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
     xyz = cloud.xyz if good.all() else cloud.xyz[good]
     extent, findings = examine(xyz, path, find_stems, scale, dtm is not None)
+    if (cloud.attributes.get("tree_id", np.zeros(1)) > 0).all():  # stems alone: no ground that could lie across
+        findings = [finding for finding in findings if finding.kind != "axis"]
     report(findings, reporter)
     kept = extent.holds(cloud.xyz) & good
     cloud = cloud if kept.all() else cloud.select(kept)
