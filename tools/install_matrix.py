@@ -6,10 +6,10 @@
 
 For each suite: debootstrap, a clean clone of this repository, ``make setup``, ``make demo``, the quick tests, and
 ``treedgs:setupengine`` as a user of QGIS runs it (the engine without extras but the usual ones), with seconds and
-megabytes; and the package: wheel and sdist built, checked by twine, the wheel in a fresh environment with ``[reports]``,
-``treedgs doctor`` there. For each other Python: the same on this system, with an environment made from it. Writes
-``docs/results/install_matrix.json`` (what was not asked for keeps its figures, with their commit and date) and the
-table of ``docs/developer/dependencies.md``. Root, the network, 8 GB of disk and about 20 minutes a suite.
+megabytes; and the package: wheel and sdist, built and checked by twine, the wheel in a fresh environment with
+``[reports]``, ``treedgs doctor`` there. For each other Python: the same on this system, with an environment made from
+it. Writes ``docs/results/install_matrix.json`` (what was not asked for keeps its figures, with their commit and date)
+and the table of ``docs/developer/dependencies.md``. Root, the network, 8 GB of disk and about 20 minutes a suite.
 """
 
 from __future__ import annotations
