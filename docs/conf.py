@@ -21,6 +21,9 @@ from sphinx.ext.napoleon import Config, GoogleDocstring  # noqa: E402
 from sphinx.util.docutils import SphinxDirective  # noqa: E402
 
 import treedgs_geo  # noqa: E402
+from treedgs_geo import cli  # noqa: E402
+from treedgs_geo.core.command import ordered_params  # noqa: E402
+from treedgs_geo.verbs import all_commands  # noqa: E402
 
 project = "TreeDGS"
 author = "TreeDGS contributors"
@@ -54,6 +57,8 @@ autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 add_module_names = False
+
+man_pages = [("technician/commands", "treedgs", "tree diameters from drone photos or LiDAR clouds", author, 1)]
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"TreeDGS {version}"
@@ -102,6 +107,25 @@ class FrontDoor(SphinxDirective):
         return self.parse_text_to_nodes("\n".join(text))
 
 
+class Commands(SphinxDirective):
+    """``{commands}``: every verb with its options, from the declaration of the command line."""
+
+    def run(self) -> list[nodes.Node]:
+        text: list[str] = []
+        for command in all_commands():
+            text += [command.name, "-" * len(command.name), "", plain(f"{command.summary} {command.help}"), ""]
+            text += [".. code-block:: sh", "", f"   {command.example}", "", f".. program:: treedgs {command.name}", ""]
+            for name, spec, default in ordered_params(command):
+                text += [f".. option:: --{name.replace('_', '-')} <{cli._metavar(spec)}>", ""]
+                text += [f"   {plain(cli._help_line(spec, default))}", ""]
+        return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
+
+
+def plain(text: str) -> str:
+    """Text in which nothing is mark-up."""
+    return re.sub(r"([\\*`|_<])", r"\\\1", text)
+
+
 def modules_of(name: str) -> list[str]:
     """The package itself and its modules, sub-packages included, in alphabetical order."""
     package = import_module(name)
@@ -119,5 +143,6 @@ def read_sections(app: Sphinx, what: str, name: str, obj: object, options: objec
 def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("room", Room)
     app.add_directive("front-door", FrontDoor)
+    app.add_directive("commands", Commands)
     app.connect("autodoc-process-docstring", read_sections)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -51,7 +51,7 @@ BLOCKING = {
 }  # fmt: skip
 #: Waivable there, and meant: listed with the reasons.
 WAIVED = ROOT / ".bandit"
-SCANNERS = ("bandit>=1.7,<2", "detect-secrets>=1.5,<2", "build>=1,<2")
+SCANNERS = ("bandit>=1.7,<2", "detect-secrets>=1.5,<2", "build>=1,<2", "twine>=6,<8")
 
 
 class PackageError(Exception):
@@ -241,7 +241,7 @@ def check_wheel(wheel: Path, files: list[str]) -> None:
         PackageError: naming what is missing or too much.
     """
     with zipfile.ZipFile(wheel) as packed:
-        there = {name for name in packed.namelist() if ".dist-info/" not in name}
+        there = {name for name in packed.namelist() if ".dist-info/" not in name and ".data/" not in name}
     wanted = {name for name in files if name.startswith(("treedgs_geo/", "treedgs_lab/"))}
     if there != wanted:
         odd = ", ".join(sorted(wanted ^ there)[:5])
@@ -260,8 +260,20 @@ def check_figures() -> None:
         raise PackageError(f"figures of the docs; run their commands again, or take them out:\n{done.stdout.strip()}")
 
 
+def carry_out(command: list[str | Path]) -> None:
+    """Run a program.
+
+    Raises:
+        PackageError: it failed, with the end of what it said.
+    """
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        said = f"{done.stdout}\n{done.stderr}".strip()[-800:]
+        raise PackageError(f"{' '.join(map(str, command[1:4]))} ends with {done.returncode}: {said}")
+
+
 def main() -> int:
-    """Zip, scans and wheel into ``dist/``."""
+    """Zip, scans, wheel and sdist into ``dist/``."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "dist")
     parser.add_argument("--no-scan", action="store_true", help="zip only: no scanners, no wheel, no network")
@@ -292,14 +304,12 @@ def main() -> int:
                 target = Path(folder) / name
                 target.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / name, target)
-            done = subprocess.run(
-                [python, "-m", "build", "--wheel", "--outdir", chosen.output.resolve(), folder],
-                capture_output=True,
-                text=True,
-            )
-            if done.returncode:
-                raise PackageError(f"the wheel cannot be built: {done.stderr.strip()[-800:]}")
-        check_wheel(max(chosen.output.glob("*.whl"), key=lambda path: path.stat().st_mtime), files)
+            docs = [sys.executable, "-m", "sphinx", "-q", "-b", "man", "-d", ROOT / "build" / "docs" / ".doctrees"]
+            carry_out([*docs, ROOT / "docs", Path(folder) / "share" / "man" / "man1"])
+            carry_out([python, "-m", "build", "--outdir", chosen.output.resolve(), folder])
+        wheel = max(chosen.output.glob("*.whl"), key=lambda path: path.stat().st_mtime)
+        carry_out([python, "-m", "twine", "check", "--strict", wheel, *chosen.output.glob("*.tar.gz")])
+        check_wheel(wheel, files)
         # Last: what else there is to correct is known by then.
         check_addresses(general, chosen.release)
         if chosen.release:

@@ -79,7 +79,8 @@ def test_links_lead_somewhere(name):
 
 def test_every_page_says_what_kind_it_is():
     plain = {"docs/index.md", "docs/technician/index.md", "docs/analyst/index.md", "docs/developer/index.md"}
-    kinds = {name: text_of(name).split("\n")[2] for name in PAGES if name not in plain}
+    notebook = "---\nfile_format: mystnb\n---\n"
+    kinds = {name: text_of(name).removeprefix(notebook).split("\n")[2] for name in PAGES if name not in plain}
     assert [name for name, line in kinds.items() if not line.startswith(tuple(f"*{kind}" for kind in KINDS))] == []
 
 
@@ -218,7 +219,7 @@ def test_options_on_pages_exist():
 
 def test_verbs_on_pages_exist():
     verbs = {entry["name"] for entry in json.loads(text_of("treedgs_qgis/parameters.json"))["commands"]}
-    verbs |= {"describe", "--help"}
+    verbs |= {"describe", "completion", "--help"}
     for name in [*PAGES, "README.md"]:
         used = set(re.findall(r"(?:^    |`|bin/)treedgs ([a-z-]{3,})", text_of(name), re.M))
         assert used <= verbs, f"{name}: {used - verbs}"

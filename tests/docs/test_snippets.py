@@ -60,7 +60,7 @@ def called(text: str, program: str) -> list[str]:
 
 def verbs_called(text: str) -> list[list[str]]:
     """Verb and words of every ``treedgs VERB …``."""
-    lines = [line for line in called(text, "treedgs") if re.match(r"[a-z]", line) and not line.startswith("describe")]
+    lines = [line for line in called(text, "treedgs") if re.match(r"(?!describe|completion)[a-z]", line)]
     return [shlex.split(line) for line in lines]
 
 
@@ -158,7 +158,7 @@ def test_commands_in_sentences_name_real_options(page):
         assert verb in MODULES, verb
         known = {f"--{spec.replace('_', '-')}" for spec, _, _ in params_of(get_command(verb).settings)}
         options = {word.strip("[]") for word in words if word.strip("[").startswith("--")}
-        assert options <= known | {"--help", "--overwrite"}, (verb, options - known)
+        assert options <= known | {"--help", "--overwrite", "--example"}, (verb, options - known)
 
 
 @of_pages(lambda page: "treedgs:" in page.read_text(encoding="utf-8"))
