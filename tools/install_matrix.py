@@ -144,7 +144,7 @@ class OtherPython(System):
 
     def words(self, command: str) -> list[str]:
         """The shell line, with that Python named for the set-up."""
-        return ["env", f"TREEDGS_BASE_PYTHON={self.python}", "sh", "-c", command]
+        return ["env", "-u", "PYTHONPATH", f"TREEDGS_BASE_PYTHON={self.python}", "sh", "-c", command]
 
     def outside(self, path: str) -> Path:
         """The same."""
