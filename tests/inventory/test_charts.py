@@ -41,7 +41,7 @@ def test_a_chart_is_written_with_300_dots_an_inch_and_shown_in_a_notebook(trees,
 def test_intervals_are_counted_and_rows_without_a_diameter_left_out(trees):
     field = trees["dbh_cm"] + np.r_[np.zeros(10), 5.0, 5.0, 0]
     figure = tg.draw_intervals(trees.assign(field_cm=field), "field_cm")
-    assert figure.axes[0].get_title() == "10 of 12 field diameters lie in the 90 % interval"
+    assert figure.axes[0].get_title() == "10 of 12 intervals hold field_cm"
     figure = tg.draw_scatter(trees.assign(field_cm=field.where(trees["tree_id"] > 2)))
     assert figure.axes[0].get_legend_handles_labels()[1] == ["measured (10)"]
 

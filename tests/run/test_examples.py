@@ -22,6 +22,7 @@ ORDER = (
 
 
 def example(verb: str, capsys: pytest.CaptureFixture) -> list[str]:
+    capsys.readouterr()
     assert main([verb, "--example"]) == 0
     name, *words = shlex.split(capsys.readouterr().out)
     assert name == "treedgs" and words[0] == verb

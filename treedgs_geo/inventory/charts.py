@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 #: A stem without a DBH is drawn as one of this many centimetres.
 _UNKNOWN_CM = 12.0
+#: A map of more trees, or of more ground in metres, has no room for their numbers.
+_MAX_LABELS, _LABELLED_M = 60, 120.0
 #: Columns that a notebook shows.
 _SHOWN = ("tree_id", "plot_id", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "height_m", "qc_flag", "qc_reason")
 
@@ -70,7 +72,7 @@ def draw_map(
         if mine.any():
             face = "none" if flag == "reject" else colour
             axes.scatter([], [], facecolor=face, edgecolor=colour, label=f"{words} ({mine.sum()})")
-    if len(trees) <= 60:
+    if len(trees) <= _MAX_LABELS and np.ptp(xy, axis=0).max(initial=0) < _LABELLED_M:
         for number, place, size in zip(trees["tree_id"], xy - origin, across, strict=True):
             axes.annotate(str(number), place + [0.5 * size, 0], (3, 0), textcoords="offset points", fontsize=7)
     axes.update_datalim(xy - origin)
@@ -78,7 +80,8 @@ def draw_map(
     axes.margins(0.08)
     axes.set(aspect="equal", xlabel=f"Easting − {origin[0]:.0f} m", ylabel=f"Northing − {origin[1]:.0f} m")
     axes.set_title("Circles: the stems" + (f", {magnify:g} times as wide" if magnify != 1 else ""))
-    return _finished(axes, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=3)
+    below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.09), "ncols": 3}
+    return _finished(axes, **(below if ax is None else {"loc": "best", "fontsize": 7}))
 
 
 def draw_diameters(trees: pd.DataFrame, width_cm: float = 5.0, ax: Any = None) -> Any:
@@ -169,8 +172,8 @@ def draw_intervals(trees: pd.DataFrame, field: str | None = None, ax: Any = None
     if field is not None:
         known = done[done[field].notna()]
         inside = known[field].between(known["dbh_lo_cm"], known["dbh_hi_cm"]).sum()
-        axes.plot(known["place"], known[field], "_", color="black", ms=9, mew=1.6, label="field", zorder=4)
-        axes.set_title(f"{inside} of {len(known)} field diameters lie in the 90 % interval")
+        axes.plot(known["place"], known[field], "_", color="black", ms=9, mew=1.6, label=field, zorder=4)
+        axes.set_title(f"{inside} of {len(known)} intervals hold {field}")
     step = len(done) // 40 + 1
     axes.set_xticks(done["place"][::step], done["tree_id"].astype(str)[::step], rotation=90 if len(done) > 20 else 0)
     axes.grid(visible=False, axis="x")
