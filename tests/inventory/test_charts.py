@@ -69,3 +69,9 @@ def test_a_table_that_lacks_a_column_is_named(trees):
         tg.draw_heights(trees.drop(columns="height_se_m"))
     with pytest.raises(tg.TreeDGSError, match="Tree 9 has no sections"):
         tg.draw_stem(pd.DataFrame({"tree_id": [1], "height_m": 1.0, "d_cm": 30.0, "d_se_cm": 0.5}), 9)
+
+
+def test_a_layer_without_trees_is_drawn(trees):
+    none = trees.iloc[:0]
+    for draw in (tg.draw_map, tg.draw_diameters, tg.draw_intervals, tg.draw_heights):
+        assert draw(none)._repr_png_().startswith(b"\x89PNG")

@@ -72,7 +72,7 @@ def draw_map(
         if mine.any():
             face = "none" if flag == "reject" else colour
             axes.scatter([], [], facecolor=face, edgecolor=colour, label=f"{words} ({mine.sum()})")
-    if len(trees) <= _MAX_LABELS and np.ptp(xy, axis=0).max(initial=0) < _LABELLED_M:
+    if 0 < len(trees) <= _MAX_LABELS and np.ptp(xy, axis=0).max() < _LABELLED_M:
         for number, place, size in zip(trees["tree_id"], xy - origin, across, strict=True):
             axes.annotate(str(number), place + [0.5 * size, 0], (3, 0), textcoords="offset points", fontsize=7)
     axes.update_datalim(xy - origin)
