@@ -251,7 +251,7 @@ def table(rows: Iterable[dict[str, Any]]) -> str:
         cells = [
             row["suite"],
             row.get("python", "?"),
-            row.get("qgis", "?"),
+            row.get("qgis", "–"),
             took(row, "engine", f", {row.get('engine_mb', 0)} MB") + when(row, "engine"),
             took(row, "setup", f", {row['steps']['setup']['grew_mb']} MB" if "setup" in row["steps"] else "")
             + when(row, "setup"),

@@ -119,6 +119,7 @@ def scripting(folder: Path) -> dict:
 
 INPUTS = {
     "scripting": scripting,
+    "README": scripting,
     "terrain": terrain,
     "measuring": measuring,
     "stems-from-photos": stems_from_photos,
