@@ -21,8 +21,6 @@ class ReconstructOptions:
     #: Processor threads; 0 = all.
     threads: int = 0
     seed: int = 1
-    #: The feature database stays after a successful run.
-    keep_cache: bool = False
 
 
 def project_crs_option() -> Any:

@@ -51,8 +51,7 @@ def reconstruct_photos(
     survey = work.survey
     record = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["lens_sd"])
     save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, survey.frame, report, record)
-    if not options.keep_cache:
-        shutil.rmtree(work.cache, ignore_errors=True)
-        if not any(work.cache_root.iterdir()):
-            work.cache_root.rmdir()
+    shutil.rmtree(work.cache, ignore_errors=True)
+    if not any(work.cache_root.iterdir()):
+        work.cache_root.rmdir()
     return report

@@ -24,7 +24,7 @@ from .measurement import Fitted, Shared, measured
 from .network.silhouettes import cut_bark, with_bark
 from .propose.edge_voting import Seed
 from .quality_control import Evidence
-from .tuned import CHANCE_LLR, GAIN_LOW_CONFIDENCE, GAIN_MERGED, GRID_LLR, MAX_SETTLED, PAIR_WINDOWS_PX, WINDOWS_PX
+from .tuned import CHANCE_LLR, GAIN_LOW_CONFIDENCE, GAIN_MERGED, MAX_SETTLED, PAIR_WINDOWS_PX, THERE_LLR, WINDOWS_PX
 
 
 class _Place(NamedTuple):
@@ -118,7 +118,7 @@ class Fitter(Shared):
         """Stems by their edges, polished, best first; ``None`` where neither edges nor silhouettes are worth more."""
         stands_out = place.clearest > self.chance
         raw = place.search.hypotheses(0.24)
-        if (not raw or raw[0].score < GRID_LLR) and not stands_out:
+        if (not raw or raw[0].score < THERE_LLR) and not stands_out:
             return None
         share = 0.8 if quick else 0.3
         hypotheses = place.search.polish_all([m for m in raw if m.score > share * raw[0].score])

@@ -46,13 +46,15 @@ LAYER_M, N_LAYERS = 0.5, 9
 SEEN_PRIOR, SEEN_MEAN_Z = 0.35, 2.5
 #: Seeds are this far apart, m; half as far beside a found stem, which may be a second one.
 APART_M = 0.4
+#: This far from a stem nothing of it is left, m.
+STEM_FREE_M = 0.7
 #: A lean costs seeds this much (log likelihood units per (m/m)^2), and is searched up to this, degrees; steeper ones
 #: are carved.
 LEAN_COST, UPRIGHT_MAX_DEG = 60.0, 10.0
 #: The threshold lies this far above the best decoy, and never below the minimum (log likelihood units). Decoys are
 #: photos moved this far, m.
 ABOVE_CHANCE, MIN_THRESHOLD = 3.0, 8.0
-DECOY_M = 0.7, 3.0
+DECOY_M = STEM_FREE_M, 3.0
 #: Seeds this far below the threshold are still fitted (log likelihood units); how many at most.
 REACH_BELOW, MAX_SEEDS = 22.0, 90
 #: Second stems are looked for this close to a found one, m.
@@ -61,10 +63,10 @@ SECOND_M = 0.6
 # Space carving, and lines through what the network sees
 #: Layers above ground and cell, m; width of the surroundings that a point is compared with, m.
 HEIGHTS, CELL_M, AROUND_M = np.arange(0.5, 3.01, 0.25), 0.10, 0.9
-#: Leans are this far apart (m/m), and searched this far beyond what is asked for (degrees): they are coarse.
-LEAN_STEP, LEAN_MARGIN_DEG = 0.05, 2.0
-#: The lines leave the searched ground by this much on their way, m. Around known stems nothing is looked for, m.
-RIM_M, KNOWN_M = 0.8, 0.15
+#: Leans are this far apart (m/m); they are searched a step beyond what is asked for.
+LEAN_STEP = 0.05
+#: The lines leave the searched ground by this much on their way, m.
+RIM_M = 0.8
 #: Lines whose silhouettes are cut; each scores so many times the median of all maxima.
 MAX_LINES, STANDS_OUT = 24, 1.35
 #: Silhouette contrast of a seed a metre of radius, in units of what chance reaches. On eight rendered plots stems that
@@ -72,23 +74,24 @@ MAX_LINES, STANDS_OUT = 24, 1.35
 CONTRAST_A_M = 8.5
 #: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
 LINE_SCORE, CERTAIN_SCORE = 0.5, 1.1
-#: Radius that a place is first looked at with, m; places that lie nearer each other are one.
+#: Radius that a place is first looked at with, m; places that lie nearer each other are one, and so are those this near
+#: to a known stem's bark.
 START_RADIUS_M = 0.12
 
 # Calibration of a piece of ground
-#: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
-#: these, m; and how many are needed.
-MORE_PLACES, STEM_FREE_M, MIN_PLACES = 32, 0.7, 8
+#: Random places at which the silhouettes of no stem are measured, where the network says where stems are (these are
+#: ``STEM_FREE_M`` away), and how many are needed.
+MORE_PLACES, MIN_PLACES = 32, 8
 
 # Search and adjustment of a stem
 #: Weight of opposite colour gradients on the two sides, and of single edges.
 SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
 #: z-scores count up to this.
 Z_CAP = 8.0
-#: Edge scores (log likelihood units): on the grid, below which a seed is not worth refining; that chance reaches; from
-#: which a stem is there, whatever else speaks against it; from which a silhouette and they make one; by which one
-#: explanation clearly leads another.
-GRID_LLR, CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 38.0, 50.0, 40.0, 12.0, 30.0
+#: Edge scores (log likelihood units): that chance reaches; from which a stem is there, whatever else speaks against it
+#: (below, a seed is not worth refining); from which a silhouette and they make one; by which one explanation clearly
+#: leads another.
+CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 50.0, 40.0, 12.0, 30.0
 #: From which edges alone make one.
 CLEAR_LLR = bound_of("photos", "llr_alone", "check")
 #: Edge score that one unit of silhouette contrast (what chance reaches) is worth where both pull at a shape.

@@ -13,6 +13,7 @@ from ..images.axis_patches import StemAxis
 from ..images.crops import PhotoStack
 from ..images.vertical_rectification import PlumbGrid
 from .inference import (
+    MULTIPLE,
     OUTSIDE,
     OddsMaps,
     class_odds,
@@ -24,10 +25,11 @@ from .inference import (
     tone_of,
 )
 
-#: Rows and columns of a piece are a multiple of this, so that the network meets few sizes; so many pixels around what
-#: is asked for are what it needs to judge it (shares of ivy to 0.015 the same as with larger pieces on ``plot_a`` and
-#: ``plot_h``).
-SIZE_STEP, AROUND_PX = 64, 24
+#: Rows and columns of a piece are a multiple of this, so that the network meets few sizes.
+SIZE_STEP = 4 * MULTIPLE
+#: So many pixels around what is asked for are what it needs to judge it (shares of ivy to 0.015 the same as with larger
+#: pieces on ``plot_a`` and ``plot_h``).
+AROUND_PX = 24
 
 
 class About(NamedTuple):

@@ -30,8 +30,6 @@ from ..tuned import (
     CELL_M,
     CONTRAST_A_M,
     HEIGHTS,
-    KNOWN_M,
-    LEAN_MARGIN_DEG,
     LEAN_STEP,
     MAX_LINES,
     RIM_M,
@@ -112,13 +110,13 @@ def carved_seeds(
     that places without a stem reach.
     """
     clear_known(layers, known, *corner, options.bh_m)
-    leans = lean_grid(options.max_lean_deg + LEAN_MARGIN_DEG, LEAN_STEP)
+    steepest_deg = options.max_lean_deg + np.degrees(LEAN_STEP)
+    leans = lean_grid(steepest_deg, LEAN_STEP)
     lines = lines_through(layers, leans, corner, area, ground, options)
     bar = STANDS_OUT * float(np.median([score for score, _ in lines])) if lines else 0.0
     faint = bound_of("photos", "contrast", "check")
-    steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
     seeds = [clearest(silhouette_of(axis), axis, chance, options) for score, axis in lines[:MAX_LINES] if score > bar]
-    seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
+    seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < np.tan(np.radians(steepest_deg))]
     seeds = [seed for seed in seeds if seed.score > max(faint, CONTRAST_A_M * seed.r)]
     return sorted(seeds, key=lambda seed: -seed.score)
 
@@ -174,7 +172,7 @@ def clear_known(layers: np.ndarray, known: np.ndarray, x0: float, y0: float, bh_
     for row in known:
         for layer, q in zip(layers, HEIGHTS - bh_m, strict=True):
             cx, cy = row[:2] + q * row[2:4] + q * q * row[4:6]
-            layer[np.hypot(x[None] - cx, y[:, None] - cy) < row[8] + KNOWN_M] = 0.0
+            layer[np.hypot(x[None] - cx, y[:, None] - cy) < row[8] + START_RADIUS_M] = 0.0
 
 
 def clearest(silhouette: Silhouette, axis: StemAxis, chance: float, options: PhotoStemOptions) -> Seed:
