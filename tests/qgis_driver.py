@@ -84,6 +84,7 @@ class Qgis:
             pytest.skip("the graphical QGIS or xvfb-run is not installed here; make setup installs them")
         dropped = {"QT_QPA_PLATFORM", *without}
         variables = {name: value for name, value in self.environment(**more).items() if name not in dropped}
+        variables["PYTHONPATH"] = str(ROOT / "tests" / "qgis")
         done = subprocess.run(command, env=variables, timeout=PATIENCE_S, capture_output=True, text=True)
         assert seen.exists(), done.stdout + done.stderr
         report = json.loads(seen.read_text(encoding="utf-8"))

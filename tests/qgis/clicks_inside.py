@@ -3,22 +3,17 @@ collected in between. The set-up is a stand-in of four seconds. The report goes 
 Not imported by anything.
 """
 
-import gc
-import json
 import os
 import sys
 import time
-import traceback
 
 import qgis.utils
+from inside import click, rest, seen, start, wait
 from qgis.core import QgsApplication, QgsProcessingAlgorithm, QgsProcessingProvider
 from qgis.gui import QgsMessageBarItem
-from qgis.PyQt.QtCore import Qt, QTimer
-from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication, QProgressBar, QPushButton
+from qgis.PyQt.QtWidgets import QProgressBar, QPushButton
 from qgis.utils import iface
 
-seen = {}
 plugin = qgis.utils.plugins["treedgs"]
 environment = sys.modules["treedgs.treedgs_qgis.environment"]
 
@@ -59,24 +54,6 @@ class Provider(QgsProcessingProvider):
         self.addAlgorithm(Slow())
 
 
-def rest(seconds=0.3):
-    """Events, and no Python object that only a cycle holds."""
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
-        QApplication.processEvents()
-        QTest.qWait(20)
-    gc.collect()
-
-
-def wait(done, seconds=30):
-    until = time.monotonic() + seconds
-    while not done():
-        if time.monotonic() > until:
-            return False
-        QTest.qWait(20)
-    return True
-
-
 def buttons(bar):
     return {
         button.text(): button
@@ -112,7 +89,7 @@ def main():
             opened.close()
             plugin.offer.missed.emit(missing.EngineMissing(""))
         rest()
-        QTest.mouseClick(buttons(bar)["Set up now"], Qt.MouseButton.LeftButton)
+        click(buttons(bar)["Set up now"])
         seen[f"{turn}_started"] = wait(lambda: plugin.offer.job.task is not None, 3)
         rest(1.0)
         early = shown(bar)
@@ -130,21 +107,11 @@ def main():
             ]
             meanwhile.close()
         if turn != "second":
-            QTest.mouseClick(buttons(bar)["Stop"], Qt.MouseButton.LeftButton)
-        seen[f"{turn}_ended"] = wait(lambda: plugin.offer.job.task is None)
+            click(buttons(bar)["Stop"])
+        seen[f"{turn}_ended"] = wait(lambda: plugin.offer.job.task is None, 30)
         rest()
         seen[f"{turn}_words"] = words(bar)
         seen[f"{turn}_buttons"] = sorted(buttons(bar))
 
 
-def run():
-    try:
-        main()
-    except BaseException:
-        seen["error"] = traceback.format_exc()
-    with open(os.environ["TREEDGS_CLICKS"], "w", encoding="utf-8") as file:
-        json.dump(seen, file)
-    os._exit(0)
-
-
-QTimer.singleShot(3000, run)
+start(main, os.environ["TREEDGS_CLICKS"])

@@ -3,23 +3,19 @@ does it; what the map and the message bar then show goes to ``TREEDGS_MAP/seen.j
 Not imported by anything.
 """
 
-import gc
-import json
 import os
-import time
-import traceback
 
+from inside import click, rest, seen, start
 from processing.tools.general import createAlgorithmDialog
 from qgis.core import QgsExpressionContext, QgsExpressionContextUtils, QgsProject, QgsRectangle, QgsSymbol
-from qgis.PyQt.QtCore import QObject, Qt, QTimer, QUrl, pyqtSlot
+from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
 from qgis.PyQt.QtGui import QDesktopServices
-from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication, QPushButton
+from qgis.PyQt.QtWidgets import QPushButton
 from qgis.utils import iface
 
 import processing
 
-seen = {"opened": [], "opacity": []}
+seen |= {"opened": [], "opacity": []}
 folder = os.environ["TREEDGS_MAP"]
 
 
@@ -27,14 +23,6 @@ class Browser(QObject):
     @pyqtSlot(QUrl)
     def opened(self, url):
         seen["opened"].append(url.toLocalFile())
-
-
-def rest(seconds=1.0):
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
-        QApplication.processEvents()
-        QTest.qWait(20)
-    gc.collect()
 
 
 def names():
@@ -75,9 +63,7 @@ def main():
     bar = iface.messageBar()
     buttons = {found.text(): found for found in bar.findChildren(QPushButton) if found.isVisible()}
     seen["buttons"] = sorted(buttons)
-    button = buttons["Open the report"]
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    rest(0.5)
+    click(buttons["Open the report"])
     bar.clearWidgets()
     processing.runAndLoadResults(
         "treedgs:standtable",
@@ -88,14 +74,4 @@ def main():
     iface.mainWindow().grab().save(f"{folder}/stand.png")
 
 
-def run():
-    try:
-        main()
-    except BaseException:
-        seen["error"] = traceback.format_exc()
-    with open(f"{folder}/seen.json", "w", encoding="utf-8") as file:
-        json.dump(seen, file)
-    os._exit(0)
-
-
-QTimer.singleShot(3000, run)
+start(main, f"{folder}/seen.json")

@@ -9,37 +9,22 @@ import os
 import shutil
 import sys
 import time
-import traceback
 
 import qgis.utils
+from inside import click, rest, seen, start, wait
 from qgis.core import QgsApplication, QgsProject
 from qgis.gui import QgsMessageBarItem
-from qgis.PyQt.QtCore import Qt, QTimer
-from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication, QProgressBar, QPushButton
+from qgis.PyQt.QtWidgets import QProgressBar, QPushButton
 from qgis.utils import iface
 
 JOB = json.loads(os.environ["TREEDGS_OFFER"])
-seen = {"progress": [], "words": []}
+seen |= {"progress": [], "words": []}
 plugin = qgis.utils.plugins["treedgs"]
 window = iface.mainWindow()
 
 
-def settle(times=6):
-    for _ in range(times):
-        QApplication.processEvents()
-        QTest.qWait(30)
-
-
-def wait(done, seconds=500):
-    until = time.monotonic() + seconds
-    while not done():
-        assert time.monotonic() < until, f"waited {seconds} s"
-        QTest.qWait(50)
-
-
 def picture(name, widget):
-    settle(12)
+    rest(0.4)
     widget.grab().save(os.path.join(JOB["pictures"], f"{name}.png"))
 
 
@@ -59,14 +44,14 @@ def dialog(algorithm, values=()):
     opened = processing.createAlgorithmDialog(algorithm, dict(values))
     opened.setGeometry(60, 60, 1000, 640)
     opened.show()
-    settle()
+    rest()
     return opened
 
 
 def main():
     window.showNormal()
     window.setGeometry(0, 0, 1280, 800)
-    settle(20)
+    rest(0.6)
     seen["menu"] = [entry.text() for entry in plugin.entries]
     seen["first"] = offered(iface.messageBar())
     picture("engine_first", window)
@@ -81,25 +66,25 @@ def main():
     )
     began = time.monotonic()
     button = next(b for b in bar.findChildren(QPushButton) if b.isVisible() and b.text() == "Set up now")
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    wait(lambda: plugin.offer.job.percent > 20 or plugin.offer.job.task is None)
+    click(button)
+    assert wait(lambda: plugin.offer.job.percent > 20 or plugin.offer.job.task is None)
     seen["bar"] = [child.value() for child in bar.findChildren(QProgressBar) if child.isVisible()]
     picture("engine_running", opened)
-    wait(lambda: plugin.offer.job.task is None)
-    settle()
+    assert wait(lambda: plugin.offer.job.task is None)
+    rest()
     seen["seconds"] = time.monotonic() - began
     seen["ended"] = offered(bar)
     picture("engine_done", opened)
     opened.runAlgorithm()
-    wait(lambda: os.path.exists(JOB["output"]) and opened.results())
+    assert wait(lambda: os.path.exists(JOB["output"]) and opened.results())
     seen["results"] = {name: str(value) for name, value in opened.results().items()}
     opened.close()
 
     iface.messageBar().clearWidgets()
     QgsProject.instance().clear()
     next(entry for entry in plugin.entries if "sample" in entry.text()).trigger()
-    wait(lambda: plugin.opened is not None, 60)
-    settle(20)
+    assert wait(lambda: plugin.opened is not None, 60)
+    rest(0.6)
     picture("engine_sample", plugin.opened)
     picture("engine_sample_map", window)
     values = plugin.opened.createProcessingParameters()
@@ -125,16 +110,4 @@ def main():
     opened.close()
 
 
-def run():
-    code = 0
-    try:
-        main()
-    except BaseException:
-        code, seen["error"] = 1, traceback.format_exc()
-    with open(JOB["report"], "w", encoding="utf-8") as file:
-        json.dump(seen, file)
-    QgsProject.instance().clear()
-    os._exit(code)
-
-
-QTimer.singleShot(3000, run)
+start(main, JOB["report"])

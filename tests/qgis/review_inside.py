@@ -6,27 +6,20 @@ Not imported by anything.
 
 import json
 import os
-import sys
-import traceback
 
 import qgis.utils
+from inside import click as press
+from inside import rest, seen, start
 from qgis.core import QgsCoordinateReferenceSystem, QgsPointXY, QgsProject, QgsVectorLayer
-from qgis.PyQt.QtCore import QPoint, Qt, QTimer
+from qgis.PyQt.QtCore import QPoint, Qt
 from qgis.PyQt.QtTest import QTest
 from qgis.PyQt.QtWidgets import QApplication, QDockWidget
 from qgis.utils import iface
 
 JOB = json.loads(os.environ["TREEDGS_REVIEW"])
-seen = {}
 plugin = qgis.utils.plugins["treedgs"]
 FIND = Qt.MatchFlag.MatchRecursive | Qt.MatchFlag.MatchExactly
 window, canvas = iface.mainWindow(), iface.mapCanvas()
-
-
-def settle(times=6):
-    for _ in range(times):
-        QApplication.processEvents()
-        QTest.qWait(30)
 
 
 def state():
@@ -47,7 +40,7 @@ def state():
 def key(letter):
     plugin.panel.form.setFocus()
     QTest.keyClick(plugin.panel.form, getattr(Qt.Key, f"Key_{letter}"))
-    settle()
+    rest()
 
 
 def click(x, y):
@@ -56,8 +49,7 @@ def click(x, y):
 
     place = canvas.getCoordinateTransform().transform(on_map(QgsPointXY(x, y), canvas, plugin.panel.trees.layer))
     at = QPoint(round(place.x()), round(place.y()))
-    QTest.mouseClick(canvas.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
-    settle()
+    press(canvas.viewport(), at)
 
 
 def values(number):
@@ -76,20 +68,20 @@ def walking():
     toolbox = window.findChild(QDockWidget, "ProcessingToolbox")
     toolbox.show()
     toolbox.searchBox.setText("review trees")
-    settle()
+    rest()
     view = toolbox.algorithmTree
     found = view.model().match(view.model().index(0, 0), Qt.ItemDataRole.DisplayRole, "Review trees", 1, FIND)
     view.setCurrentIndex(found[0])
     toolbox.executeAlgorithm()
     toolbox.hide()
     form = plugin.panel.form
-    settle()
+    rest()
     seen["button"] = plugin.action.isChecked()
     seen["empty"] = state()
     QgsProject.instance().addMapLayer(layer)
     # The map in another CRS than the layer.
     QgsProject.instance().setCrs(QgsCoordinateReferenceSystem("EPSG:3857"))
-    settle()
+    rest()
     seen["first"] = state()
     seen["title"] = form.layer.currentText()
     seen["formats"] = sorted(
@@ -100,7 +92,7 @@ def walking():
     )
     seen["plain"] = int(Qt.TextFormat.PlainText)
     form.zoom.click()
-    settle(20)
+    rest(0.6)
     seen["scale"] = canvas.scale()
     key("N")
     seen["next"] = state()
@@ -122,32 +114,32 @@ def deciding():
     # Typing letters into the note presses no button.
     form.note.setFocus()
     QTest.keyClicks(form.note, "<i>Nana & X</i>")
-    settle()
+    rest()
     seen["typed"] = [form.note.text(), values(3), state()["tree"]]
     key("D")
     seen["focus"] = QApplication.focusWidget() is form.taped
     QTest.keyClicks(form.taped, "31,5")
     QTest.keyClick(form.taped, Qt.Key.Key_Return)
-    settle()
+    rest()
     seen["taped"] = [values(3), state()]
     form.taped.setText("2000")
     form.tape.click()
-    settle()
+    rest()
     seen["too thick"] = [values(4), state()]
     measured = panel.row.values["dbh_cm"]
     form.taped.setText(f"{1.6 * measured:.1f}")
     form.tape.click()
-    settle()
+    rest()
     seen["asked"] = [values(4), state(), form.taped.text() != ""]
     form.tape.click()
-    settle()
+    rest()
     seen["sure"] = [values(4), state()]
     panel.show_tree(4)
     key("A")
     seen["replaced"] = [values(4), state()["message"]]
     key("U")
     key("U")
-    settle()
+    rest()
 
 
 def clicking():
@@ -155,7 +147,7 @@ def clicking():
     # The same tree as the one clicked on the map.
     panel.show_tree(6)
     form.zoom.click()
-    settle(20)
+    rest(0.6)
     form.pick.click()
     rows = {row.tree_id: row for row in panel.trees.rows()}
     click(rows[6].x + 1.5, rows[6].y + 1.5)
@@ -177,22 +169,19 @@ def clicking():
 def listing(layer):
     """The list follows the map; a click in it leads the panel."""
     next(entry for entry in plugin.entries if entry.objectName() == "TreeDGS-stems").trigger()
-    settle()
+    rest()
     rows = {row.tree_id: row for row in plugin.panel.trees.rows()}
     canvas.setExtent(canvas.mapSettings().layerExtentToOutputExtent(layer, layer.extent().buffered(5)))
-    settle(20)
+    rest(0.6)
     seen["list all"] = sorted(plugin.stems.numbers())
     plugin.panel.show_tree(2)
     plugin.panel.zoom()
-    settle(20)
+    rest(0.6)
     seen["list near"] = plugin.stems.numbers()
     plugin.stems.grab().save(JOB["report"] + ".list.png")
     table = plugin.stems.table
     index = table.model().index(0, 0)
-    QTest.mouseClick(
-        table.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, table.visualRect(index).center()
-    )
-    settle()
+    press(table.viewport(), table.visualRect(index).center())
     seen["list click"] = [plugin.panel.row.tree_id, len(rows)]
 
 
@@ -201,39 +190,30 @@ def leaving(layer):
     for which in ("open", "check", "reject", "ok", "decided", "all"):
         form.which.setCurrentIndex(form.which.findData(which))
         form.undecided.setChecked(False)
-        settle()
+        rest()
         seen[f"list {which}"] = state()["list"]
     form.grab().save(JOB["report"] + ".png")
     # A layer without a workspace beside it cannot measure.
     panel._measure([(7, QgsPointXY(500000.0, 3450000.0))])
     seen["no workspace"] = state()["message"]
     QgsProject.instance().removeMapLayer(layer.id())
-    settle()
+    rest()
     seen["gone"] = state()
     panel.close()
-    settle()
+    rest()
     seen["closed"] = plugin.action.isChecked()
     plugin.action.setChecked(True)
     plugin.unload()
-    settle()
+    rest()
     seen["unloaded"] = [plugin.panel is None and plugin.stems is None, plugin.action is None]
 
 
-def go():
-    code = 0
-    try:
-        layer = walking()
-        deciding()
-        clicking()
-        listing(layer)
-        leaving(layer)
-    except Exception:
-        seen["error"], code = traceback.format_exc(), 1
-    with open(JOB["report"], "w", encoding="utf-8") as stream:
-        json.dump(seen, stream)
-    sys.stdout.flush()
-    QgsProject.instance().clear()
-    os._exit(code)
+def main():
+    layer = walking()
+    deciding()
+    clicking()
+    listing(layer)
+    leaving(layer)
 
 
-QTimer.singleShot(2500, go)
+start(main, JOB["report"])

@@ -2,35 +2,22 @@
 meanwhile and in the end goes to ``TREEDGS_MAP/seen.json``, with pictures beside it. Not imported by anything.
 """
 
-import gc
 import json
 import os
-import time
-import traceback
 
 import qgis.utils
+from inside import click, rest, seen, start, wait
 from processing.tools.general import createAlgorithmDialog
 from qgis.core import QgsPointXY, QgsProject
-from qgis.PyQt.QtCore import QPoint, Qt, QTimer
-from qgis.PyQt.QtTest import QTest
-from qgis.PyQt.QtWidgets import QApplication, QDialogButtonBox, QPushButton
+from qgis.PyQt.QtCore import QPoint
+from qgis.PyQt.QtWidgets import QDialogButtonBox, QPushButton
 from qgis.utils import iface
 
-seen = {}
 folder = os.environ["TREEDGS_MAP"]
 
 
 def names():
     return [node.name() for node in QgsProject.instance().layerTreeRoot().findLayers()]
-
-
-def wait(condition, seconds=300.0):
-    until = time.monotonic() + seconds
-    while time.monotonic() < until and not condition():
-        QApplication.processEvents()
-        QTest.qWait(50)
-        gc.collect()
-    return bool(condition())
 
 
 def stems():
@@ -43,17 +30,17 @@ def main():
     dialog = createAlgorithmDialog("treedgs:photostodbh", json.loads(os.environ["TREEDGS_VALUES"]))
     dialog.show()
     buttons = dialog.findChild(QDialogButtonBox).buttons()
-    QTest.mouseClick(next(b for b in buttons if b.text().replace("&", "") == "Run"), Qt.MouseButton.LeftButton)
+    click(next(b for b in buttons if b.text().replace("&", "") == "Run"))
     seen["began"] = wait(lambda: stems() >= 2)
     seen["meanwhile"] = names()
     layer = QgsProject.instance().mapLayersByName("Stems so far")[0]
     seen["crs"] = layer.crs().authid()
     seen["stems"] = [[f.geometry().asPoint().x(), f.geometry().asPoint().y(), f["dbh_cm"]] for f in layer.getFeatures()]
     dialog.hide()
-    wait(lambda: False, 1.0)
+    rest(1.0)
     iface.mainWindow().grab().save(f"{folder}/meanwhile.png")
     seen["ended"] = wait(lambda: "Trees" in names())
-    wait(lambda: False, 3.0)
+    rest(3.0)
     seen["after"] = names()
     item = iface.messageBar().currentItem()
     seen["on_top"] = [button.text() for button in item.findChildren(QPushButton)] if item else []
@@ -71,34 +58,23 @@ def look_again():
     wait(lambda: panel.row is not None, 10)
     panel.show_any(next(row.tree_id for row in panel.trees.rows() if row.flag == "ok"))
     panel.zoom()
-    wait(lambda: False, 2.0)
+    rest(2.0)
     row = panel.row
     seen["before"] = [row.tree_id, row.values["dbh_cm"], row.x]
-    QTest.mouseClick(panel.form.again, Qt.MouseButton.LeftButton)
+    click(panel.form.again)
     place = iface.mapCanvas().getCoordinateTransform().transform(QgsPointXY(row.x + 0.04, row.y))
     at = QPoint(round(place.x()), round(place.y()))
-    QTest.mouseClick(iface.mapCanvas().viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
+    click(iface.mapCanvas().viewport(), at)
     seen["said"] = panel.form.message.text()
     wait(lambda: panel._measuring is None)
-    wait(lambda: False, 1.0)
+    rest(1.0)
     seen["again"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x, panel.form.message.text()]
     iface.mainWindow().grab().save(f"{folder}/again.png")
-    QTest.mouseClick(panel.form.former, Qt.MouseButton.LeftButton)
+    click(panel.form.former)
     wait(lambda: panel._measuring is None)
-    wait(lambda: False, 1.0)
+    rest(1.0)
     seen["former"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x]
     seen["can_go_back"] = panel.form.former.isEnabled()
 
 
-def run():
-    try:
-        main()
-    except Exception:
-        seen["error"] = traceback.format_exc()
-    with open(f"{folder}/seen.json", "w", encoding="utf-8") as out:
-        json.dump(seen, out)
-    QgsProject.instance().clear()
-    os._exit(0)
-
-
-QTimer.singleShot(3000, run)
+start(main, f"{folder}/seen.json")

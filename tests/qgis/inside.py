@@ -1,0 +1,55 @@
+"""What the scripts that run inside QGIS (``--code``) share: waiting, a person's clicks, and a report of what was seen.
+
+Python's garbage is collected while they wait: what nobody holds would be gone.
+"""
+
+import gc
+import json
+import os
+import time
+import traceback
+
+from qgis.core import QgsProject
+from qgis.PyQt.QtCore import Qt, QTimer
+from qgis.PyQt.QtTest import QTest
+
+#: What the test looks at.
+seen = {}
+
+
+def rest(seconds=0.3):
+    """Let windows work."""
+    QTest.qWait(round(1000 * seconds))
+    gc.collect()
+
+
+def wait(done, seconds=500.0):
+    """Until something is so; whether it became so."""
+    until = time.monotonic() + seconds
+    while not done() and time.monotonic() < until:
+        QTest.qWait(20)
+        gc.collect()
+    return bool(done())
+
+
+def click(widget, at=None):
+    """The left button on a widget's middle, or at a point of it."""
+    places = () if at is None else (Qt.KeyboardModifier.NoModifier, at)
+    QTest.mouseClick(widget, Qt.MouseButton.LeftButton, *places)
+    rest()
+
+
+def start(main, report, after_s=3.0):
+    """Run it once QGIS is up, write what was seen (``error``: how it broke), end QGIS."""
+
+    def run():
+        try:
+            main()
+        except BaseException:
+            seen["error"] = traceback.format_exc()
+        with open(report, "w", encoding="utf-8") as file:
+            json.dump(seen, file)
+        QgsProject.instance().clear()
+        os._exit(0)
+
+    QTimer.singleShot(round(1000 * after_s), run)
