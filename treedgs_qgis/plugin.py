@@ -13,6 +13,7 @@ from typing import Any
 from qgis.core import QgsApplication, QgsMessageLog, QgsProcessingProvider
 from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtGui import QIcon
+from qgis.PyQt.QtWidgets import QDockWidget
 
 from . import i18n, words
 from .compat import LOG_CRITICAL, QAction
@@ -121,8 +122,12 @@ class TreeDGSPlugin:
 
             self.panel = ReviewPanel(self.iface)
             self.panel.visibilityChanged.connect(self._follow_panel)
-            # It takes all of the height, before what stands there.
-            self.iface.addTabifiedDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.panel, [], True)
+            self.iface.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.panel)
+            # All of the height is its own: the toolbox, open or not yet, is a tab beside it.
+            toolbox = self.iface.mainWindow().findChild(QDockWidget, "ProcessingToolbox")
+            if toolbox is not None:
+                self.iface.mainWindow().tabifyDockWidget(toolbox, self.panel)
+                QTimer.singleShot(0, self.panel.raise_)
         if self.panel is not None:
             self.panel.setVisible(shown)
 

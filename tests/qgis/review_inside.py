@@ -73,6 +73,8 @@ def walking():
     found = view.model().match(view.model().index(0, 0), Qt.ItemDataRole.DisplayRole, "Review trees", 1, FIND)
     view.setCurrentIndex(found[0])
     toolbox.executeAlgorithm()
+    rest()
+    seen["height"] = [plugin.panel.isVisible(), plugin.panel.height() > 0.8 * toolbox.parent().centralWidget().height()]
     toolbox.hide()
     form = plugin.panel.form
     rest()

@@ -23,7 +23,7 @@ def sitting(qgis, tmp_path_factory):
 
 def test_it_walks_through_the_trees_that_want_a_look(sitting):
     seen, _ = sitting
-    assert seen["button"], "the toolbox opens the panel"
+    assert seen["button"] and seen["height"] == [True, True], "the toolbox opens the panel, in front of itself"
     assert "add trees.gpkg" in seen["empty"]["headline"]
     first = seen["first"]
     assert first["list"] == [2, 3, 4, 6] and first["tree"] == 2 and first["place"] == "1 of 4"
