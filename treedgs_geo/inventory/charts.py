@@ -15,7 +15,7 @@ import pandas as pd
 
 from ..core.errors import InputError
 from ..core.intervals import HALF_WIDTH_SE
-from ..report.charts import BLUE, FLAGS, GREY, MARKS, NOTEBOOK_DPI, VERMILION, chart_png, new_chart
+from ..report.charts import BLUE, FLAGS, GREY, MARKS, NOTEBOOK_DPI, VERMILION, chart_png, draw_outline, new_chart
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -55,8 +55,7 @@ def draw_map(
     origin = xy.mean(axis=0).round() if len(xy) else np.zeros(2)
     if plots is not None:
         for shape in plots.geometry.to_crs(trees.crs) if plots.crs and trees.crs else plots.geometry:
-            for part in getattr(shape, "geoms", [shape]):
-                axes.plot(*(np.asarray(part.exterior.coords)[:, :2] - origin).T, color=GREY, lw=1)
+            draw_outline(axes, shape, origin, color=GREY, lw=1)
     known = trees["dbh_cm"].notna().to_numpy()
     across = magnify * trees["dbh_cm"].fillna(_UNKNOWN_CM).to_numpy(float) / 100
     flags = _flags(trees)

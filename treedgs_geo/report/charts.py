@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..core.files import atomic_path
 from .blocks import Picture
 
@@ -46,6 +48,18 @@ def new_chart(width: float = 6.2, height: float = 4.6, grid: bool = True, **more
         FigureCanvasAgg(figure)
         figure._repr_png_ = partial(chart_png, figure, NOTEBOOK_DPI)  # type: ignore[attr-defined]
         return figure, figure.subplot_mosaic(**more) if "mosaic" in more else figure.subplots(**more)
+
+
+def polygons_of(shape: Any) -> list[Any]:
+    """The polygons of a shape of one or several."""
+    return [part for part in getattr(shape, "geoms", [shape]) if part.geom_type == "Polygon"]
+
+
+def draw_outline(axes: Any, shape: Any, origin: np.ndarray, **line: Any) -> None:
+    """The rings of polygons as lines. origin: (2,), taken off their coordinates."""
+    for part in polygons_of(shape):
+        for ring in (part.exterior, *part.interiors):
+            axes.plot(*(np.asarray(ring.coords)[:, :2] - origin).T, **line)
 
 
 def chart_png(figure: Any, dpi: float = DPI) -> bytes:

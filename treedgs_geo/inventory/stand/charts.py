@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...report.blocks import Table
-from ...report.charts import COLOURS, LIGHT_GREY, VERMILION, chart_png, new_chart
+from ...report.charts import COLOURS, LIGHT_GREY, VERMILION, chart_png, draw_outline, new_chart, polygons_of
 from .survey import Stand
 from .tables import cross_table
 from .units import UNITS
@@ -50,7 +50,7 @@ def draw_overview(stand: Stand) -> bytes | None:
     figure, axis = new_chart(6.4, 4.6)
     origin = np.array([[plot.x, plot.y] for plot in placed]).mean(axis=0).round()
     if stand.boundary is not None:
-        _outline(axis, stand.boundary, origin, color="0.35", lw=1.6)
+        draw_outline(axis, stand.boundary, origin, color="0.35", lw=1.6)
     density = dict(zip(stand.plot_rows["plot_id"], stand.plot_rows["ba_m2_ha"], strict=True))
     values = np.array([density[plot.plot_id] for plot in placed])
     from matplotlib import cm, colors, patheffects
@@ -59,7 +59,7 @@ def draw_overview(stand: Stand) -> bytes | None:
     for plot, value in zip(placed, values, strict=True):
         if plot.edge == "census":
             continue
-        for part in _parts(plot.outline):
+        for part in polygons_of(plot.outline):
             xy = np.asarray(part.exterior.coords) - origin
             axis.fill(*xy.T, facecolor=shade.to_rgba(value), edgecolor="0.2", lw=0.8)
         # A small plot in a wide survey would be invisible at true size.
@@ -100,9 +100,9 @@ def draw_plots(stand: Stand) -> bytes | None:
     handles: dict[str, Any] = {}
     for axis, (k, plot) in zip(axes.ravel(), placed, strict=False):
         origin = np.array([plot.x, plot.y])
-        _outline(axis, plot.outline, origin, color="0.35", lw=1.2)
+        draw_outline(axis, plot.outline, origin, color="0.35", lw=1.2)
         if stand.boundary is not None and plot.inside < 1:
-            _outline(axis, stand.boundary, origin, color=VERMILION, lw=1.2, ls="--")
+            draw_outline(axis, stand.boundary, origin, color=VERMILION, lw=1.2, ls="--")
             handles.setdefault("stand's boundary", axis.plot([], [], color=VERMILION, ls="--")[0])
         handles.update(_trees(axis, stand, k, origin, 1.0 if len(placed) == 1 else 2.2 / across, len(placed) <= 4))
         axis.plot(0, 0, "+", color="0.5", ms=7)
@@ -152,13 +152,3 @@ def _trees(
             face = {"facecolors": "none", "edgecolors": colour} if mark == "o" else {"color": colour}
             handles[label] = axis.scatter(*place[mine].T, s=40 * scale + 15, marker=mark, lw=1.4, zorder=4, **face)
     return handles
-
-
-def _parts(shape: Any) -> list[Any]:
-    return [part for part in getattr(shape, "geoms", [shape]) if part.geom_type == "Polygon"]
-
-
-def _outline(axis: Any, shape: Any, origin: np.ndarray, **line: Any) -> None:
-    for part in _parts(shape):
-        for ring in (part.exterior, *part.interiors):
-            axis.plot(*(np.asarray(ring.coords)[:, :2] - origin).T, **line)

@@ -12,7 +12,7 @@ import pyproj
 
 from ...core.plots import Plot
 from ...report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table
-from ...report.charts import chart_png, new_chart
+from ...report.charts import chart_png, draw_outline, new_chart
 from ..double_sampling.designs import Draw
 from ..field_trees import Bearings, bearing_to_grid_deg
 from .frame import Frame
@@ -235,8 +235,8 @@ def _draw(frame: Frame, sheet: Sheet) -> bytes:
             color="black" if drawn[k] else "0.45", zorder=5 if drawn[k] else 4,
         )  # fmt: skip
     for plot in frame.plots:
-        for part in getattr(plot.outline, "geoms", [plot.outline]) if plot.outline is not None else []:
-            axis.plot(*(np.asarray(part.exterior.coords)[:, :2] - origin).T, color="0.3", lw=1.1)
+        if plot.outline is not None:
+            draw_outline(axis, plot.outline, origin, color="0.3", lw=1.1)
     if sheet.plot_id is not None:
         axis.plot(0, 0, "+", color="black", ms=11, mew=1.4, zorder=6)
     axis.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
