@@ -111,19 +111,19 @@ class Commands(SphinxDirective):
     """``{commands}``: every verb with its options, from the declaration of the command line."""
 
     def run(self) -> list[nodes.Node]:
-        text: list[str] = []
+        text = []
         for command in all_commands():
-            text += [command.name, "-" * len(command.name), "", plain(f"{command.summary} {command.help}"), ""]
-            text += [".. code-block:: sh", "", f"   {command.example}", "", f".. program:: treedgs {command.name}", ""]
+            text += [f"## {command.name}", "", plain(f"{command.summary} {command.help}"), ""]
+            text += ["```sh", command.example, "```", "", f"```{{program}} treedgs {command.name}", "```", ""]
             for name, spec, default in ordered_params(command):
-                text += [f".. option:: --{name.replace('_', '-')} <{cli._metavar(spec)}>", ""]
-                text += [f"   {plain(cli._help_line(spec, default))}", ""]
+                text += [f"```{{option}} --{name.replace('_', '-')} <{cli._metavar(spec)}>"]
+                text += [plain(cli._help_line(spec, default)), "```", ""]
         return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
 
 
 def plain(text: str) -> str:
     """Text in which nothing is mark-up."""
-    return re.sub(r"([\\*`|_<])", r"\\\1", text)
+    return re.sub(r"([\\*`|_<>\[\]{}$#])", r"\\\1", text)
 
 
 def modules_of(name: str) -> list[str]:
