@@ -32,7 +32,7 @@ CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
 LAYER_M, CROWNS_M, TOP_M = 0.2, 15.5, 1.0
 #: So many points a cell are enough of ground (of those less than :data:`LOW_M` above the lowest of the wide cell), of
 #: the stem band and of crowns (of all points of the cell); never less than the share is kept.
-ENOUGH, MIN_SHARE, LOW_M = (32, 20_000, 64), 0.2, 1.0
+ENOUGH, MIN_SHARE, LOW_M = (16, 20_000, 64), 0.2, 1.0
 #: So many points of a piece tell whether pulses have times of their own: that share of different ones.
 PULSES, SHARE_TIMED = 10_000, 0.3
 
