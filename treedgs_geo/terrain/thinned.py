@@ -27,12 +27,12 @@ WHOLE_CLOUD_POINTS = MANY_POINTS
 #: Side of the cells in which points are counted, m, and cells at most, which make them larger; that of the rough ground
 #: is this many times as wide.
 CELL_M, MAX_CELLS, ROUGH = 0.5, 16_000_000, 2
-#: Points this near the rough ground may be ground or what it is told from; crowns begin at the second height, and so
-#: far below its cell's highest point a point tells the height of trees, m.
-LAYER_M, CROWNS_M, TOP_M = 0.2, 15.5, 1.0
+#: Points this near the rough ground may be ground or what it is told from; crowns begin at the second height (stems are
+#: followed to 14.5 m), and so far below its cell's highest point a point tells the height of trees, m.
+LAYER_M, CROWNS_M, TOP_M = 0.2, 14.8, 0.25
 #: So many points a cell are enough of ground (of those less than :data:`LOW_M` above the lowest of the wide cell), of
 #: the stem band and of crowns (of all points of the cell); never less than the share is kept.
-ENOUGH, MIN_SHARE, LOW_M = (16, 20_000, 64), 0.2, 1.0
+ENOUGH, MIN_SHARE, LOW_M = (16, 20_000, 32), 0.2, 1.0
 #: So many points of a piece tell whether pulses have times of their own: that share of different ones.
 PULSES, SHARE_TIMED = 10_000, 0.3
 

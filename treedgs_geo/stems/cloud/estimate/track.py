@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....pointcloud.cloud import evenly
+from ....pointcloud.cloud import evenly, slices
 from ...geometry.cone import Cone
 
 #: Time in which a scanner hardly moves, s; returns of a pulse that far apart tell its direction, m.
@@ -21,7 +21,7 @@ STEP_S, APART_M = 0.5, 1.5
 #: passes it by more, m, is of another place.
 BEAMS, SPREAD, PAST_M = 10, 1e-4, 1.0
 #: Points that are asked where the scanner was, at most: those of so many pulses.
-MAX_POINTS = 4_000_000
+MAX_POINTS = 1_000_000
 #: Points farther than this to the side of what faces the scanner are at the rim, degrees; distance to the bark, m.
 FACED_DEG, RIM_M = 60.0, 0.06
 
@@ -42,7 +42,9 @@ class SensorTrack:
         if "gps_time" not in attributes:
             return None
         whole = xyz, np.asarray(attributes["gps_time"], float)
-        some = np.flatnonzero(evenly(whole[1].view(np.uint64)) < MAX_POINTS / len(xyz))
+        some = np.zeros(len(xyz), bool)
+        for part in slices(len(xyz)):
+            some[part] = evenly(whole[1][part].view(np.uint64)) < MAX_POINTS / len(xyz)
         xyz, when = xyz[some], whole[1][some]
         if "return_number" in attributes:
             first, last = _pulses(when, np.asarray(attributes["return_number"])[some])
