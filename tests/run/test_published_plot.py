@@ -127,8 +127,12 @@ def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
     monkeypatch.setattr(warp_raster, "available", lambda device: False)
     with pytest.raises(InputError, match="'cuda': no such GPU was found here, .* use device cpu"):
         check_published(settings(tmp_path, device="cuda"))
+    with pytest.raises(InputError, match="--fit photos: the published method"):
+        check_published(settings(tmp_path, fit="photos"))
     with pytest.raises(InputError, match="--device: only the published method"):
         check_published(replace(settings(tmp_path, device="cuda"), preset="balanced"))
+    with pytest.raises(InputError, match="'cuda': no such GPU was found here"):
+        check_published(replace(settings(tmp_path, device="cuda"), preset="best", fit="gaussians"))
     # A card alone is not enough for the fit of a whole plot: torch has to be able to use it.
     monkeypatch.setattr(warp_raster, "available", lambda device: True)
     monkeypatch.setattr("torch.cuda.is_available", lambda: False)

@@ -164,7 +164,7 @@ def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, r
         name
         for entry in plan.entries
         for name in ("preset", "fit")
-        if entry["row"]["values"].get(name) not in (None, "balanced", "circle")
+        if entry["row"]["values"].get(name) not in (None, "balanced", "auto", "photos", "circle")
     }
     if other:
         reporter.warn(

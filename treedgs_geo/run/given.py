@@ -105,8 +105,8 @@ def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
     with held(job, TREES, only_kept=True):
         if is_published(settings):
             raise InputError(
-                f"{settings.workspace}: its run measured with --preset paper, expected another preset: stems at "
-                "given places are measured straight in the photos only."
+                f"{settings.workspace}: its run measured with --fit gaussians (--preset paper), expected photos or "
+                "auto; stems at given places are measured straight in the photos only."
             )
         try:
             run_stages(TREES, job, job.steps)

@@ -24,6 +24,7 @@ from .forecast import MANY_TILES, at_once, only_nadir, planned_ground, planned_v
 from .ground_stage import circles
 from .published_plot import Published, is_published, published_route
 from .routes import photo_route
+from .settings import PhotosToDbhSettings
 from .stage import Cost, Findings, Key, Stage
 
 #: The trees of a run as it measured them, in its workspace.
@@ -73,6 +74,7 @@ def _measure_cost(job: PhotoJob, findings: Findings) -> Cost:
 def _measure_key(job: PhotoJob) -> Key:
     asked, field = job.settings, field_stems(job)
     used = {
+        "fit": _route(asked),
         "preset": asked.preset,
         "stem_network": asked.stem_network,
         "bh_m": asked.bh_m,
@@ -114,7 +116,11 @@ def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
         answers = answers_of(field, given, site, found.kept.fits, trees, preset.stems.margin_m)
         write_answers(job.path(names.FIELD_STEMS), answers)
         facts = facts | {"field_stems": report_answers(answers, asked.field_stems, reporter)}
-    return {"fit": "gaussians" if is_published(asked) else "photos", "stems": len(trees), **facts}
+    return {"fit": _route(asked), "stems": len(trees), **facts}
+
+
+def _route(asked: PhotosToDbhSettings) -> str:
+    return "gaussians" if is_published(asked) else "photos"
 
 
 def with_run_errors(job: PhotoJob, trees: list[Tree]) -> list[Tree]:

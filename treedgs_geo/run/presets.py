@@ -27,5 +27,6 @@ CHAIN_PRESETS = {
         heights=False,
     ),
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
+    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200)),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
 }

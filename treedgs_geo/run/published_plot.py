@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
     """The settings ask for the published route over the whole plot."""
-    return settings.preset == "paper"
+    return settings.preset == "paper" or settings.fit in ("gaussians", "paper")
 
 
 def check_published(settings: PhotosToDbhSettings) -> None:
@@ -60,14 +60,16 @@ def check_published(settings: PhotosToDbhSettings) -> None:
         for name, given in used.items():
             if given:
                 raise InputError(
-                    f"--{name.replace('_', '-')}: only the published method uses it; leave it out, or "
-                    "add --preset paper."
+                    f"--{name.replace('_', '-')}: only the published method (--fit gaussians, --preset paper) uses it; "
+                    "leave it out, or add --preset paper."
                 )
         return
+    if settings.fit == "photos":
+        raise InputError("--fit photos: the published method (--preset paper) has its own; leave one of the two out.")
     if settings.field_stems is not None:
         raise InputError(
             "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "
-            "leave it out, or choose another preset."
+            "leave it out, or measure with --fit auto and another preset."
         )
     check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     check_torch(settings.device)

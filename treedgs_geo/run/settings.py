@@ -104,9 +104,14 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     preset: str = param(
         "balanced",
-        help="How much is modelled: fast uses fewer photos and features and gives no heights; paper = the published "
-        "method on the whole plot (hours).",
-        choices=("fast", "balanced", "paper"),
+        help="How much is modelled: fast and best differ in photos and features used; paper = the published method on "
+        "the whole plot (hours).",
+        choices=("fast", "balanced", "best", "paper"),
+    )
+    fit: str = param(
+        "auto",
+        help="auto, photos = stems fitted straight to the photos; gaussians, paper = the published method.",
+        choices=("auto", "photos", "gaussians", "paper"),
     )
     time_limit: float = time_limit_option()
     device: str = device_option()

@@ -226,7 +226,7 @@ def _gallery(study: Study) -> list[Block] | None:
 
 #: Why a picture of Gaussians may be missing.
 NO_GAUSSIANS = (
-    "no workspace of photos-to-dbh with Gaussians (--preset paper) is given, none of them is near a "
+    "no workspace of photos-to-dbh with Gaussians (--preset paper, --fit gaussians) is given, none of them is near a "
     "reference stem, or the package torch is not installed"
 )
 #: Why a stem's photos may be missing.

@@ -1876,8 +1876,16 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Voreinstellung</translation>
     </message>
     <message>
-      <source>How much is modelled: fast uses fewer photos and features and gives no heights; paper = the published method on the whole plot (hours).</source>
-      <translation>Wie viel modelliert wird: fast nutzt weniger Fotos und Merkmale und gibt keine Höhen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden).</translation>
+      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours).</source>
+      <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden).</translation>
+    </message>
+    <message>
+      <source>Way of measuring</source>
+      <translation>Messverfahren</translation>
+    </message>
+    <message>
+      <source>auto, photos = stems fitted straight to the photos; gaussians, paper = the published method.</source>
+      <translation>auto, photos = Stämme direkt in den Fotos angepasst; gaussians, paper = das veröffentlichte Verfahren.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2086,10 +2094,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
       <translation>Verlässlichkeit der Punkte: keine, LiDAR-Intensität (wie sie ist oder auf einen Bereich gebracht) oder Deckkraft von Oberflächenpunkten</translation>
-    </message>
-    <message>
-      <source>Way of measuring</source>
-      <translation>Messverfahren</translation>
     </message>
     <message>
       <source>cross-section model</source>

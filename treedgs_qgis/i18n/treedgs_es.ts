@@ -1874,8 +1874,16 @@ cero.&lt;/p&gt;
       <translation>Preajuste</translation>
     </message>
     <message>
-      <source>How much is modelled: fast uses fewer photos and features and gives no heights; paper = the published method on the whole plot (hours).</source>
-      <translation>Cuánto se modela: fast usa menos fotos y rasgos y no da alturas; paper = el método publicado en toda la parcela (horas).</translation>
+      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours).</source>
+      <translation>Cuánto se modela: fast y best difieren en las fotos y los rasgos usados; paper = el método publicado en toda la parcela (horas).</translation>
+    </message>
+    <message>
+      <source>Way of measuring</source>
+      <translation>Modo de medir</translation>
+    </message>
+    <message>
+      <source>auto, photos = stems fitted straight to the photos; gaussians, paper = the published method.</source>
+      <translation>auto, photos = troncos ajustados directamente en las fotos; gaussians, paper = el método publicado.</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
@@ -2084,10 +2092,6 @@ cero.&lt;/p&gt;
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
       <translation>fiabilidad de los puntos: ninguna, intensidad LiDAR (tal cual o llevada a un rango) u opacidad de puntos de superficie</translation>
-    </message>
-    <message>
-      <source>Way of measuring</source>
-      <translation>Modo de medir</translation>
     </message>
     <message>
       <source>cross-section model</source>

@@ -54,6 +54,7 @@ CONFIGS: tuple[Config, ...] = (
     Config("views-24", "24 photos", "photos used", params={"max_views": 24}, quick=True),
     Config("half", "photos at 1/2", "pixels used", params={"max_views": 96}, scale=0.5, quick=True),
     Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
+    Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
     Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
     Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
     Config("views-6", "6 photos", "photos used", params={"max_views": 6}),
