@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..terrain.cloud_ground import CloudGround
 
 #: Memory of a point while a cloud is read: coordinates twice, a few attributes; and where it is thinned.
-_POINT_BYTES, _THINNED_BYTES = 60, 30
+_POINT_BYTES, _THINNED_BYTES = 60, 40
 #: A larger share of points classed as noise or withheld is a warning: a filter may have taken bark with it.
 MUCH_NOISE = 0.05
 
