@@ -49,6 +49,12 @@ def main():
     look_again()
 
 
+def given():
+    """Stems of the workspace that were measured at given places."""
+    with open(f"{folder}/work/given.json", encoding="utf-8") as file:
+        return len(json.load(file)["stems"])
+
+
 def look_again():
     """One measured tree at the panel: its foot moved by a click on the map, then taken back by its button."""
     plugin = qgis.utils.plugins["treedgs"]
@@ -68,11 +74,13 @@ def look_again():
     seen["said"] = panel.form.message.text()
     wait(lambda: panel._measuring is None)
     rest(1.0)
+    seen["given"] = [given()]
     seen["again"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x, panel.form.message.text()]
     iface.mainWindow().grab().save(f"{folder}/again.png")
     click(panel.form.former)
     wait(lambda: panel._measuring is None)
     rest(1.0)
+    seen["given"].append(given())
     seen["former"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x]
     seen["can_go_back"] = panel.form.former.isEnabled()
 
