@@ -214,7 +214,7 @@ def _overview(commands: list[Command]) -> str:
         lines += [f"  {c.name:<18} {c.summary}" for c in commands if c.group == group]
         lines.append("")
     lines += [
-        "Every command takes --example, --json, --log-format auto|bar|plain|quiet and --overwrite. Examples work on",
+        "Every command takes --example, --json, --log-format auto|bar|plain|json|quiet and --overwrite. Examples work on",
         "the sample that 'treedgs simulate-plot --example' makes. treedgs completion bash|zsh|fish prints what",
         "completes these words in a shell.",
     ]
@@ -280,8 +280,8 @@ def _add_options(parser: argparse.ArgumentParser, command: Command) -> dict[str,
     parser.add_argument(
         "--log-format",
         default="auto",
-        choices=["auto", "bar", "plain", "quiet"],
-        help="progress as a bar, plain lines, or nothing (default: auto)",
+        choices=["auto", "bar", "plain", "json", "quiet"],
+        help="progress as a bar, plain lines, JSON lines (as --json) or nothing (default: auto)",
     )
     parser.add_argument(
         "--json",
