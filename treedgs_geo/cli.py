@@ -214,8 +214,8 @@ def _overview(commands: list[Command]) -> str:
         lines += [f"  {c.name:<18} {c.summary}" for c in commands if c.group == group]
         lines.append("")
     lines += [
-        "Every command takes --example, --json, --log-format auto|bar|plain|json|quiet and --overwrite. Examples work on",
-        "the sample that 'treedgs simulate-plot --example' makes. treedgs completion bash|zsh|fish prints what",
+        "Every command takes --example, --json, --log-format auto|bar|plain|json|quiet and --overwrite. Examples work",
+        "on the sample that 'treedgs simulate-plot --example' makes. treedgs completion bash|zsh|fish prints what",
         "completes these words in a shell.",
     ]
     return "\n".join(lines)
