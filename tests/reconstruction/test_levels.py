@@ -91,6 +91,22 @@ def test_guided_matches_are_right_and_the_same_on_any_number_of_threads() -> Non
     assert right > 0.97 * total and total > 7 * 100
 
 
+def test_consumer_geotags_guide_where_their_error_is_stated() -> None:
+    rng = np.random.default_rng(7)
+    views = ring(8)
+    store = _store(1, views, rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3)), 600)
+    guide, pairs = _guide(views, rng, 0.3), np.array([(i, (i + 1) % 8) for i in range(7)])
+    guide = replace(guide, centres=guide.centres + rng.normal(0, 1.0, guide.centres.shape))
+    match_guided(store, pairs, guide, 1, 1, Reporter())
+    believed = sum(map(len, store.matches.values()))
+    match_guided(store, pairs, replace(guide, baseline_sd_m=1.4), 1, 1, Reporter())
+    right = total = 0
+    for (i, j), rows in store.matches.items():
+        one, two = store.numbers[i][rows[:, 0]], store.numbers[j][rows[:, 1]]
+        right, total = right + int(((one == two) & (one >= 0)).sum()), total + len(rows)
+    assert right > 0.95 * total and total > max(6 * 300, 1.2 * believed)
+
+
 def test_a_first_block_guides_to_more_matches_than_gimbals_and_only_where_it_is_sure() -> None:
     """Twice as many features that belong to nothing, so that rivals are about."""
     rng = np.random.default_rng(9)
@@ -251,6 +267,21 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
         matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
 
 
+def test_nothing_is_spent_on_a_block_that_cannot_be_better(monkeypatch) -> None:
+    unsure = GOOD | {"poses_px_median": 0.19}
+    for missing, tried in ((0, ["guided"]), (3, ["guided", "full"])):
+        asked: list[str] = []
+
+        def at_level(work, level, held, former=None, asked=asked, missing=missing):
+            asked.append(level.name)
+            return SimpleNamespace(level=level.name), unsure | {"registered": 62 - missing}
+
+        monkeypatch.setattr(matching_strategy, "at_level", at_level)
+        monkeypatch.setattr(matching_strategy, "kept_poses", lambda former, survey: None)
+        level, *_, because = matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Reporter())
+        assert (level.name, asked) == ("guided", tried) and because
+
+
 def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
     said: list[tuple[str, str]] = []
 
@@ -307,7 +338,7 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)
     assert pixels[3] > 1.5 * others.max()
-    monkeypatch.setattr(matching_strategy, "KEPT_SURE_PX", 0.5 * (pixels[3] + others.max()))
+    monkeypatch.setattr(matching_strategy, "SURE_WORST_PX", 0.5 * (pixels[3] + others.max()))
     placement = matching_strategy.kept_poses(joined, survey)
     assert placement is not None and placement.mapped.tolist() == [k != 3 for k in range(10)]
     np.testing.assert_array_equal(placement.translations[placement.mapped], block.translations[placement.mapped])
@@ -317,7 +348,7 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     every = matching_strategy.kept_poses(joined, survey, all_poses=True)
     assert every is not None and every.mapped.all()
     np.testing.assert_array_equal(every.translations, block.translations)
-    monkeypatch.setattr(matching_strategy, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
+    monkeypatch.setattr(matching_strategy, "SURE_WORST_PX", 0.5 * np.sort(pixels)[3])
     assert matching_strategy.kept_poses(joined, survey) is None
     assert matching_strategy.kept_poses(joined, survey, all_poses=True) is None
     assert matching_strategy.kept_poses(None, survey) is None

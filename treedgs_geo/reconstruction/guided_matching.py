@@ -35,15 +35,17 @@ _STEP_PX = 8.0
 _TOLERANCE_PX, _TRIALS, _MIN_BASELINE_M = 4.0, 400, 0.3
 #: The tolerance of a guide that is finer: a crown that moves stays nearer to its line than a wrong match, but not near.
 FINE_TOLERANCE_PX = 2.0
-#: How far the direction from one photo to the other may be off, as the first photo's rays have it (radians).
-_ALONG_SD = 0.02
+#: How far the direction from one photo to the other may be off at least, and at most where geotags hardly tell it, as
+#: the first photo's rays have it (radians).
+_ALONG_SD, _MAX_ALONG_SD = 0.02, 1.0
 
 
 @dataclass(frozen=True)
 class Guide:
     """What is known before features are matched. rotations (N, 3, 3), centres (N, 3): world -> camera by gimbals and
     geotags, local metres. low_m, high_m: between which heights features lie, local. reach_deg: (N,) how far a photo's
-    direction may be off, ``None``: :data:`REACH_DEG` all. tolerance_px: of matches that agree on a turn."""
+    direction may be off, ``None``: :data:`REACH_DEG` all. tolerance_px: of matches that agree on a turn. baseline_sd_m:
+    standard error of the way from one photo to another, across."""
 
     rotations: np.ndarray
     centres: np.ndarray
@@ -52,6 +54,7 @@ class Guide:
     high_m: float
     reach_deg: np.ndarray | None = None
     tolerance_px: float = _TOLERANCE_PX
+    baseline_sd_m: float = 0.0
 
     def finer(self, rotations: np.ndarray, centres: np.ndarray, camera: Camera, sure: np.ndarray) -> Guide:
         """The guide that a block gives. rotations (N, 3, 3), centres (N, 3), camera: of the block. sure: (N,) bool,
@@ -68,7 +71,8 @@ class Guide:
 
     def reach(self, i: int, j: int) -> float:
         """Of a pair of photos, radians."""
-        return float(np.radians(REACH_DEG if self.reach_deg is None else max(self.reach_deg[i], self.reach_deg[j])))
+        turn = np.radians(REACH_DEG if self.reach_deg is None else max(self.reach_deg[i], self.reach_deg[j]))
+        return float(max(turn, 2 * self.baseline_sd_m / max(self.centres[i, 2] - self.low_m, 1.0)))
 
     def view(self, j: int) -> View:
         """Photo j as gimbal and geotag have it."""
@@ -144,7 +148,9 @@ def _verified(
     baseline = second.view.centre - first.view.centre
     if len(rows) < _LEAST or np.linalg.norm(baseline) < _MIN_BASELINE_M:
         return np.zeros(0, int)
-    picks = rng.integers(0, len(rows), (_TRIALS, 3))
+    along_sd = float(np.clip(guide.baseline_sd_m / np.linalg.norm(baseline), _ALONG_SD, _MAX_ALONG_SD))
+    # Matches that tell the turn, or where geotags do not tell it the direction, too.
+    picks = rng.integers(0, len(rows), (_TRIALS, 3 if along_sd == _ALONG_SD else 5))
     agree = _agreeing(
         first.rays[rows[:, 0]],
         second.rays[rows[:, 1]],
@@ -152,6 +158,7 @@ def _verified(
         guide.camera.fx,
         guide.tolerance_px,
         2 * reach,
+        along_sd,
         picks,
     )
     # Wrong matches lie anywhere in the reach, some of them near the line.
@@ -167,17 +174,19 @@ def _agreeing(
     focal: float,
     tolerance: float,
     turn_sd: float,
+    along_sd: float,
     picks: np.ndarray,
 ) -> np.ndarray:
     """(K,) bool: matches that agree on one turn of the second photo against the first (RANSAC).
 
     With the positions known the epipolar constraint ``along . (a x (b + turn x b)) = 0`` is linear in the turn: three
-    matches give it, held by what the gimbals say. The largest set is then fitted again, the direction ``along`` free
-    within what the gimbals leave open.
+    matches give it (five the direction ``along``, too), held by what gimbals and geotags say. The largest set is then
+    fitted again, the direction free within what they leave open.
 
     Args:
         a, b: (K, 3) unit rays of the two photos, world frame by gimbals. along: (3,) unit, from the first photo to the
-            second. focal, tolerance: pixels. turn_sd: radians. picks: (T, 3) matches of each trial.
+            second. focal, tolerance: pixels. turn_sd, along_sd: standard errors, radians.
+        picks: (T, 3 or 5) matches of each trial.
     """
     # Residual in pixels, and its derivatives by turn and by the direction.
     cross = np.cross(a, b)
@@ -186,10 +195,11 @@ def _agreeing(
     off = scale * (cross @ along)
     by_turn = along * np.sum(a * b, axis=1)[:, None] - a * (b @ along)[:, None]
     by = scale[:, None] * np.hstack([by_turn, cross])
-    rows, held = by[picks, :3], (tolerance / np.repeat([turn_sd, _ALONG_SD], 3)) ** 2
-    normal = rows.transpose(0, 2, 1) @ rows + np.diag(held[:3])
+    told = 3 if picks.shape[1] == 3 else 6
+    rows, held = by[picks, :told], (tolerance / np.repeat([turn_sd, along_sd], 3)) ** 2
+    normal = rows.transpose(0, 2, 1) @ rows + np.diag(held[:told])
     turns = np.linalg.solve(normal, -rows.transpose(0, 2, 1) @ off[picks][:, :, None])[:, :, 0]
-    agree = np.abs(off + turns @ by[:, :3].T) < tolerance
+    agree = np.abs(off + turns @ by[:, :told].T) < tolerance
     near = agree[agree.sum(axis=1).argmax()]
     for _ in range(3):
         found = np.linalg.solve(by[near].T @ by[near] + np.diag(held), -by[near].T @ off[near])

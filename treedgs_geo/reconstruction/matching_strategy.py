@@ -36,8 +36,8 @@ GUIDED_FEATURES = 5000
 #: least sure of them (:func:`.covariance.posterior_of`). A stem's edges are fitted with a sideways error of 0.3 px for
 #: each photo: what is sure to that costs no diameter (``docs/evidence/speed-accuracy.md``).
 SURE_MEDIAN_PX, SURE_WORST_PX = 0.15, 0.3
-#: The next level starts from the photos that are this sure at the stems, pixels, where they are this share; else anew.
-KEPT_SURE_PX, KEPT_SHARE = 0.15, 0.5
+#: The next level starts from the photos that are as sure as the least sure may be, where they are this share; else anew.
+KEPT_SHARE = 0.5
 #: And when what is left in the photos is no more than this, pixels: swaying shrubs leave 0.54 on ``plot_h``.
 LEFT_PX = 0.6
 #: And when no more than this share of the photos is not placed: one of 62 is not worth another level.
@@ -142,6 +142,8 @@ def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, J
         former = found[1] if found else None
         if level.again and kept_poses(former, work.survey) is None:
             continue
+        if found and not level.again and found[2]["registered"] == found[2]["photos"]:
+            break  # no block without a guide is better
         if reasons:
             reporter.info(f"Photos are matched anew, {level.stage}: {reasons[-1]}.")
         held, is_last = Collector(reporter, held=True), level is levels[-1]
@@ -240,7 +242,7 @@ def kept_poses(former: Joined | None, survey: Survey, all_poses: bool = False) -
 def _sure(joined: Joined) -> np.ndarray:
     """(N,) bool: photos whose poses are sure enough to guide the next level."""
     with np.errstate(invalid="ignore"):
-        return joined.block.is_posed & (posterior_of(joined.adjusted).poses_px <= KEPT_SURE_PX)
+        return joined.block.is_posed & (posterior_of(joined.adjusted).poses_px <= SURE_WORST_PX)
 
 
 def _as_stored(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work, reporter: Reporter) -> Guide:
@@ -266,7 +268,10 @@ def _guide(survey: Survey, former: Joined | None = None) -> Guide:
     poses say more than gimbals do."""
     low = survey.ground - LOW_SHARE * survey.height
     high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
-    guide = Guide(_gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high)
+    apart = 2**0.5 * float(np.nanmedian(survey.known.sd[:, :2]))
+    guide = Guide(
+        _gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high, baseline_sd_m=apart
+    )
     if former is None:
         return guide
     return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))

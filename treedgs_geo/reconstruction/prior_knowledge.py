@@ -11,7 +11,7 @@ from ..core.crs import LocalFrame, grid_convergence_deg
 from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.readout import Readout, readout_of
-from ..geotags.stations import Stations, are_precise
+from ..geotags.stations import Stations
 from .adjustment import Known
 from .calibration import Calibration, calibration_of
 from .cameras import Sensor
@@ -46,7 +46,7 @@ class Survey:
     @property
     def can_guide(self) -> bool:
         """Whether geotags and gimbals say where to look for a feature of one photo in another."""
-        return can_guide(self.known.xyz, self.known.sd, self.rotations, self.ground)
+        return can_guide(self.known.xyz, self.rotations, self.ground)
 
 
 def survey_of(stations: Stations, control: ControlPoints | None, calibration_file: Path | None) -> Survey:
@@ -127,11 +127,10 @@ def _readout(stations: Stations, calibration: Calibration) -> Readout:
     return readout_of([read_photo(path) for path in stations.paths[:: max(len(stations) // 5, 1)]])
 
 
-def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
+def can_guide(xyz: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
     """Whether geotags and gimbals say where to look for a feature of one photo in another.
 
-    xyz, sd: (N, 3) geotags and their standard errors, metres. rotations: (N, 3, 3) of the gimbals. ground: height,
-    metres. NaN is unknown.
+    xyz: (N, 3) geotags, metres. rotations: (N, 3, 3) of the gimbals. ground: height, metres. NaN is unknown.
     """
     known = np.isfinite(rotations).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
-    return bool(known.mean() >= GUIDED_SHARE) and are_precise(xyz, sd) and bool(np.isfinite(ground))
+    return bool(known.mean() >= GUIDED_SHARE and np.isfinite(ground))

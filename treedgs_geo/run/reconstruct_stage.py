@@ -57,7 +57,7 @@ def _reconstruct_cost(job: PhotoJob, findings: Findings) -> Cost:
             (GUIDED_S_MP, GUIDED_S_PAIR, GUIDED_S_PHOTO, GUIDED_NEIGHBOURS),
         )
     )
-    guided = can_guide(stations.xyz, stations.sd, rotations, ground)
+    guided = can_guide(stations.xyz, rotations, ground)
     return Cost(
         seconds=(guided_s if guided else full_s) / at_once() * 1.1,
         more_s=full_s / at_once() if guided else 0.0,
