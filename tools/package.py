@@ -27,7 +27,7 @@ NAME = "treedgs"
 WANTED = ("processing/", "treedgs_qgis/", "treedgs_geo/", "treedgs_lab/", "docs/")
 #: Run from the clone only.
 LEFT_OUT = (
-    "docs/results/", "docs/api/", "docs/gallery/", "docs/_static/", "docs/conf.py", "treedgs_lab/training/",
+    "docs/results/", "docs/api/", "docs/_static/", "docs/conf.py", "treedgs_lab/training/",
 )  # fmt: skip
 SINGLE = ("__init__.py", "metadata.txt", "LICENSE", "README.md", "CHANGELOG.md", ".bandit")
 REQUIRED = (
