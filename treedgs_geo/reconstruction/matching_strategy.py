@@ -36,7 +36,7 @@ GUIDED_FEATURES = 5000
 #: least sure of them (:func:`.covariance.posterior_of`). A stem's edges are fitted with a sideways error of 0.3 px for
 #: each photo: what is sure to that costs no diameter (``docs/evidence/speed-accuracy.md``).
 SURE_MEDIAN_PX, SURE_WORST_PX = 0.15, 0.3
-#: The next level starts from the photos that are as sure as the least sure may be, where they are this share; else anew.
+#: The next level starts from the photos that are as sure as the least sure may be, where they are so many; else anew.
 KEPT_SHARE = 0.5
 #: And when what is left in the photos is no more than this, pixels: swaying shrubs leave 0.54 on ``plot_h``.
 LEFT_PX = 0.6
@@ -269,9 +269,7 @@ def _guide(survey: Survey, former: Joined | None = None) -> Guide:
     low = survey.ground - LOW_SHARE * survey.height
     high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
     apart = 2**0.5 * float(np.nanmedian(survey.known.sd[:, :2]))
-    guide = Guide(
-        _gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high, baseline_sd_m=apart
-    )
+    guide = Guide(_gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high, baseline_sd_m=apart)
     if former is None:
         return guide
     return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))
