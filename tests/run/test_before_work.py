@@ -18,7 +18,7 @@ from treedgs_geo.core.steps import Steps
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.reconstruction.area import Area, area_seen
 from treedgs_geo.run.forecast import search_of
-from treedgs_geo.run.photos import OUTPUTS, TREES
+from treedgs_geo.run.photos import GIVEN, SHEETS, TREES, WRITE
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.tiles import split
 
@@ -102,14 +102,14 @@ def test_the_run_itself_says_it_first(tmp_path: Path, capsys) -> None:
 
 
 def test_a_long_search_fills_the_progress_bar(tmp_path: Path) -> None:
-    ends, shares = {}, {stage.name: stage.share for stage in (*TREES, *OUTPUTS)}
+    ends, shares = {}, {stage.name: stage.share for stage in (*TREES, GIVEN, SHEETS, WRITE)}
     for factor in (1.0, 20.0):
         steps = Steps(Workspace(tmp_path / str(factor)), Reporter(), shares)
         steps.run("geotag", {}, [], [], lambda reporter: {})
         steps.weigh("measure", factor)
         steps.run("reconstruct", {}, [], [], lambda reporter: {})
         ends[factor] = steps._at
-        for name in ("ground", "measure", "heights", "sheets", "write"):
+        for name in list(shares)[2:]:
             steps.run(name, {}, [], [], lambda reporter: {})
         assert steps._at == pytest.approx(1.0)
     assert ends[1.0] == pytest.approx(shares["geotag"] + shares["reconstruct"]) and ends[20.0] < 0.1
