@@ -240,16 +240,22 @@ def test_the_real_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot,
 
 
 def test_a_worker_of_the_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot, tmp_path):
-    """The engine's own child (COLMAP's features, for want of good geotags) is killed: the engine lives and says so."""
+    """The engine's own child (COLMAP's mapper, for want of gimbal angles) is killed: the engine lives and says so."""
     import time
 
     import psutil
+    from PIL import Image
 
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    for path in sorted((simulated_plot / "images").iterdir()):
+        with Image.open(path) as picture:
+            picture.save(photos / path.name, exif=picture.info["exif"], xmp=b"", quality=95)
     running = qgis.start(
         "run",
         "treedgs:photostodbh",
         "--",
-        f"PHOTOS={simulated_plot / 'images'}",
+        f"PHOTOS={photos}",
         "CRS=EPSG:6344",
         f"WORKSPACE={tmp_path / 'work'}",
         f"OUTPUT={tmp_path / 'trees.gpkg'}",

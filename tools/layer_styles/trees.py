@@ -100,7 +100,7 @@ def one(expression: str) -> str:
 #: Columns that the attribute table begins with.
 FIRST_COLUMNS = ("tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag", "qc_reason", "species", "status")
 #: Opacity, per cent: trees outside the plots are pale, where there are plots.
-PALE_OUTSIDE = """if(coalesce("plot_id", '') = '' AND count("plot_id") > 0, 35, 100)"""
+PALE_OUTSIDE = """if(coalesce("plot_id", '') = '' AND coalesce(maximum("plot_id"), '') <> '', 35, 100)"""
 #: How a tree is drawn: by its quality, or by what a person decided.
 DRAWN_AS = (
     """CASE WHEN "rev_flag" IN ('reject', 'merge') THEN 'out' WHEN "rev_dbh_cm" IS NOT NULL THEN 'decided' """

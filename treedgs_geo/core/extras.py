@@ -19,6 +19,7 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "torch": ("torch",),
     "onnx": ("onnxruntime",),
     "e57": ("pye57",),
+    "completion": ("shtab",),
 }
 
 

@@ -49,6 +49,7 @@ OPTIONAL = {
     "torch": "torch",
     "onnxruntime": "onnxruntime",
     "pye57": "pye57",
+    "shtab": "shtab",
 }
 
 _BASE = (

@@ -23,7 +23,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -93,7 +93,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -163,7 +163,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -233,7 +233,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -303,7 +303,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -373,7 +373,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND count(&quot;plot_id&quot;) > 0, 35, 100)"/>
+                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
