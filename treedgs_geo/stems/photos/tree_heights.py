@@ -28,6 +28,8 @@ _MIN_TREES = 5
 #: A height that is known no better than this (s.d.) is none, metres and share; one that is known to the first by itself
 #: counts for the stand's curve.
 _MAX_SD_M, _MAX_SD_SHARE = 1.0, 0.05
+#: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
+_ABOVE_M = 2.0
 #: What a height is unsure by beside its likelihood: metres, and a share of how far the stand's heights lie off its
 #: curve.
 _SE_M, _SE_SCATTER = 0.4, 0.7
@@ -104,9 +106,9 @@ def heights_of(
     se = np.sqrt(sd**2 + _SE_M**2 + (_SE_SCATTER * scatter * height) ** 2)
     why = np.full(len(alike), "", object)
     why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _OFF_CURVE * height)] = "unclear"
-    top = np.minimum(np.searchsorted(levels_m, height), len(levels_m) - 1)
+    above = np.minimum(np.searchsorted(levels_m, height + _ABOVE_M), len(levels_m) - 1)
     # Without a diameter nothing tells a crown from the one above it.
-    why[(pairs[np.arange(len(alike)), top] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
+    why[(pairs[np.arange(len(alike)), above] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
     why[np.abs(off) > _OFF_CURVE] = "other_tree"
     why[~seen] = "no_top"
     known = why == ""
