@@ -195,11 +195,11 @@ def _agreeing(
     off = scale * (cross @ along)
     by_turn = along * np.sum(a * b, axis=1)[:, None] - a * (b @ along)[:, None]
     by = scale[:, None] * np.hstack([by_turn, cross])
-    told = 3 if picks.shape[1] == 3 else 6
-    rows, held = by[picks, :told], (tolerance / np.repeat([turn_sd, along_sd], 3)) ** 2
-    normal = rows.transpose(0, 2, 1) @ rows + np.diag(held[:told])
+    unknowns = 3 if picks.shape[1] == 3 else 6
+    rows, held = by[picks, :unknowns], (tolerance / np.repeat([turn_sd, along_sd], 3)) ** 2
+    normal = rows.transpose(0, 2, 1) @ rows + np.diag(held[:unknowns])
     turns = np.linalg.solve(normal, -rows.transpose(0, 2, 1) @ off[picks][:, :, None])[:, :, 0]
-    agree = np.abs(off + turns @ by[:, :told].T) < tolerance
+    agree = np.abs(off + turns @ by[:, :unknowns].T) < tolerance
     near = agree[agree.sum(axis=1).argmax()]
     for _ in range(3):
         found = np.linalg.solve(by[near].T @ by[near] + np.diag(held), -by[near].T @ off[near])

@@ -268,8 +268,10 @@ def _guide(survey: Survey, former: Joined | None = None) -> Guide:
     poses say more than gimbals do."""
     low = survey.ground - LOW_SHARE * survey.height
     high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
-    apart = 2**0.5 * float(np.nanmedian(survey.known.sd[:, :2]))
-    guide = Guide(_gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high, baseline_sd_m=apart)
+    baseline_sd_m = 2**0.5 * float(np.nanmedian(survey.known.sd[:, :2]))
+    guide = Guide(
+        _gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high, baseline_sd_m=baseline_sd_m
+    )
     if former is None:
         return guide
     return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))

@@ -84,7 +84,7 @@ class FinishedRun:
 
     @cached_property
     def trees(self) -> gpd.GeoDataFrame:
-        """The tree layer as the run wrote it; what a person changed is in the layer that he edits."""
+        """The tree layer as the run wrote it; what a person changed is in the layer that was edited."""
         from ..inventory.tree_reading import read_trees
 
         return read_trees(self._there(names.TREES))
