@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -141,7 +142,8 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     # Finer than by steps: many values, never back, and in the words what is fetched and installed.
     assert seen["progress"] == sorted(seen["progress"]) and len(set(seen["progress"])) > 20
     assert any("Fetching numpy (" in words for words in seen["words"])
-    assert any("Installing scipy (" in words for words in seen["words"])
+    # Which packages a look falls on depends on the disk; that it goes from package to package does not.
+    assert len({words for words in seen["words"] if re.match(r"Installing \S+ \(\d+ of \d+\)", words)}) > 1
     assert seen["bar"] and 200 < seen["bar"][0] < 1000
     assert "The engine is set up" in seen["ended"][0][0] and "Set up now" not in seen["ended"][1]
     assert (tmp_path / "trees.gpkg").exists() and seen["results"]["N_MEASURED"] == "2"
