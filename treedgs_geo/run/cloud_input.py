@@ -60,6 +60,9 @@ def read_checked(
     else:
         cloud = read_cloud(path, crs=crs, attributes=attributes, need_crs=False)
     cloud, held = checked(cloud, path, reporter, find_stems, about.scale, dtm, crs, need_crs=True)
+    if attributes is not None:  # they have told which points are usable
+        kept = {name: values for name, values in cloud.attributes.items() if name not in ("classification", "withheld")}
+        cloud = replace(cloud, attributes=kept)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
     low, high = extent(cloud.xyz)
     span = high - low

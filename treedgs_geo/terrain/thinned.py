@@ -1,22 +1,21 @@
 """A large cloud read as measuring stems needs it: all points of the stem band, of dense ground and crowns a share.
 
-The file is read twice: for the lowest points, which tell roughly where the ground is, and for the points. Memory is
-that of the kept points. Shares are even over the pulses, whose returns stay together (they tell where the scanner was),
-or without times over the file's order: each flight line and scan keeps its part.
+All points are held as the file stores them (27 bytes with their times) until the lowest ones have told roughly where
+the ground is; then the needed ones take their place. Shares are even over the pulses, whose returns stay together (they
+tell where the scanner was), or without times over the file's order: each flight line and scan keeps its part.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numba import njit
 
 from ..core.errors import InputError
-from ..pointcloud.cloud import PointCloud, evenly, usable
-from ..pointcloud.files import About, describe_cloud, gathered, iter_cloud
+from ..core.machine import in_threads
+from ..pointcloud.cloud import PointCloud, evenly, slices, usable
+from ..pointcloud.files import About, describe_cloud, iter_cloud
 from .dtm import Dtm
 from .ground import MANY_POINTS, cloth_ground
 from .options import ClothSimulation
@@ -33,6 +32,8 @@ LAYER_M, CROWNS_M, TOP_M = 0.2, 14.8, 0.25
 #: So many points a cell are enough of ground (of those less than :data:`LOW_M` above the lowest of the wide cell), of
 #: the stem band and of crowns (of all points of the cell); never less than the share is kept.
 ENOUGH, MIN_SHARE, LOW_M = (16, 20_000, 32), 0.2, 1.0
+#: Points that are worked on at once.
+PIECE_POINTS = 500_000
 #: So many points of a piece tell whether pulses have times of their own: that share of different ones.
 PULSES, SHARE_TIMED = 10_000, 0.3
 
@@ -43,14 +44,32 @@ def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_
     Raises:
         InputError, CRSError: as there.
     """
-    cells = _Cells(describe_cloud(path))
-    for piece in iter_cloud(path, None, crs, ("classification", "withheld"), need_crs):
+    about = describe_cloud(path)
+    cells, count = _Cells(about), 0
+    stored = np.empty((about.n_points, 3), np.int32)
+    held: dict[str, np.ndarray] = {}
+    for piece in iter_cloud(path, None, crs, attributes, need_crs, PIECE_POINTS):
         cells.add(piece)
-    pieces = iter_cloud(path, None, crs, attributes, need_crs)
-    ground = cells.rough_ground()
-    cloud = gathered(path, pieces if ground is None else cells.thinned(pieces, ground))
+        rows = slice(count, count + len(piece))
+        _store(piece.xyz, about.scale, about.offset, stored[rows])
+        for name, values in piece.attributes.items():
+            if name not in held:
+                held[name] = np.empty(about.n_points, values.dtype)
+            held[name][rows] = values
+        count += len(piece)
     # What is zero throughout tells nothing.
-    return replace(cloud, attributes={name: values for name, values in cloud.attributes.items() if values.any()})
+    held = {name: values for name, values in held.items() if values.any()}
+    ground = cells.rough_ground()
+
+    def needed(rows: slice) -> np.ndarray:
+        part = {name: values[rows] for name, values in held.items()}
+        return cells.needed(_place(stored[rows], about.scale, about.offset), part, ground, rows.start)
+
+    kept = np.concatenate(list(in_threads(needed, list(slices(count, PIECE_POINTS)))))
+    for name in held:
+        held[name] = held[name][kept]
+    stored = stored[kept]
+    return PointCloud(_place(stored, about.scale, about.offset), piece.crs, held, piece.layout)
 
 
 class _Cells:
@@ -80,27 +99,41 @@ class _Cells:
             return None
         return grid_ground(lows, step, neighbours=12, bandwidth_m=step)
 
-    def thinned(self, pieces: Iterable[PointCloud], ground: Dtm) -> Iterator[PointCloud]:
-        """The pieces of a cloud without the points that are not needed."""
-        first = 0
-        for piece in pieces:
-            x, y, z = (piece.xyz - self.corner).T
-            height = z - ground.height(x, y)
-            kept = _needed(
-                piece.xyz, height, _pulses(piece, first), self.corner, self.cell_m, self.high, self.count, self.low
-            )
-            first += len(piece)
-            yield piece.select(kept)
+    def needed(self, xyz: np.ndarray, attributes: dict[str, np.ndarray], ground: Dtm | None, first: int) -> np.ndarray:
+        """(N,) bool: those of (N, 3) points that are needed; all without a ground. first: their place in the file."""
+        if ground is None:
+            return np.ones(len(xyz), bool)
+        x, y, z = (xyz - self.corner).T
+        height, pulse = z - ground.height(x, y), _pulses(attributes, len(xyz), first)
+        return _needed(xyz, height, pulse, self.corner, self.cell_m, self.high, self.count, self.low)
 
 
-def _pulses(piece: PointCloud, first: int) -> np.ndarray:
+def _pulses(attributes: dict[str, np.ndarray], count: int, first: int) -> np.ndarray:
     """(N,) from 0 to 1, even over the pulses and one for each, which its time tells where most have one of their own;
     else, from ``first``, the count of first returns in the file, or of points."""
-    time = np.asarray(piece.attributes.get("gps_time", ()), float)
+    time = np.asarray(attributes.get("gps_time", ()), float)
     if len(np.unique(time[:PULSES])) > SHARE_TIMED * PULSES:
         return evenly(time.view(np.uint64))
-    begins = np.asarray(piece.attributes.get("return_number", np.ones(len(piece)))) == 1
+    begins = np.asarray(attributes.get("return_number", np.ones(count))) == 1
     return evenly(np.cumsum(begins).astype(np.uint64) + np.uint64(first))
+
+
+@njit(cache=True, nogil=True)
+def _store(xyz, scale, offset, stored):  # pragma: no cover - compiled
+    """(N, 3) coordinates as the whole numbers of which LAS made them, into ``stored``."""
+    for m in range(xyz.shape[0]):
+        for axis in range(3):
+            stored[m, axis] = np.int32(np.rint((xyz[m, axis] - offset[axis]) / scale[axis]))
+
+
+@njit(cache=True, nogil=True)
+def _place(stored, scale, offset):  # pragma: no cover - compiled
+    """And back again."""
+    xyz = np.empty(stored.shape)
+    for m in range(stored.shape[0]):
+        for axis in range(3):
+            xyz[m, axis] = stored[m, axis] * scale[axis] + offset[axis]
+    return xyz
 
 
 @njit(cache=True)

@@ -93,11 +93,11 @@ class Passes:
 
     def keys(self, index: np.ndarray) -> np.ndarray:
         """(M,) what in the cloud each of the (M,) points was seen with, and may have moved with."""
-        key = np.searchsorted(self._cuts, index, side="right").astype(np.int64)
-        if self._time is not None:
-            key = np.searchsorted(self._segments, self._time[index], side="right").astype(np.int64)
+        edges, at = (self._cuts, index) if self._time is None else (self._segments, self._time[index])
+        key = np.searchsorted(edges, at, side="right").astype(np.int64, copy=False)
         if self._source is not None:
-            key = key * 65536 + np.asarray(self._source[index], np.int64)
+            key *= 65536
+            key += self._source[index]
         return key
 
     def of(self, index: np.ndarray) -> np.ndarray:

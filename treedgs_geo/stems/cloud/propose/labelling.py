@@ -50,16 +50,18 @@ class Labeller:
 
     def __call__(self, xyz: np.ndarray, height: np.ndarray) -> np.ndarray:
         """(N,) int32 tree ids of (N, 3) project coordinates at (N,) heights above ground; 0 = no stem."""
-        if not len(self.piece) or not len(xyz):
-            return np.zeros(len(xyz), np.int32)
+        label = np.zeros(len(xyz), np.int32)
+        if not len(self.piece):
+            return label
         grid = self.stems.origin, self.low, self.span, self.starts, self.piece, self.pieces
-        height, parts = np.asarray(height, float), list(slices(len(xyz)))
-        return np.concatenate(list(in_threads(lambda part: _labels(xyz[part], height[part], *grid), parts)))
+        height = np.asarray(height, float)
+        for _ in in_threads(lambda part: _label(label[part], xyz[part], height[part], *grid), list(slices(len(xyz)))):
+            pass
+        return label
 
 
 @njit(cache=True, nogil=True)
-def _labels(xyz, height, origin, low, span, starts, piece, pieces):  # pragma: no cover - compiled
-    label = np.zeros(xyz.shape[0], np.int32)
+def _label(label, xyz, height, origin, low, span, starts, piece, pieces):  # pragma: no cover - compiled
     for m in range(xyz.shape[0]):
         h = height[m]
         if not h >= 0.15:
@@ -77,4 +79,3 @@ def _labels(xyz, height, origin, low, span, starts, piece, pieces):  # pragma: n
             if e < p[14] + 0.01 and abs(e) < nearest:
                 nearest = abs(e)
                 label[m] = int(p[15])
-    return label

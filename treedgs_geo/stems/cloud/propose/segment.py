@@ -28,8 +28,9 @@ from .refused import Rejected, at_seeds, listed, not_round
 from .region_growing import Search
 from .sensors import SENSORS, Sensor, tolerance
 
-#: Side of the squares that a cloud is searched in, and how far outside a square its stems may stand, metres.
-TILE_M, OUTSIDE_M = 30.0, 0.8
+#: Side of the squares that a cloud is searched in, how far outside a square its stems may stand, and side of the cells
+#: that its points are taken from, metres.
+TILE_M, OUTSIDE_M, CELL_M = 30.0, 0.8, 3.0
 #: The lowest points of a search, metres above ground.
 SLAB_M = 0.2
 
@@ -80,11 +81,11 @@ def find_stems(
         source = guess_sensor(cloud, np.column_stack([cloud.xyz[band, :2] - origin, height[band]]), options)
         del band  # a part of the cloud
     weights = cloud.attributes.get("opacity")
-    span = np.floor((high - origin) / TILE_M).astype(np.int64) + 1
-    order, starts = _by_tile(cloud.xyz, height, origin, SLAB_M, float(options.grow_m), span)
+    span = np.floor((high - origin) / CELL_M).astype(np.int64) + 1
+    order, starts = _by_cell(cloud.xyz, height, origin, SLAB_M, float(options.grow_m), span)
 
     held = np.flatnonzero(np.diff(starts))
-    tiles = list(np.column_stack([held // span[1], held % span[1]]))
+    tiles = list(np.unique(np.column_stack([held // span[1], held % span[1]]) // round(TILE_M / CELL_M), axis=0))
     sensor = SENSORS[source]
     seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
     found: list[ConeStem] = []
@@ -93,7 +94,7 @@ def find_stems(
 
     def stems_in(tile: np.ndarray) -> list[ConeStem]:
         low, high = tile * TILE_M - buffer_m, (tile + 1) * TILE_M + buffer_m
-        first, last = (np.clip(np.floor(corner / TILE_M).astype(int), 0, span - 1) for corner in (low, high))
+        first, last = (np.clip(np.floor(corner / CELL_M).astype(int), 0, span - 1) for corner in (low, high))
         rows = [i * span[1] for i in range(first[0], last[0] + 1)]
         parts = [order[starts[row + first[1]] : starts[row + last[1] + 1]] for row in rows]
         points, index = _columns(cloud.xyz, height, origin, np.sort(np.concatenate(parts)), low, high)
@@ -113,22 +114,22 @@ def find_stems(
 
 
 @njit(cache=True)
-def _by_tile(xyz, height, origin, low_m, high_m, span):  # pragma: no cover - compiled
-    """(M,) indices of the points with low_m < height < high_m, tile by tile, and (T + 1,) where each tile's begin."""
-    tile = np.full(height.shape[0], -1, np.int32)
+def _by_cell(xyz, height, origin, low_m, high_m, span):  # pragma: no cover - compiled
+    """(M,) indices of the points with low_m < height < high_m, cell by cell, and (T + 1,) where each cell's begin."""
+    cell = np.full(height.shape[0], -1, np.int32)
     starts = np.zeros(span[0] * span[1] + 1, np.int64)
     for m in range(height.shape[0]):
         if low_m < height[m] < high_m:
-            i, j = int((xyz[m, 0] - origin[0]) / TILE_M), int((xyz[m, 1] - origin[1]) / TILE_M)
-            tile[m] = i * span[1] + j
-            starts[tile[m] + 1] += 1
+            i, j = int((xyz[m, 0] - origin[0]) / CELL_M), int((xyz[m, 1] - origin[1]) / CELL_M)
+            cell[m] = i * span[1] + j
+            starts[cell[m] + 1] += 1
     for t in range(1, starts.shape[0]):
         starts[t] += starts[t - 1]
     order, place = np.empty(starts[-1], np.uint32), starts.copy()
     for m in range(height.shape[0]):
-        if tile[m] >= 0:
-            order[place[tile[m]]] = m
-            place[tile[m]] += 1
+        if cell[m] >= 0:
+            order[place[cell[m]]] = m
+            place[cell[m]] += 1
     return order, starts
 
 
