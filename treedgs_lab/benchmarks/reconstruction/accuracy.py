@@ -6,8 +6,8 @@
 ``--plots``: camera centres against ``truth/cameras.csv`` (E, N, U and 3-D RMS), and the breast-height points of the
 in-plot stems, projected with the estimated and with the true cameras: the difference per axis, raw and after taking out
 each view's mean (a shift of a whole view moves all stems alike and costs no diameter). Truth is used for scoring alone.
-``--photos``: folders without truth; camera centres against their EXIF positions. Each is
-reconstructed in WORK/NAME, unless it has been.
+``--exif``: with the photos' own geotags alone. ``--photos``: folders without truth; camera centres against their EXIF
+positions. Each is reconstructed in WORK/NAME, unless it has been.
 """
 
 from __future__ import annotations
@@ -34,6 +34,11 @@ def reconstructed(place: Path, work: Path, inputs: list) -> dict:
     if not (workspace / "sfm" / "report.json").exists():
         run_verb("reconstruct", *inputs, "--dense", "false", "--workspace", workspace)
     return read_json(workspace / "sfm" / "report.json")
+
+
+def own_geotags(folder: Path) -> list:
+    """Inputs of ``reconstruct`` from the photos of a folder alone."""
+    return ["--photos", folder / "images", "--crs", CRS]
 
 
 def of_report(report: dict) -> dict:
@@ -80,17 +85,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plots", type=Path, nargs="*", default=[], help="rendered plots: images/, MRK, .pos, truth/")
     parser.add_argument("--photos", type=Path, nargs="*", default=[], help="folders with images/ and no truth")
+    parser.add_argument("--exif", action="store_true", help="plots without their PPK files: geotags of EXIF alone")
     parser.add_argument("--work", type=Path, required=True, help="for the workspaces; what is there is scored as it is")
     parser.add_argument("--output", type=Path, help="write the figures as JSON")
     known = parser.parse_args()
     figures = {}
     for plot in known.plots:
-        report = reconstructed(plot, known.work, photo_inputs(plot))
+        report = reconstructed(plot, known.work, own_geotags(plot) if known.exif else photo_inputs(plot))
         figures[plot.name] = of_report(report) | score(plot, known.work / plot.name)
     for folder in known.photos:
-        figures[folder.name] = of_report(
-            reconstructed(folder, known.work, ["--photos", folder / "images", "--crs", CRS])
-        )
+        figures[folder.name] = of_report(reconstructed(folder, known.work, own_geotags(folder)))
     print(json.dumps(figures, indent=1))
     write_record(known.output, figures, seeds=[0])
 
