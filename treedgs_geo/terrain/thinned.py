@@ -90,7 +90,10 @@ class _Cells:
         _count(piece.xyz, usable(piece), self.corner, self.cell_m, self.lowest, self.high, self.count, self.low)
 
     def rough_ground(self) -> Dtm | None:
-        """The ground that the lowest points show, from the corner; ``None`` where they show none."""
+        """The ground that the lowest points show, from the corner; ``None`` where they show none, or where points are
+        too few to be thinned (so are those of a plot in millimetres)."""
+        if self.count.sum() < ENOUGH[0] * np.count_nonzero(self.count):
+            return None
         lows = self.lowest.reshape(-1, 3)
         step = ROUGH * self.cell_m
         try:
