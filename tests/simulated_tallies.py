@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from treedgs_geo.inventory.pairing import PairingOptions, assign, register
+from treedgs_geo.inventory.options import PairingOptions
+from treedgs_geo.inventory.pairing import assign, register
 
 
 @dataclass(frozen=True)

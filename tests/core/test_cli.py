@@ -24,6 +24,13 @@ def test_overview_names_every_command(capsys):
     assert all(name in text for name in MODULES)
 
 
+def test_the_overview_loads_no_library():
+    code = "import sys\nfrom treedgs_geo.cli import main\nmain(['--help'])\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and "photos-to-dbh" in done.stdout
+    assert not {"numpy", "pandas", "scipy", "pyproj", "rasterio", "torch"} & set(done.stdout.splitlines()[-1].split())
+
+
 @pytest.mark.parametrize("name", list(MODULES))
 def test_help_gives_units_defaults_and_an_example(name, capsys):
     with pytest.raises(SystemExit) as stop:

@@ -14,7 +14,8 @@ from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, make_
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plausible import odd_diameters, refuse_odd_heights
 from treedgs_geo.inventory.change.run import compare_dates
-from treedgs_geo.inventory.field_trees import FieldProtocol, read_field_trees
+from treedgs_geo.inventory.field_trees import read_field_trees
+from treedgs_geo.inventory.options import FieldProtocol
 from treedgs_geo.inventory.review.apply import review_trees
 from treedgs_geo.inventory.stand.treelist import from_layer, read_tally
 from treedgs_geo.inventory.tree_layer import write_trees

@@ -13,13 +13,8 @@ from hypothesis import strategies as st
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.declination import declination_deg
-from treedgs_geo.inventory.field_trees import (
-    FieldProtocol,
-    bearing_to_grid_deg,
-    drop_unplaced,
-    place,
-    read_field_trees,
-)
+from treedgs_geo.inventory.field_trees import bearing_to_grid_deg, drop_unplaced, place, read_field_trees
+from treedgs_geo.inventory.options import FieldProtocol
 
 UTM = pyproj.CRS.from_epsg(6344)
 PLOT = Plot("a", 611337.0, 3718451.0, 10.0)

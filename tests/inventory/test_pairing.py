@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.simulated_tallies import paired, simulate
-from treedgs_geo.inventory.pairing import PairingOptions, assign, fit_rigid, move, register
+from treedgs_geo.inventory.options import PairingOptions
+from treedgs_geo.inventory.pairing import assign, fit_rigid, move, register
 
 
 def test_move_turns_as_bearings_do():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +24,10 @@ from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plausible import refuse_odd_diameters, refuse_odd_heights
 from ..core.plots import Plot, as_in_plots
-from ..core.settings import param
 from ..core.shown import some
 from ..core.tables import read_table
 from .declination import declination_deg, parse_date
+from .options import Bearings, FieldProtocol
 
 #: Names of the table's columns -> where the tally's places come from.
 _POLAR, _ON_MAP = ("azimuth", "distance"), ("easting", "northing")
@@ -40,58 +39,6 @@ _CROSSWISE = 1.5
 _FAR = 2.2
 #: So many DBHs are not the same again by chance.
 _LIST = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bearings:
-    """What bearings refer to."""
-
-    north: str = param(
-        "true",
-        choices=("true", "grid", "magnetic"),
-        help="north that the bearings refer to (magnetic needs the date of the field work, or the declination)",
-    )
-    declination_deg: float | None = param(
-        None,
-        unit="degrees, east positive",
-        minimum=-180,
-        maximum=180,
-        help="magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by "
-        "--field-date, or the date column of a field table",
-    )
-    field_date: str | None = param(None, help="day of the field work, year-month-day, for the declination")
-
-
-@dataclass(frozen=True, kw_only=True)
-class FieldProtocol(Bearings):
-    """How the field crew measured."""
-
-    distance: str = param(
-        "horizontal",
-        choices=("horizontal", "slope"),
-        help="distance along the level or along the ground (then the table needs slope_deg or slope_pct)",
-    )
-    to: str = param(
-        "pith",
-        choices=("pith", "face"),
-        help="distance to the middle of the stem, or to its near face (half the DBH is added)",
-    )
-    azimuth_unit: str = param(
-        "auto",
-        choices=("auto", "deg", "gon", "mil"),
-        help="unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, "
-        "else degrees",
-    )
-    dbh_unit: str = param(
-        "auto",
-        choices=("auto", "cm", "mm", "m", "in"),
-        help="unit of the DBH column (auto: from a name like dbh_cm)",
-    )
-    distance_unit: str = param(
-        "auto",
-        choices=("auto", "m", "ft"),
-        help="unit of a distance column that does not say it (auto: from a name like distance_m)",
-    )
 
 
 def read_field_trees(

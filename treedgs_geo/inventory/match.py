@@ -21,8 +21,8 @@ from ..core.plots import Plot
 from ..core.shown import some
 from .declination import declination_deg, parse_date
 from .double_sampling.other_trees import of_other_trees
-from .field_trees import FieldProtocol
-from .pairing import PairingOptions, Registration, assign, at_limit, confirmed, fit_rigid, register
+from .options import FieldProtocol, PairingOptions
+from .pairing import Registration, assign, at_limit, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked, Matched
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.

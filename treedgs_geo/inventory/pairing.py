@@ -16,48 +16,12 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from ..core.settings import param
+from .options import PairingOptions
 
 #: Chance that a tree of the tally is among the measured ones, while a placing is sought. At 1/2 a missing partner is no
 #: evidence against it; higher values placed more plots wrongly where half of the trees were missed.
 _DETECTION = 0.5
 _CELL_M = 0.25
-
-
-@dataclass(frozen=True, kw_only=True)
-class PairingOptions:
-    """Limits of the search, tuned on simulated plots (seeds 1000 to 3999).
-
-    Of the library only: min_ratio: the best placing must score this many times the next best, and min_share: this share
-    of the trees must find a partner within 1 m, else the plot is left to a person. min_margin: a pair must be
-    exp(min_margin) times as likely as the best pairing without it, else it is only suggested.
-    """
-
-    centre_error_m: float = param(
-        4.0,
-        unit="m",
-        minimum=0.05,
-        maximum=20,
-        help="standard error of the plot centres (0.05 for RTK, 4 under dense canopy); the "
-        "search reaches three times as far",
-    )
-    rotation_deg: float = param(
-        8.0,
-        unit="degrees",
-        minimum=0,
-        maximum=45,
-        help="the plot may be turned by up to this angle (compass, declination)",
-    )
-    gate_m: float = param(
-        1.5,
-        unit="m",
-        minimum=0.1,
-        maximum=10,
-        help="trees further apart than this after co-registration are never a pair",
-    )
-    min_ratio: float = 1.15
-    min_share: float = 0.6
-    min_margin: float = 2.5
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import TABLES, param
-from ..inventory.field_trees import FieldProtocol
-from ..inventory.pairing import PairingOptions
+from ..inventory.options import FieldProtocol, PairingOptions
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import TABLES, param
-from ..inventory.field_trees import FieldProtocol
+from ..inventory.options import FieldProtocol
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 #: Everything that a run may write into its folder.

@@ -12,7 +12,8 @@ from ...core.errors import InputError
 from ...core.intervals import HALF_WIDTH_SE
 from ...core.plots import Plot
 from ..match import match_plots
-from ..pairing import PairingOptions, move
+from ..options import PairingOptions
+from ..pairing import move
 from ..stand.sample import SamplePlot, first_plot
 from ..stand.treelist import TreeList
 

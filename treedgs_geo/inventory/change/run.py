@@ -27,7 +27,7 @@ from ...report.blocks import known
 from ...report.html import write_html
 from ...report.pdf import load_fonts, write_pdf
 from ...stems.quality.priors import USUAL_TAPER_CM_M
-from ..pairing import PairingOptions
+from ..options import PairingOptions
 from ..searched import flown_on, searched_area
 from ..stand.estimate import Design
 from ..stand.sample import SamplePlot, as_searched, read_sample

@@ -19,8 +19,9 @@ from ...core.shown import count_of, some
 from ...core.tables import is_table, read_table
 from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ...stems.quality.repeated import find_repeated
-from ..field_trees import FieldProtocol, read_field_trees
+from ..field_trees import read_field_trees
 from ..measured import edited, read_measured
+from ..options import FieldProtocol
 from ..reviewed import Reviewed, reviewed
 from ..searched import searched_area
 from ..side_layers import with_readings

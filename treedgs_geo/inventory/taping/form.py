@@ -14,7 +14,8 @@ from ...core.plots import Plot
 from ...report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table
 from ...report.charts import chart_png, draw_outline, new_chart
 from ..double_sampling.designs import Draw
-from ..field_trees import Bearings, bearing_to_grid_deg
+from ..field_trees import bearing_to_grid_deg
+from ..options import Bearings
 from .frame import Frame
 
 #: Trees of a page where there are no plots.
