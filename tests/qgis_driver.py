@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -162,13 +163,13 @@ def alive(pid: int) -> bool:
     return not status.exists() or status.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
-def kill_all(pids: list[int]) -> None:
-    """Clean up after a failed test."""
-    for pid in pids:
+def outlived(pids: list[int]) -> list[int]:
+    """Those that do not end, however busy the machine is; they are killed."""
+    until = time.monotonic() + 120
+    while any(map(alive, pids)) and time.monotonic() < until:
+        time.sleep(0.02)
+    left = [pid for pid in pids if alive(pid)]
+    for pid in left:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
-
-
-def patience_s() -> float:
-    """How long cancelling may take: 2 s is the promise; on a machine that is busy with other things, 15 s."""
-    return 2.0 if os.getloadavg()[0] < 1.5 * (os.cpu_count() or 1) else 15.0
+    return left

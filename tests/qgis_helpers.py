@@ -6,6 +6,8 @@ import subprocess
 import time
 from pathlib import Path
 
+from qgis_driver import PATIENCE_S
+
 #: A text that is markup, breaks lines and ends quotes.
 HOSTILE = "<b>x</b>\n\"'&amp; ; same tree as 9"
 
@@ -17,8 +19,8 @@ def refused(done: subprocess.CompletedProcess, *words: str) -> None:
         assert word in done.stdout, done.stdout
 
 
-def wait_for(path: Path, seconds: float = 60) -> str:
-    until = time.monotonic() + seconds
+def wait_for(path: Path) -> str:
+    until = time.monotonic() + PATIENCE_S
     while time.monotonic() < until:
         if path.exists() and path.read_text():
             return path.read_text()

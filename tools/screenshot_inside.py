@@ -153,7 +153,6 @@ def layers():
     add(JOB["dtm"], "Terrain model", "gdal")
     add(f"{JOB['stand']}|layername=stand_plots", "Plots")
     stations = add(f"{JOB['stations']}|layername=stations", "Camera stations")
-    add(f"{JOB['trees']}|layername=circles", "Stem circles")
     trees = add(f"{JOB['trees']}|layername=trees", "Trees")
     QgsProject.instance().setCrs(trees.crs())
     QgsProject.instance().layerTreeRoot().findLayer(stations.id()).setItemVisibilityChecked(False)
@@ -175,7 +174,7 @@ def toolbox():
             windows(algorithm, f"window-{number:02d}-{algorithm.name()}")
     docks("Layers")
     for node in QgsProject.instance().layerTreeRoot().findLayers():
-        node.setExpanded(node.name() in ("Trees", "Stem circles"))
+        node.setExpanded(node.name() == "Trees")
     zoom(QgsProject.instance().mapLayersByName("Trees")[0], 1.12)
 
 
@@ -183,7 +182,7 @@ def toolbox():
 def map_of_the_plot():
     picture("map", window)
     for node in QgsProject.instance().layerTreeRoot().findLayers():
-        node.setItemVisibilityChecked(node.name() != "Stem circles")
+        node.setItemVisibilityChecked(True)
         node.setExpanded(node.name() == "Camera stations")
     # From this far the diameters only cover each other.
     QgsProject.instance().mapLayersByName("Trees")[0].setLabelsEnabled(False)

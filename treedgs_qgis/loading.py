@@ -35,7 +35,7 @@ COMPANIONS = {
         ("measured_trees", "Measured trees"),
         ("field_trees", "Field trees"),
     ),
-    "Trees": (("searched", "Plots searched"), ("sections", "Stem sections"), ("circles", "Stem circles"), ITSELF),
+    "Trees": (("searched", "Plots searched"), ("sections", "Stem sections"), ITSELF),
 }
 #: Layers of files that verbs write into a folder, bottom first: table -> name in the project.
 IN_FOLDERS = (

@@ -243,6 +243,26 @@ def test_tapes_written_into_the_layer_do_not_hide_the_bias(drawn, tmp_path):
     assert any("stand in the tree layer too" in note for note in ears.infos)
 
 
+def test_a_dbh_typed_before_the_draw_has_no_measured_interval(drawn, tmp_path):
+    layer = gpd.read_file(drawn / "trees.gpkg", layer="trees")
+    trees = pd.read_csv(drawn / "tapes" / "tapes.csv").dropna(subset="dbh_cm")["tree_id"].head(3)
+    typed = layer["tree_id"].isin(trees)
+    # Within the interval of what was measured, as a good tape is.
+    layer["rev_dbh_cm"] = (layer["dbh_cm"] + 0.2).where(typed)
+    layer["rev_flag"] = pd.Series("dbh", layer.index).where(typed, None)
+    layer.to_file(tmp_path / "trees.gpkg", layer="trees")
+    settings = TapeSampleSettings(
+        trees=tmp_path / "trees.gpkg", plots=drawn / "plots.csv", n=len(layer), output=tmp_path / "tapes"
+    )
+    sample(settings, Ears())
+    path = filled(tmp_path, tmp_path)
+    found, _, ears = checked(drawn, path, tmp_path / "out", trees=tmp_path / "trees.gpkg")
+    table = pd.read_csv(tmp_path / "out" / "tape_check.csv").set_index("tree_id")
+    assert table.loc[trees, ["dbh_lo_cm", "dbh_hi_cm", "inside"]].isna().all(axis=None)
+    assert found["n_intervals"] == table["dbh_lo_cm"].notna().sum() == found["n_taped"] - 3
+    assert any("3 drawn trees had a DBH typed by a person" in note for note in ears.infos)
+
+
 def test_a_filled_in_table_is_not_written_over(drawn, tmp_path):
     (tmp_path / "tapes").mkdir()
     filled(drawn, tmp_path).rename(tmp_path / "tapes" / "tapes.csv")

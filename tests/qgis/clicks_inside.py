@@ -1,10 +1,11 @@
 """Runs inside QGIS (``--code``) for ``test_clicks.py``: real clicks on the offer's buttons, with Python's garbage
-collected in between. The set-up is a stand-in of four seconds. The report goes to ``TREEDGS_CLICKS``.
+collected in between. The set-up is a stand-in that goes on until it may end. The report goes to ``TREEDGS_CLICKS``.
 Not imported by anything.
 """
 
 import os
 import sys
+import threading
 import time
 
 import qgis.utils
@@ -16,6 +17,7 @@ from qgis.utils import iface
 
 plugin = qgis.utils.plugins["treedgs"]
 environment = sys.modules["treedgs.treedgs_qgis.environment"]
+may_end = threading.Event()
 
 
 class Slow(QgsProcessingAlgorithm):
@@ -33,12 +35,12 @@ class Slow(QgsProcessingAlgorithm):
 
     def processAlgorithm(self, parameters, context, feedback):
         target = sys.modules["treedgs.treedgs_qgis.engine"].managed_environment()
-        for step in range(40):
+        step = 0
+        while not (feedback.isCanceled() or may_end.is_set()):
             environment.going_on(target)
-            if feedback.isCanceled():
-                break
-            time.sleep(0.1)
-            feedback.setProgress(2.5 * step)
+            step += 1
+            feedback.setProgress(100 * step / (step + 100))
+            time.sleep(0.05)
         environment.over(target)
         return {}
 
@@ -82,7 +84,7 @@ def main():
     opened = plugin.offer.dialog(made, missing.EngineMissing(""))
     opened.setGeometry(60, 60, 1000, 640)
     opened.show()
-    rest(2.0)
+    rest()
     seen["offered"] = [words(opened.messageBar()), sorted(buttons(opened.messageBar()))]
     for turn, bar in (("dialog", opened.messageBar()), ("first", iface.messageBar()), ("second", iface.messageBar())):
         if turn == "first":
@@ -90,10 +92,9 @@ def main():
             plugin.offer.missed.emit(missing.EngineMissing(""))
         rest()
         click(buttons(bar)["Set up now"])
-        seen[f"{turn}_started"] = wait(lambda: plugin.offer.job.task is not None, 3)
-        rest(1.0)
+        wait(lambda bar=bar: any(shown(bar)))
         early = shown(bar)
-        rest(1.0)
+        wait(lambda bar=bar, early=early: shown(bar) != early)
         seen[f"{turn}_bar"] = [early, shown(bar)]
         if turn == "first":
             other = QgsApplication.processingRegistry().createAlgorithmById("treedgs:terrain")
@@ -106,9 +107,11 @@ def main():
                 sorted(buttons(meanwhile.messageBar())),
             ]
             meanwhile.close()
-        if turn != "second":
+        if turn == "second":
+            may_end.set()
+        else:
             click(buttons(bar)["Stop"])
-        seen[f"{turn}_ended"] = wait(lambda: plugin.offer.job.task is None, 30)
+        seen[f"{turn}_ended"] = wait(lambda: plugin.offer.job.task is None)
         rest()
         seen[f"{turn}_words"] = words(bar)
         seen[f"{turn}_buttons"] = sorted(buttons(bar))

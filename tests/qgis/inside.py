@@ -12,20 +12,22 @@ import traceback
 from qgis.core import QgsProject
 from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtTest import QTest
+from qgis.utils import iface
 
 #: What the test looks at.
 seen = {}
 
 
 def rest(seconds=0.3):
-    """Let windows work."""
+    """Let windows work, and the map be drawn."""
     QTest.qWait(round(1000 * seconds))
-    gc.collect()
+    wait(lambda: not iface.mapCanvas().isDrawing())
 
 
 def wait(done, seconds=500.0):
     """Until something is so; whether it became so."""
     until = time.monotonic() + seconds
+    gc.collect()
     while not done() and time.monotonic() < until:
         QTest.qWait(20)
         gc.collect()
@@ -39,7 +41,7 @@ def click(widget, at=None):
     rest()
 
 
-def start(main, report, after_s=3.0):
+def start(main, report):
     """Run it once QGIS is up, write what was seen (``error``: how it broke), end QGIS."""
 
     def run():
@@ -52,4 +54,4 @@ def start(main, report, after_s=3.0):
         QgsProject.instance().clear()
         os._exit(0)
 
-    QTimer.singleShot(round(1000 * after_s), run)
+    iface.initializationCompleted.connect(lambda: QTimer.singleShot(0, run))

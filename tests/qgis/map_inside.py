@@ -5,7 +5,7 @@ Not imported by anything.
 
 import os
 
-from inside import click, rest, seen, start
+from inside import click, rest, seen, start, wait
 from processing.tools.general import createAlgorithmDialog
 from qgis.core import QgsExpressionContext, QgsExpressionContextUtils, QgsProject, QgsRectangle, QgsSymbol
 from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
@@ -33,6 +33,10 @@ def layer(name):
     return QgsProject.instance().mapLayersByName(name)[0]
 
 
+def buttons():
+    return {found.text(): found for found in iface.messageBar().findChildren(QPushButton) if found.isVisible()}
+
+
 def main():
     browser = Browser()
     QDesktopServices.setUrlHandler("file", browser.opened)
@@ -41,7 +45,8 @@ def main():
     processing.runAndLoadResults(
         "treedgs:pointcloudtodbh", {**given, "OUTPUT": f"{folder}/trees.gpkg", "REPORT": f"{folder}/run.html"}
     )
-    rest(3.0)
+    wait(lambda: "Open the report" in buttons())
+    rest()
     seen["trees"] = names()
     trees = layer("Trees")
     seen["columns"] = [column.name for column in trees.attributeTableConfig().columns()][:7]
@@ -60,16 +65,13 @@ def main():
     seen["in_view"] = QgsRectangle(extent).contains(plot) and extent.width() < 4 * plot.width()
     iface.mapCanvas().saveAsImage(f"{folder}/map.png")
     iface.mainWindow().grab().save(f"{folder}/window.png")
-    bar = iface.messageBar()
-    buttons = {found.text(): found for found in bar.findChildren(QPushButton) if found.isVisible()}
-    seen["buttons"] = sorted(buttons)
-    click(buttons["Open the report"])
-    bar.clearWidgets()
+    click(buttons()["Open the report"])
+    iface.messageBar().clearWidgets()
     processing.runAndLoadResults(
         "treedgs:standtable",
         {"TREES": f"{folder}/trees.gpkg", "PLOTS": f"{folder}/plots.csv", "OUTPUT": f"{folder}/stand"},
     )
-    rest(3.0)
+    rest()
     seen["stand"] = [name for name in names() if name not in seen["trees"]]
     iface.mainWindow().grab().save(f"{folder}/stand.png")
 

@@ -83,7 +83,7 @@ def main():
     iface.messageBar().clearWidgets()
     QgsProject.instance().clear()
     next(entry for entry in plugin.entries if "sample" in entry.text()).trigger()
-    assert wait(lambda: plugin.opened is not None, 60)
+    assert wait(lambda: plugin.opened is not None)
     rest(0.6)
     picture("engine_sample", plugin.opened)
     picture("engine_sample_map", window)

@@ -13,6 +13,7 @@ from qgis.PyQt.QtCore import QPoint
 from qgis.PyQt.QtWidgets import QDialogButtonBox, QPushButton
 from qgis.utils import iface
 
+seen["stems"] = []
 folder = os.environ["TREEDGS_MAP"]
 
 
@@ -20,30 +21,32 @@ def names():
     return [node.name() for node in QgsProject.instance().layerTreeRoot().findLayers()]
 
 
-def stems():
-    found = QgsProject.instance().mapLayersByName("Stems so far")
-    return found[0].featureCount() if found else 0
+def look(*_):
+    """At the map, after each stem."""
+    layer = QgsProject.instance().mapLayersByName("Stems so far")[0]
+    seen["meanwhile"], seen["crs"] = names(), layer.crs().authid()
+    seen["stems"] = [[f.geometry().asPoint().x(), f.geometry().asPoint().y(), f["dbh_cm"]] for f in layer.getFeatures()]
+
+
+def on_top():
+    item = iface.messageBar().currentItem()
+    return [button.text() for button in item.findChildren(QPushButton)] if item else []
 
 
 def main():
     iface.mainWindow().showMaximized()
+    qgis.utils.plugins["treedgs"].offer.so_far.found.connect(look)
     dialog = createAlgorithmDialog("treedgs:photostodbh", json.loads(os.environ["TREEDGS_VALUES"]))
     dialog.show()
     buttons = dialog.findChild(QDialogButtonBox).buttons()
     click(next(b for b in buttons if b.text().replace("&", "") == "Run"))
-    seen["began"] = wait(lambda: stems() >= 2)
-    seen["meanwhile"] = names()
-    layer = QgsProject.instance().mapLayersByName("Stems so far")[0]
-    seen["crs"] = layer.crs().authid()
-    seen["stems"] = [[f.geometry().asPoint().x(), f.geometry().asPoint().y(), f["dbh_cm"]] for f in layer.getFeatures()]
+    wait(lambda: len(seen["stems"]) >= 2)
     dialog.hide()
     rest(1.0)
     iface.mainWindow().grab().save(f"{folder}/meanwhile.png")
-    seen["ended"] = wait(lambda: "Trees" in names())
-    rest(3.0)
-    seen["after"] = names()
-    item = iface.messageBar().currentItem()
-    seen["on_top"] = [button.text() for button in item.findChildren(QPushButton)] if item else []
+    wait(lambda: "Trees" in names() and on_top() == ["Open the report"])
+    rest()
+    seen["after"], seen["on_top"] = names(), on_top()
     seen["tapes"] = createAlgorithmDialog("treedgs:tapesample").createProcessingParameters()["PLOTS"]
     iface.mainWindow().grab().save(f"{folder}/after.png")
     look_again()
@@ -61,10 +64,10 @@ def look_again():
     plugin.action.setChecked(True)
     panel = plugin.panel
     panel.form.which.setCurrentIndex(panel.form.which.findData("all"))
-    wait(lambda: panel.row is not None, 10)
+    wait(lambda: panel.row is not None)
     panel.show_any(next(row.tree_id for row in panel.trees.rows() if row.flag == "ok"))
     panel.zoom()
-    rest(2.0)
+    rest()
     row = panel.row
     seen["before"] = [row.tree_id, row.values["dbh_cm"], row.x]
     click(panel.form.again)
@@ -73,13 +76,13 @@ def look_again():
     click(iface.mapCanvas().viewport(), at)
     seen["said"] = panel.form.message.text()
     wait(lambda: panel._measuring is None)
-    rest(1.0)
+    rest()
     seen["given"] = [given()]
     seen["again"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x, panel.form.message.text()]
     iface.mainWindow().grab().save(f"{folder}/again.png")
     click(panel.form.former)
     wait(lambda: panel._measuring is None)
-    rest(1.0)
+    rest()
     seen["given"].append(given())
     seen["former"] = [panel.row.tree_id, panel.row.values["dbh_cm"], panel.row.x]
     seen["can_go_back"] = panel.form.former.isEnabled()

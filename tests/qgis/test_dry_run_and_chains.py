@@ -214,34 +214,45 @@ print("LOG", feedback.textLog())
     assert (tmp_path / "three.gpkg").exists() and not (tmp_path / "two.gpkg").exists()
 
 
-def test_circles_and_slices_come_with_the_trees(qgis, tmp_path):
+def test_sections_come_with_the_trees_and_a_rejected_tree_is_nowhere_green(qgis, tmp_path):
     stems_cloud(tmp_path / "cloud.laz")
     done = qgis.python(
         """
-import math
-from qgis.core import QgsProject
+from qgis.core import QgsMapRendererSequentialJob, QgsMapSettings, QgsProject
+from qgis.PyQt.QtCore import QSize
 processing.runAndLoadResults("treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": sys.argv[2]})
 layers = {layer.name(): layer for layer in QgsProject.instance().mapLayers().values()}
 print("NAMES", sorted(layers), [layer.renderer().type() for _, layer in sorted(layers.items())])
-for feature in layers["Stem circles"].getFeatures():
-    shape = feature.geometry().boundingBox()
-    assert abs(100 * shape.width() - feature["dbh_cm"]) < 0.05, (shape.width(), feature["dbh_cm"])
 heights = {feature["height_m"] for feature in layers["Stem sections"].getFeatures()}
 slices = layers["Stem sections"]
 print("HEIGHTS", len(heights), slices.mapTipTemplate() != "", slices.hasScaleBasedVisibility())
-print("ORDER", [node.name() for node in QgsProject.instance().layerTreeRoot().findLayers()])
+order = QgsProject.instance().layerTreeRoot().layerOrder()
+print("ORDER", [layer.name() for layer in order])
+trees = layers["Trees"]
+def green():
+    settings = QgsMapSettings()
+    settings.setLayers(order)
+    settings.setDestinationCrs(trees.crs())
+    settings.setOutputSize(QSize(300, 300))
+    settings.setExtent(trees.extent().buffered(1))
+    job = QgsMapRendererSequentialJob(settings)
+    job.start()
+    job.waitForFinished()
+    colours = [job.renderedImage().pixelColor(x, y) for x in range(300) for y in range(300)]
+    return sum(c.green() > max(c.red(), c.blue()) + 40 for c in colours)
+seen = [green()]
+index = trees.fields().indexOf("rev_flag")
+assert trees.dataProvider().changeAttributeValues({f.id(): {index: "reject"} for f in trees.getFeatures()})
+print("GREEN", seen[0] > 50, green())
 """,
         tmp_path / "cloud.laz",
         tmp_path / "trees.gpkg",
     )
-    assert "NAMES ['Plots searched', 'Stem circles', 'Stem sections', 'Trees']" in done.stdout, (
-        done.stdout + done.stderr
-    )
-    assert "['singleSymbol', 'categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
+    assert "NAMES ['Plots searched', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
+    assert "['singleSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
     assert "HEIGHTS 17 True True" in done.stdout, done.stdout + done.stderr
-    assert "ORDER ['Trees', 'Stem circles', 'Stem sections', 'Plots searched']" in done.stdout, (
-        "the trees' colours are hidden"
-    )
+    assert "ORDER ['Trees', 'Stem sections', 'Plots searched']" in done.stdout, "the trees' colours are hidden"
+    assert "GREEN True 0" in done.stdout, done.stdout + done.stderr
 
 
 def test_the_order_of_layers_is_kept_among_the_users_own(qgis, tmp_path):
@@ -267,9 +278,9 @@ ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "")
         tmp_path / "cloud.laz",
         tmp_path,
     )
-    four = ["Trees", "Stem circles", "Stem sections", "Plots searched"]
-    assert f"ORDER {['Own 1', *four, 'Own 0', *four, 'Own']}" in done.stdout, done.stdout + done.stderr
-    assert f"GROUP {four} 15" in done.stdout, done.stdout + done.stderr
+    three = ["Trees", "Stem sections", "Plots searched"]
+    assert f"ORDER {['Own 1', *three, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
+    assert f"GROUP {three} 12" in done.stdout, done.stdout + done.stderr
 
 
 def test_terrain_opens_as_a_hillshade(qgis, tmp_path):

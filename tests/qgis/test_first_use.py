@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from qgis_driver import ROOT, Qgis, load
+from qgis_driver import PATIENCE_S, ROOT, Qgis, load
 from qgis_helpers import stems_cloud
 
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
@@ -69,7 +69,7 @@ def ran(newcomer, algorithm: str, *words: str, network: bool = True, **more: str
     command = [made.program, "run", f"treedgs:{algorithm}", "--", *words]
     if not network and os.geteuid() == 0 and shutil.which("unshare"):
         command = ["unshare", "--net", *command]
-    return subprocess.run(command, env={**variables, **more}, capture_output=True, text=True, timeout=900)
+    return subprocess.run(command, env={**variables, **more}, capture_output=True, text=True, timeout=PATIENCE_S)
 
 
 def test_a_shell_without_an_engine_is_given_the_command_with_size_and_time(newcomer, tmp_path):

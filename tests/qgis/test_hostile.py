@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 from child_processes import words_of
-from qgis_driver import ROOT, load
-from qgis_helpers import refused, stems_cloud
+from qgis_driver import PATIENCE_S, ROOT, load
+from qgis_helpers import refused, stems_cloud, wait_for
 
 
 def test_a_path_of_more_than_200_characters_with_spaces_and_accents(qgis, tmp_path):
@@ -101,7 +101,7 @@ def test_the_packaged_plugin_works_read_only_and_without_network(qgis, installed
     command = [qgis.program, "run", "treedgs:pointcloudtodbh", "--"]
     command += [f"INPUT={tmp_path / 'cloud.laz'}", f"OUTPUT={tmp_path / 'trees.gpkg'}"]
     done = subprocess.run(
-        unprivileged(command, network=False), env=variables, capture_output=True, text=True, timeout=300
+        unprivileged(command, network=False), env=variables, capture_output=True, text=True, timeout=PATIENCE_S
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "trees.gpkg").exists()
@@ -211,8 +211,6 @@ def test_an_address_that_does_not_answer_is_refused(package, web):
 
 def test_the_real_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot, tmp_path):
     """SIGKILL to the engine itself, as the kernel does when memory runs out."""
-    import time
-
     import psutil
 
     running = qgis.start(
@@ -225,16 +223,10 @@ def test_the_real_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot,
         f"WORKSPACE={tmp_path / 'work'}",
         f"OUTPUT={tmp_path / 'trees.gpkg'}",
     )
-    killed = None
-    while killed is None:
-        assert running.poll() is None, running.communicate()
-        for child in psutil.Process(running.pid).children(recursive=True):
-            if "--job" in words_of(child):
-                killed = child
-        time.sleep(0.1)
-    time.sleep(1.0)
+    wait_for(tmp_path / "work" / "run.json")
+    (killed,) = [child for child in psutil.Process(running.pid).children() if "--job" in words_of(child)]
     killed.send_signal(signal.SIGKILL)
-    output, _ = running.communicate(timeout=60)
+    output, _ = running.communicate(timeout=PATIENCE_S)
     assert running.returncode == 1 and "memory ran out" in output and "resume" in output, output
     assert not (tmp_path / "trees.gpkg").exists()
 
@@ -268,7 +260,7 @@ def test_a_worker_of_the_engine_killed_by_the_kernel_is_explained(qgis, simulate
                 worker = child
         time.sleep(0.05)
     worker.send_signal(signal.SIGKILL)
-    output, _ = running.communicate(timeout=120)
+    output, _ = running.communicate(timeout=PATIENCE_S)
     assert running.returncode == 1, output
     assert "Traceback" not in output and "memory" in output, output
 

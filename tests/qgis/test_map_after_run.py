@@ -18,7 +18,7 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     (tmp_path / "tmp").mkdir()
     # Elsewhere than the results, which are temporary to QGIS otherwise, and named in another way.
     seen = qgis.windows("map_inside.py", tmp_path / "seen.json", TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
-    assert seen["trees"] == ["Trees", "Stem circles", "Stem sections", "Plots searched"]
+    assert seen["trees"] == ["Trees", "Stem sections", "Plots searched"]
     assert seen["columns"][:6] == ["tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag"]
     assert seen["opacity"] == [100, 35], "a tree outside the plots is pale"
     assert seen["active"] == "Trees"

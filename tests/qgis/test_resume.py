@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 from child_processes import words_of
-from qgis_driver import PATIENCE_S, alive
+from qgis_driver import PATIENCE_S, outlived
 from qgis_helpers import wait_for
 
 
@@ -57,9 +57,8 @@ def test_a_chain_resumes_after_ctrl_c_and_after_a_kill(qgis, chain, simulated_pl
     children = psutil.Process(running.pid).children(recursive=True)
     assert children
     running.send_signal(signal.SIGINT)
-    output, _ = running.communicate(timeout=60)
-    _, left = psutil.wait_procs(children, timeout=15)
-    assert not left and not any(alive(child.pid) for child in children), output
+    output, _ = running.communicate(timeout=PATIENCE_S)
+    assert not outlived([child.pid for child in children]), output
     assert running.returncode == 1 and "run again to resume" in output, output
     assert not (folder / "trees.gpkg").exists() and stages(record)["geotag"]["status"] == "done"
     heard = qgis("run", "treedgs:photostodbh", "--", *arguments, "DRY_RUN=true")
@@ -73,9 +72,8 @@ def test_a_chain_resumes_after_ctrl_c_and_after_a_kill(qgis, chain, simulated_pl
     (engine,) = [child for child in psutil.Process(running.pid).children() if "--job" in words_of(child)]
     family = [engine, *engine.children(recursive=True)]
     engine.send_signal(signal.SIGKILL)
-    output, _ = running.communicate(timeout=60)
-    _, left = psutil.wait_procs(family, timeout=15)
-    assert not left, output
+    output, _ = running.communicate(timeout=PATIENCE_S)
+    assert not outlived([child.pid for child in family]), output
     assert running.returncode == 1 and "memory ran out" in output and "resume" in output, output
     assert not (folder / "trees.gpkg").exists()
     reconstructed = stages(record)["reconstruct"]

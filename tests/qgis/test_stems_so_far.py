@@ -22,7 +22,7 @@ def test_first_stems_are_drawn_while_the_rest_is_measured(qgis, simulated_plot, 
     }
     more = {"TREEDGS_MAP": tmp_path, "TREEDGS_VALUES": json.dumps(values)}
     seen = qgis.windows("so_far_inside.py", tmp_path / "seen.json", **more)
-    assert seen["began"] and seen["ended"] and seen["crs"] == "EPSG:6344"
+    assert len(seen["stems"]) >= 2 and seen["crs"] == "EPSG:6344"
     assert "Trees" not in seen["meanwhile"]
     assert "Trees" in seen["after"] and "Stems so far" not in seen["after"]
     assert seen["on_top"] == ["Open the report"]

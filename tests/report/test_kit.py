@@ -87,6 +87,11 @@ def test_a_users_text_is_text_in_every_block_of_a_page(tmp_path):
     assert seen.tags.count("table") == 2 and seen.tags.count("img") == 1
 
 
+def test_options_have_no_dashes_on_a_page():
+    said = Sentences(["--years: not given (see --max-growth-cm); 3--4 m, well-known"]).items
+    assert said == ["years: not given (see max-growth-cm); 3--4 m, well-known"]
+
+
 def test_a_fragment_escapes_its_values_too(tmp_path):
     block = Fragment(
         "<b>{{ name }}</b><script>var x = {{ data|tojson }};</script>", {"name": HOSTILE, "data": [HOSTILE]}

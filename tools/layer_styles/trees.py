@@ -243,22 +243,10 @@ def trees() -> QgsVectorLayer:
 
 
 def circles() -> QgsVectorLayer:
-    """Stems at true scale: a thin filled ring in the colour of the tree's quality."""
+    """Stems at true scale, as they were measured: rings without a colour, as they do not know what a person decided."""
     layer = memory_layer(CIRCLES, "circles", "Polygon")
-    looks = {"ok": ("measured", "46,139,61", GREEN), "check": ("measured, to be checked", "242,161,13", AMBER)}
-    layer.setRenderer(
-        QgsCategorizedSymbolRenderer(
-            "qc_flag",
-            [
-                QgsRendererCategory(
-                    value,
-                    QgsFillSymbol.createSimple({"color": f"{fill},70", "outline_color": edge, "outline_width": "0.35"}),
-                    text,
-                )
-                for value, (text, fill, edge) in looks.items()
-            ],
-        )
-    )
+    ring = {"style": "no", "outline_color": GREY, "outline_width": "0.35"}
+    layer.setRenderer(QgsSingleSymbolRenderer(QgsFillSymbol.createSimple(ring)))
     layer.setDisplayExpression(f"""{said("Tree")} || ' ' || "tree_id" || ': ' || {one('"dbh_cm"')} || ' cm'""")
     layer.setMapTipTemplate(
         f"""<b>[% {said("Tree")} %] [% "tree_id" %]</b><br>[% {said("DBH")} %] [% {one('"dbh_cm"')} %]"""

@@ -108,7 +108,7 @@ def checklist(
         "Wind below 4 m/s at the crowns, leaves and ground dry, no people under the flight; permits and airspace "
         "checked.",
         "Take off within 3 m of the stated place. Elsewhere every height is wrong by the difference of the ground: "
-        f"plan again with --take-off. Watch the first line: {clearance_m:.0f} m over the crowns, no less.",
+        f"plan again with that take-off. Watch the first line: {clearance_m:.0f} m over the crowns, no less.",
         "Base station or RTK corrections: fixed before take-off, logging raw data from 10 min before to 10 min after; "
         "note antenna height and point.",
         f"Camera: shutter priority 1/{1000 / limits.exposure_ms:.0f} s or shorter, "
@@ -117,7 +117,7 @@ def checklist(
         f"{batteries_of(budget.batteries)} flown to {100 * RESERVE:.0f} % and one spare; card with "
         f"{max(1.0, 2 * budget.gigabytes):.0f} GB free.",
         f"After landing: {budget.photos} photos on the card, sharp at 100 %; tape a sample (tape-sample). Then "
-        "photos-to-dbh with --flight-plan plan.gpkg reports planned against got.",
+        "photos-to-dbh, given plan.gpkg as the flight plan, reports planned against got.",
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -41,10 +42,16 @@ class Cards:
 
 @dataclass(frozen=True)
 class Sentences:
-    """A list. title: of the box in which warnings stand; '' for a plain list. Nothing is shown of an empty list."""
+    """A list. title: of the box in which warnings stand; '' for a plain list. Nothing is shown of an empty list.
+
+    An option has no dashes here: who reads a page may have set it in a window.
+    """
 
     items: Sequence[str]
     title: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "items", [re.sub(r"(?<![\w-])--(?=[a-z])", "", text) for text in self.items])
 
 
 @dataclass(frozen=True)

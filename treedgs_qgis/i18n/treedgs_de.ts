@@ -940,10 +940,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammquerschnitte</translation>
     </message>
     <message>
-      <source>Stem circles</source>
-      <translation>Stammkreise</translation>
-    </message>
-    <message>
       <source>Ground in the photos</source>
       <translation>Boden in den Fotos</translation>
     </message>

@@ -938,10 +938,6 @@ cero.&lt;/p&gt;
       <translation>Secciones del fuste</translation>
     </message>
     <message>
-      <source>Stem circles</source>
-      <translation>Círculos del tronco</translation>
-    </message>
-    <message>
       <source>Ground in the photos</source>
       <translation>Suelo en las fotos</translation>
     </message>

@@ -230,7 +230,7 @@ def _which(table: pd.DataFrame, bad: pd.Series) -> str:
 
 
 #: Diameters that differ by no more are the same number, written with fewer digits, cm.
-_SAME_CM = 0.06
+SAME_CM = 0.06
 
 
 def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.ndarray, list[str]]:
@@ -263,8 +263,8 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
     now, then = dbh[rows], drawn["dbh_cm"].to_numpy(float)
     # A table without places does not say what was measured either.
     placed = np.isfinite(drawn["x"].to_numpy(float))
-    same = np.isclose(then, now, rtol=0, atol=_SAME_CM, equal_nan=True)
-    by_tape = placed & ~same & np.isclose(drawn["taped_cm"], now, rtol=0, atol=_SAME_CM)
+    same = np.isclose(then, now, rtol=0, atol=SAME_CM, equal_nan=True)
+    by_tape = placed & ~same & np.isclose(drawn["taped_cm"], now, rtol=0, atol=SAME_CM)
     dbh[rows] = np.where(placed & same | by_tape, then, now)
     written = int(by_tape.sum())
     changed = [

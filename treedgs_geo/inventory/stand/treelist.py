@@ -47,17 +47,17 @@ _GONE = {
 #: Columns of a tree list.
 COLUMNS = (
     "tree_id", "plot_id", "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "species", "dead", "qc_flag",
-    "qc_reason", "bh_m", "n_pts", "paired", "note", "meas_lo_cm", "meas_hi_cm",
+    "qc_reason", "bh_m", "n_pts", "paired", "note", "meas_cm", "meas_lo_cm", "meas_hi_cm",
 )  # fmt: skip
 _NUMBERS = (
-    "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m", "n_pts", "meas_lo_cm", "meas_hi_cm",
+    "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m", "n_pts", "meas_cm", "meas_lo_cm", "meas_hi_cm",
 )  # fmt: skip
 
 
 @dataclass
 class TreeList:
     """trees: :data:`COLUMNS` (plot_id as written; x, y may be NaN in a tally; ``paired``: a tally tree is this stem;
-    ``meas_lo_cm, meas_hi_cm``: interval as measured). from_field: DBHs are the crew's.
+    ``meas_cm, meas_lo_cm, meas_hi_cm``: DBH and interval as measured). from_field: DBHs are the crew's.
 
     centres: plot_id -> co-registered centre, from a pairs layer. tallied: plot_id -> chance that a tree of the plot
     would be found among the pairs. review: what a person decided. searched: where stems were searched for, in

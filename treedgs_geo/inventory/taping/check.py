@@ -35,7 +35,7 @@ from ..double_sampling.estimators import (
     t_factor,
 )
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
-from ..double_sampling.tapes import Taped, join, read_taped
+from ..double_sampling.tapes import SAME_CM, Taped, join, read_taped
 from ..stand.values import BA
 from .frame import Frame, read_frame
 
@@ -74,12 +74,21 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
             f"{taped.path}: {count_of(int(both.sum()), 'tree')} with both a measured and a taped DBH, expected at "
             f"least 2."
         )
-    low, high = table["dbh_lo_cm"].to_numpy(float), table["dbh_hi_cm"].to_numpy(float)
-    known = both & (low <= table["dbh_cm"] + 1e-6).to_numpy() & (high >= table["dbh_cm"] - 1e-6).to_numpy()
-    t = table["taped_cm"].to_numpy(float)
-    table["inside"] = np.where(known, (t >= low) & (t <= high), None)
+    now, measured = (frame.trees[name].to_numpy()[rows] for name in ("dbh_cm", "meas_cm"))
+    typed = np.isclose(dbh_cm[rows], now, rtol=0, atol=SAME_CM) & ~np.isclose(now, measured, rtol=0, atol=SAME_CM)
+    # An interval is that of the DBH that was measured, not of one that a person typed instead.
+    own = ~typed & (table["dbh_lo_cm"] <= table["dbh_cm"] + 1e-6) & (table["dbh_hi_cm"] >= table["dbh_cm"] - 1e-6)
+    ends = ["dbh_lo_cm", "dbh_hi_cm"]
+    table[ends] = table[ends].where(own)
+    known = both & own.to_numpy()
+    table["inside"] = np.where(known, table["taped_cm"].between(table["dbh_lo_cm"], table["dbh_hi_cm"]), None)
     table["outlier"] = outliers(*(table[name].to_numpy() for name in ("dbh_cm", "taped_cm", "tree_id")))
     made = Checked(table, {}, {})
+    if typed.any():
+        made.notes.append(
+            f"{count_of(int(typed.sum()), 'drawn tree')} had a DBH typed by a person ({some(table['tree_id'][typed], 10)}): "
+            "it stands for the measured one here, and has no interval."
+        )
     answered = taped.answered
     if taped.n_frame:
         tapes = taped.sample()
@@ -190,7 +199,7 @@ def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
         made.warnings.append(
             f"The measured diameters are {'too thick' if f['bias_cm'] > 0 else 'too thin'} by {abs(f['bias_cm']):.2f} "
             f"cm on average ({level} interval {f['bias_lo_cm']:+.2f} to {f['bias_hi_cm']:+.2f}): correct the totals "
-            "with stand-table --taped."
+            "by stand-table, which takes this tape table (--taped)."
         )
     if f["n_intervals"] and not f["inside_lo"] <= LEVEL <= f["inside_hi"]:
         wrong = "too narrow" if f["inside"] < LEVEL else "too wide"
@@ -373,7 +382,7 @@ def _totals_table(checked: Checked, level: str) -> Table:
         "Design-based: the chances of the draw alone make the standard errors, nothing is assumed of the errors of the "
         "diameters. Stems without a DBH count as the median tree until tapes say more. Difference "
         "estimator: Särndal, Swensson and Wretman 1992, 6.3; Cochran 1977, ch. 12. Per hectare, with volume and "
-        "biomass: stand-table --taped.",
+        "biomass: stand-table, which takes this tape table.",
     )
 
 
