@@ -31,8 +31,6 @@ ALGORITHM = "treedgs:setupengine"
 SEEN = "treedgs/setup_offered"
 #: Steps of the progress bar.
 STEPS = 1000
-#: By then QGIS has said that a task is complete.
-TASK_SAID_MS = 1500
 
 
 class TaskFeedback(QgsProcessingFeedback):
@@ -171,7 +169,9 @@ class Offer(QObject):
         self.iface = iface
         self.job = Job()
         self.so_far = StemsSoFar(iface)
+        self.pages: list[tuple[str, str]] = []
         self.missed.connect(self.show)
+        QgsApplication.taskManager().statusChanged.connect(self.task_ended)
 
     def sentence(self, problem: EngineMissing) -> str:
         """What is missing, how much it is, how long it takes."""
@@ -213,16 +213,24 @@ class Offer(QObject):
     def page(self, path: str, title: str) -> None:
         """On the main window's message bar: the page that a run wrote, with a button that opens it; once QGIS has said
         that its task is complete, which would cover it."""
-        QTimer.singleShot(TASK_SAID_MS, functools.partial(self.show_page, path, title))
+        self.pages.append((path, title))
+        if not QgsApplication.taskManager().countActiveTasks():
+            self.show_pages()
 
-    def show_page(self, path: str, title: str) -> None:
-        """The message of :meth:`page`, now."""
+    def task_ended(self, *_: Any) -> None:
+        """After what QGIS says of a task."""
+        QTimer.singleShot(0, self.show_pages)
+
+    def show_pages(self) -> None:
+        """The messages of :meth:`page`."""
         bar = self.iface.messageBar()
-        item = bar.createMessage("TreeDGS", title)
-        button = QPushButton(tr("Open the report"), item)
-        button.clicked.connect(functools.partial(self.open_page, path))
-        item.layout().addWidget(button)
-        bar.pushWidget(item, LOG_SUCCESS)
+        for path, title in self.pages:
+            item = bar.createMessage("TreeDGS", title)
+            button = QPushButton(tr("Open the report"), item)
+            button.clicked.connect(functools.partial(self.open_page, path))
+            item.layout().addWidget(button)
+            bar.pushWidget(item, LOG_SUCCESS)
+        self.pages = []
 
     def open_page(self, path: str, *_: Any) -> None:
         """In the program that shows web pages."""

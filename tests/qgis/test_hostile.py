@@ -240,7 +240,7 @@ def test_a_worker_of_the_engine_killed_by_the_kernel_is_explained(qgis, simulate
 
     photos = tmp_path / "photos"
     photos.mkdir()
-    for path in sorted((simulated_plot / "images").iterdir()):
+    for path in sorted((simulated_plot / "images").iterdir())[:8]:  # all their pairs are matched
         with Image.open(path) as picture:
             picture.save(photos / path.name, exif=picture.info["exif"], xmp=b"", quality=95)
     running = qgis.start(
