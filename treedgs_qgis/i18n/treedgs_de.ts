@@ -1016,10 +1016,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Neu einrichten</translation>
     </message>
     <message>
-      <source>Open the report</source>
-      <translation>Bericht öffnen</translation>
-    </message>
-    <message>
       <source>Stop</source>
       <translation>Anhalten</translation>
     </message>
@@ -1034,6 +1030,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Set up now</source>
       <translation>Jetzt einrichten</translation>
+    </message>
+    <message>
+      <source>Open the report</source>
+      <translation>Bericht öffnen</translation>
     </message>
     <message>
       <source>The engine is set up; the algorithms can run.</source>

@@ -1014,10 +1014,6 @@ cero.&lt;/p&gt;
       <translation>Instalar de nuevo</translation>
     </message>
     <message>
-      <source>Open the report</source>
-      <translation>Abrir el informe</translation>
-    </message>
-    <message>
       <source>Stop</source>
       <translation>Detener</translation>
     </message>
@@ -1032,6 +1028,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Set up now</source>
       <translation>Instalar ahora</translation>
+    </message>
+    <message>
+      <source>Open the report</source>
+      <translation>Abrir el informe</translation>
     </message>
     <message>
       <source>The engine is set up; the algorithms can run.</source>
