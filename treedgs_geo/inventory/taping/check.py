@@ -85,9 +85,10 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
     table["outlier"] = outliers(*(table[name].to_numpy() for name in ("dbh_cm", "taped_cm", "tree_id")))
     made = Checked(table, {}, {})
     if typed.any():
+        named = some(table["tree_id"][typed], 10)
         made.notes.append(
-            f"{count_of(int(typed.sum()), 'drawn tree')} had a DBH typed by a person ({some(table['tree_id'][typed], 10)}): "
-            "it stands for the measured one here, and has no interval."
+            f"{count_of(int(typed.sum()), 'drawn tree')} had a DBH typed by a person ({named}): it stands for the "
+            "measured one here, and has no interval."
         )
     answered = taped.answered
     if taped.n_frame:

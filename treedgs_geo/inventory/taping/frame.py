@@ -20,8 +20,8 @@ from ..stand.values import BA
 @dataclass
 class Frame:
     """trees: ``tree_id, plot_id`` (None: in no plot), ``x, y, dbh_cm, dbh_se_cm, meas_cm, meas_lo_cm, meas_hi_cm,
-    qc_flag, bh_m`` and ``size`` (basal area, m2; of a stem without a DBH the median). plots: where trees are drawn (empty:
-    everywhere).
+    qc_flag, bh_m`` and ``size`` (basal area, m2; of a stem without a DBH the median). plots: where trees are drawn
+    (empty: everywhere).
     """
 
     trees: pd.DataFrame
