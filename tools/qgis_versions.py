@@ -20,7 +20,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from treedgs_lab.benchmarks.records import RESULTS, ROOT, fill_page, write_record
+from treedgs_lab.benchmarks.records import RESULTS, ROOT, commit, fill_page, write_record
 
 FIGURES = RESULTS / "qgis_versions.json"
 PAGE = ROOT / "docs" / "developer" / "dependencies.md"
@@ -41,22 +41,23 @@ def outcome(printed: str) -> dict[str, Any]:
 
 def run(version: str, log: Path) -> dict[str, Any]:
     """All of ``tests/qgis`` with one version."""
-    began = time.perf_counter()
+    began, tested = time.perf_counter(), commit()
     command = ["sh", "tools/qgis.sh", version, "tests/qgis"]
     with open(log, "w", encoding="utf-8") as stream:
         done = subprocess.run(command, cwd=ROOT, stdout=stream, stderr=subprocess.STDOUT)
-    row = {"asked": version, "date": date.today().isoformat(), "seconds": round(time.perf_counter() - began)}
+    row = {"asked": version, "date": date.today().isoformat(), "commit": tested}
+    row["seconds"] = round(time.perf_counter() - began)
     return {**row, "exit_code": done.returncode, **outcome(log.read_text(encoding="utf-8", errors="replace"))}
 
 
 def table(rows: Iterable[dict[str, Any]]) -> str:
     """The table of the page."""
     suites = {"3.22": "Debian 12", "3.40": "Debian 13", "3.44": "Debian sid"}
-    lines = ["| QGIS | system | date | passed | failed | skipped | seconds |", "|---|---|---|---|---|---|---|"]
+    lines = ["| QGIS | system | date | commit | passed | failed | skipped | seconds |", "|" + "---|" * 8]
     for row in rows:
         where, failed = suites.get(row["asked"], "?"), row["failed"] + row["error"]
         counts = f"{row['passed']} | {failed} | {row['skipped']} | {row['seconds']}"
-        lines.append(f"| {row['qgis']} | {where} | {row['date']} | {counts} |")
+        lines.append(f"| {row['qgis']} | {where} | {row['date']} | {row['commit']} | {counts} |")
     return "\n".join(lines)
 
 
