@@ -50,6 +50,7 @@ _VERBS = {
     "evaluate": "evaluate",
     "tape_sample": "tape-sample",
     "tape_check": "tape-check",
+    "trial": "trial",
     "stand_table": "stand-table",
     "compare": "compare",
     "benchmark": "benchmark",

@@ -23,6 +23,7 @@ PAGES = {
     "evaluate": "pairing",
     "tapesample": "taping",
     "tapecheck": "taping",
+    "trial": "trial",
     "standtable": "stand-table",
     "compare": "two-dates",
 }

@@ -27,7 +27,7 @@ def dialog_of(algorithm: str, values: dict[str, Any]) -> Any:
 #: In the menu *Plugins*, and there the algorithms of a survey in the order of the work: before and after the review.
 MENU = "TreeDGS"
 MEASURE = ("planflight", "photostodbh", "pointcloudtodbh")
-CHECK_AND_REPORT = ("tapesample", "tapecheck", "standtable", "compare")
+CHECK_AND_REPORT = ("tapesample", "tapecheck", "trial", "standtable", "compare")
 #: Height of the list of stems at first: the map keeps the rest.
 STEMS_PIXELS = 220
 ENGINE = ("setupengine", "checkengine", "removeengine")

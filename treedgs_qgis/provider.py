@@ -32,6 +32,7 @@ ALGORITHMS = (
     "evaluate",
     "tapesample",
     "tapecheck",
+    "trial",
     "standtable",
     "compare",
     "benchmark",

@@ -17,6 +17,7 @@ RESULTS = {
     "planflight": "plan",
     "tapesample": "tapes",
     "tapecheck": "tape_check",
+    "trial": "trial",
     "standtable": "stand",
     "matchplots": "pairs.gpkg",
     "compare": "change",

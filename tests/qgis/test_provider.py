@@ -40,6 +40,7 @@ FROZEN = {
     "planflight",
     "tapesample",
     "tapecheck",
+    "trial",
     "standtable",
     "compare",
     "benchmark",

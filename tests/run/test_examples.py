@@ -17,7 +17,7 @@ LONG = {"simulate-plot", "benchmark", "fit-gaussians", "sample-surface", "doctor
 #: In the order in which one needs the files of another.
 ORDER = (
     "photos-to-dbh", "pointcloud-to-dbh", "geotag", "reconstruct", "terrain", "segment-stems", "measure-dbh",
-    "match-plots", "evaluate", "tape-sample", "stand-table", "plan-flight",
+    "match-plots", "evaluate", "tape-sample", "trial", "stand-table", "plan-flight",
 )  # fmt: skip
 
 
@@ -38,7 +38,7 @@ def test_examples_run_one_after_the_other_on_the_sample(finished, simulated_plot
     shutil.copytree(finished / "work", "work")
     for verb in ORDER:
         assert main([*example(verb, capsys), "--log-format", "plain"]) == 0, verb
-    assert {"trees.gpkg", "lidar_trees.gpkg", "pairs.gpkg", "evaluation", "tapes", "stand", "plan"} <= {
+    assert {"trees.gpkg", "lidar_trees.gpkg", "pairs.gpkg", "evaluation", "tapes", "trial", "stand", "plan"} <= {
         entry.name for entry in tmp_path.iterdir()
     }
 

@@ -19,6 +19,7 @@ TAPES = {
     "tree_id": ("integer", "Tree"),
     "plot_id": ("string", "Plot"),
     "taped_cm": ("double", "Taped DBH [cm]"),
+    "second_taped_cm": ("double", "Second tape [cm]"),
     "state": ("string", "State"),
     "tape_note": ("string", "Note"),
     "near_id": ("integer", "Drawn tree beside it"),
@@ -89,7 +90,8 @@ def tapes() -> QgsVectorLayer:
         list(TAPES).index("state"),
         QgsEditorWidgetSetup("ValueMap", {"map": [{text: value} for value, text in STATES.items()]}),
     )
-    write_on_top(layer, list(TAPES), "Filled in by the crew", ("taped_cm", "state", "tape_note"), "Drawn tree")
+    crew = ("taped_cm", "second_taped_cm", "state", "tape_note")
+    write_on_top(layer, list(TAPES), "Filled in by the crew", crew, "Drawn tree")
     return layer
 
 

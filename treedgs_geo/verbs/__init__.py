@@ -29,6 +29,7 @@ MODULES = {
     "evaluate": "treedgs_geo.verbs.evaluate",
     "tape-sample": "treedgs_geo.verbs.tape_sample",
     "tape-check": "treedgs_geo.verbs.tape_check",
+    "trial": "treedgs_geo.verbs.trial",
     "stand-table": "treedgs_geo.verbs.stand_table",
     "compare": "treedgs_geo.verbs.compare",
     "benchmark": "treedgs_lab.verbs.benchmark",

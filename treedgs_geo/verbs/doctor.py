@@ -87,6 +87,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "evaluate": _BASE,
     "tape-sample": (*_BASE, "reportlab"),
     "tape-check": (*_BASE, "reportlab"),
+    "trial": (*_BASE, "reportlab"),
     "compare": (*_BASE, "reportlab"),
     "stand-table": (*_BASE, "openpyxl", "reportlab"),
     "benchmark": (*_BASE, *_CLOUDS, *_PHOTOS, "open3d"),

@@ -3124,6 +3124,70 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Bäume, die man noch einmal ansehen sollte</translation>
     </message>
     <message>
+      <source>Test on your own taped plot</source>
+      <translation>An eigener nachgemessener Fläche prüfen</translation>
+    </message>
+    <message>
+      <source>Seals measured diameters, has trees taped without knowing them, and judges them by the tapes.</source>
+      <translation>Versiegelt gemessene Durchmesser, lässt Bäume ohne Kenntnis davon mit dem Band messen und beurteilt sie danach.</translation>
+    </message>
+    <message>
+      <source>Two steps in one folder. First --trees and --limit-cm: seals the layer's rows, the run's settings (where its run.json lies beside the layer), version and limit by SHA-256 in trial.json, and writes the files for the field as tape-sample does, without any diameter: all trees, or --n drawn at random. second_taped_cm takes a second tape of some trees. Then --taped: what was changed since is named and refused. Otherwise result/evaluation.html says RMSE, bias with its 90 % interval, whether measured and taped diameters are equivalent within the limit (two one-sided tests), how many 90 % intervals hold the tape, and how well tapes repeat; the figures are those of evaluate. bundle.json has the numbers without places, names and dates: send it in if you like.</source>
+      <translation>Zwei Schritte in einem Ordner. Zuerst --trees und --limit-cm: versiegelt die Zeilen des Layers, die Einstellungen des Laufs (wo dessen run.json neben dem Layer liegt), Version und Grenze mit SHA-256 in trial.json und schreibt die Dateien fürs Gelände wie tape-sample, aber ohne jeden Durchmesser: alle Bäume oder --n zufällig gezogene. second_taped_cm nimmt ein zweites Band an einigen Bäumen auf. Dann --taped: was seither geändert wurde, wird genannt und abgelehnt. Sonst sagt result/evaluation.html RMSE, mittleren Fehler mit 90-%-Intervall, ob gemessene und Band-Durchmesser innerhalb der Grenze gleichwertig sind (zwei einseitige Tests), wie viele 90-%-Intervalle das Band enthalten und wie gut sich Bänder wiederholen; die Zahlen sind die von evaluate. bundle.json hat die Zahlen ohne Orte, Namen und Daten: schicken Sie sie gern ein.</translation>
+    </message>
+    <message>
+      <source>first step: the tree layer to test; the trees.gpkg of a workspace seals the run's settings too. Second step: only where the layer was moved since</source>
+      <translation>erster Schritt: der zu prüfende Baumlayer; die trees.gpkg eines Arbeitsordners versiegelt auch die Einstellungen des Laufs. Zweiter Schritt: nur, wo der Layer seither verschoben wurde</translation>
+    </message>
+    <message>
+      <source>Limit [cm]</source>
+      <translation>Grenze [cm]</translation>
+    </message>
+    <message>
+      <source>first step: the mean error, either way, that you would still accept</source>
+      <translation>erster Schritt: der mittlere Fehler, nach oben wie nach unten, den Sie noch hinnehmen</translation>
+    </message>
+    <message>
+      <source>trees to tape, drawn at random; without: all</source>
+      <translation>mit dem Band zu messende Bäume, zufällig gezogen; ohne: alle</translation>
+    </message>
+    <message>
+      <source>plots, as for tape-sample: only trees in them are drawn</source>
+      <translation>Probeflächen wie bei tape-sample: nur Bäume darin werden gezogen</translation>
+    </message>
+    <message>
+      <source>second step: the table of the first one, filled in: tapes.gpkg or tapes.csv</source>
+      <translation>zweiter Schritt: die ausgefüllte Tabelle des ersten: tapes.gpkg oder tapes.csv</translation>
+    </message>
+    <message>
+      <source>folder of the trial, the same for both steps</source>
+      <translation>Ordner der Prüfung, derselbe für beide Schritte</translation>
+    </message>
+    <message>
+      <source>the page to open: the form, then the result</source>
+      <translation>die zu öffnende Seite: das Formular, dann das Ergebnis</translation>
+    </message>
+    <message>
+      <source>first step: the drawn trees, to fill in</source>
+      <translation>erster Schritt: die gezogenen Bäume zum Ausfüllen</translation>
+    </message>
+    <message>
+      <source>second step: the numbers, without places and names</source>
+      <translation>zweiter Schritt: die Zahlen, ohne Orte und Namen</translation>
+    </message>
+    <message>
+      <source>SHA-256 of all that is sealed</source>
+      <translation>SHA-256 von allem, was versiegelt ist</translation>
+    </message>
+    <message>
+      <source>trees drawn, then trees both measured and taped</source>
+      <translation>gezogene Bäume, dann Bäume, die gemessen und mit dem Band gemessen sind</translation>
+    </message>
+    <message>
+      <source>equivalent, not equivalent or undecided</source>
+      <translation>equivalent (gleichwertig), not equivalent (nicht gleichwertig) oder undecided (unentschieden)</translation>
+    </message>
+    <message>
       <source>Stand table and report</source>
       <translation>Bestandestabelle und Bericht</translation>
     </message>
@@ -4662,6 +4726,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Place in the walk</source>
       <translation>Platz im Rundgang</translation>
+    </message>
+    <message>
+      <source>Second tape [cm]</source>
+      <translation>Zweites Band [cm]</translation>
     </message>
     <message>
       <source>Drawn tree beside it</source>

@@ -3122,6 +3122,70 @@ cero.&lt;/p&gt;
       <translation>árboles que mirar otra vez</translation>
     </message>
     <message>
+      <source>Test on your own taped plot</source>
+      <translation>Probar en su propia parcela medida con cinta</translation>
+    </message>
+    <message>
+      <source>Seals measured diameters, has trees taped without knowing them, and judges them by the tapes.</source>
+      <translation>Sella los diámetros medidos, hace medir árboles con cinta sin conocerlos y los juzga por las cintas.</translation>
+    </message>
+    <message>
+      <source>Two steps in one folder. First --trees and --limit-cm: seals the layer's rows, the run's settings (where its run.json lies beside the layer), version and limit by SHA-256 in trial.json, and writes the files for the field as tape-sample does, without any diameter: all trees, or --n drawn at random. second_taped_cm takes a second tape of some trees. Then --taped: what was changed since is named and refused. Otherwise result/evaluation.html says RMSE, bias with its 90 % interval, whether measured and taped diameters are equivalent within the limit (two one-sided tests), how many 90 % intervals hold the tape, and how well tapes repeat; the figures are those of evaluate. bundle.json has the numbers without places, names and dates: send it in if you like.</source>
+      <translation>Dos pasos en una carpeta. Primero --trees y --limit-cm: sella con SHA-256 en trial.json las filas de la capa, los ajustes de la ejecución (donde su run.json está junto a la capa), la versión y el límite, y escribe los archivos para el campo como tape-sample, pero sin ningún diámetro: todos los árboles, o --n sorteados al azar. second_taped_cm admite una segunda cinta de algunos árboles. Después --taped: lo que se cambió desde entonces se nombra y se rechaza. Si no, result/evaluation.html dice RMSE, sesgo con su intervalo del 90 %, si los diámetros medidos y los de cinta son equivalentes dentro del límite (dos pruebas unilaterales), cuántos intervalos del 90 % contienen la cinta y cuánto se repiten las cintas; las cifras son las de evaluate. bundle.json tiene los números sin lugares, nombres ni fechas: envíelo si quiere.</translation>
+    </message>
+    <message>
+      <source>first step: the tree layer to test; the trees.gpkg of a workspace seals the run's settings too. Second step: only where the layer was moved since</source>
+      <translation>primer paso: la capa de árboles que se prueba; el trees.gpkg de una carpeta de trabajo sella también los ajustes de la ejecución. Segundo paso: solo si la capa se movió desde entonces</translation>
+    </message>
+    <message>
+      <source>Limit [cm]</source>
+      <translation>Límite [cm]</translation>
+    </message>
+    <message>
+      <source>first step: the mean error, either way, that you would still accept</source>
+      <translation>primer paso: el error medio, en ambos sentidos, que aún aceptaría</translation>
+    </message>
+    <message>
+      <source>trees to tape, drawn at random; without: all</source>
+      <translation>árboles que medir con cinta, sorteados al azar; sin indicar: todos</translation>
+    </message>
+    <message>
+      <source>plots, as for tape-sample: only trees in them are drawn</source>
+      <translation>parcelas, como en tape-sample: solo se sortean árboles dentro de ellas</translation>
+    </message>
+    <message>
+      <source>second step: the table of the first one, filled in: tapes.gpkg or tapes.csv</source>
+      <translation>segundo paso: la tabla del primero, rellenada: tapes.gpkg o tapes.csv</translation>
+    </message>
+    <message>
+      <source>folder of the trial, the same for both steps</source>
+      <translation>carpeta de la prueba, la misma para los dos pasos</translation>
+    </message>
+    <message>
+      <source>the page to open: the form, then the result</source>
+      <translation>la página que abrir: el formulario, luego el resultado</translation>
+    </message>
+    <message>
+      <source>first step: the drawn trees, to fill in</source>
+      <translation>primer paso: los árboles sorteados, para rellenar</translation>
+    </message>
+    <message>
+      <source>second step: the numbers, without places and names</source>
+      <translation>segundo paso: los números, sin lugares ni nombres</translation>
+    </message>
+    <message>
+      <source>SHA-256 of all that is sealed</source>
+      <translation>SHA-256 de todo lo sellado</translation>
+    </message>
+    <message>
+      <source>trees drawn, then trees both measured and taped</source>
+      <translation>árboles sorteados, luego árboles medidos y con cinta</translation>
+    </message>
+    <message>
+      <source>equivalent, not equivalent or undecided</source>
+      <translation>equivalent (equivalente), not equivalent (no equivalente) o undecided (sin decidir)</translation>
+    </message>
+    <message>
       <source>Stand table and report</source>
       <translation>Tabla de rodal e informe</translation>
     </message>
@@ -4660,6 +4724,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Place in the walk</source>
       <translation>Lugar en el recorrido</translation>
+    </message>
+    <message>
+      <source>Second tape [cm]</source>
+      <translation>Segunda cinta [cm]</translation>
     </message>
     <message>
       <source>Drawn tree beside it</source>

@@ -437,6 +437,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="second_taped_cm" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="state" configurationFlags="None">
       <editWidget type="ValueMap">
         <config>
@@ -580,29 +587,31 @@
     <alias name="Tree" field="tree_id" index="1"/>
     <alias name="Plot" field="plot_id" index="2"/>
     <alias name="Taped DBH [cm]" field="taped_cm" index="3"/>
-    <alias name="State" field="state" index="4"/>
-    <alias name="Note" field="tape_note" index="5"/>
-    <alias name="Drawn tree beside it" field="near_id" index="6"/>
-    <alias name="Measured DBH, about [cm]" field="about_cm" index="7"/>
-    <alias name="Quality" field="qc_flag" index="8"/>
-    <alias name="Bearing from the centre [°]" field="azim_deg" index="9"/>
-    <alias name="Distance from the centre [m]" field="dist_m" index="10"/>
-    <alias name="Easting [m]" field="x" index="11"/>
-    <alias name="Northing [m]" field="y" index="12"/>
-    <alias name="Longitude [°]" field="lon" index="13"/>
-    <alias name="Latitude [°]" field="lat" index="14"/>
-    <alias name="Measured DBH [cm]" field="dbh_cm" index="15"/>
-    <alias name="Stratum" field="stratum" index="16"/>
-    <alias name="Chance of being drawn" field="prob" index="17"/>
-    <alias name="Trees that were drawn from" field="n_frame" index="18"/>
-    <alias name="Design" field="design" index="19"/>
-    <alias name="Mark of the list" field="frame" index="20"/>
+    <alias name="Second tape [cm]" field="second_taped_cm" index="4"/>
+    <alias name="State" field="state" index="5"/>
+    <alias name="Note" field="tape_note" index="6"/>
+    <alias name="Drawn tree beside it" field="near_id" index="7"/>
+    <alias name="Measured DBH, about [cm]" field="about_cm" index="8"/>
+    <alias name="Quality" field="qc_flag" index="9"/>
+    <alias name="Bearing from the centre [°]" field="azim_deg" index="10"/>
+    <alias name="Distance from the centre [m]" field="dist_m" index="11"/>
+    <alias name="Easting [m]" field="x" index="12"/>
+    <alias name="Northing [m]" field="y" index="13"/>
+    <alias name="Longitude [°]" field="lon" index="14"/>
+    <alias name="Latitude [°]" field="lat" index="15"/>
+    <alias name="Measured DBH [cm]" field="dbh_cm" index="16"/>
+    <alias name="Stratum" field="stratum" index="17"/>
+    <alias name="Chance of being drawn" field="prob" index="18"/>
+    <alias name="Trees that were drawn from" field="n_frame" index="19"/>
+    <alias name="Design" field="design" index="20"/>
+    <alias name="Mark of the list" field="frame" index="21"/>
   </aliases>
   <defaults>
     <default expression="" field="walk" applyOnUpdate="0"/>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
     <default expression="" field="taped_cm" applyOnUpdate="0"/>
+    <default expression="" field="second_taped_cm" applyOnUpdate="0"/>
     <default expression="" field="state" applyOnUpdate="0"/>
     <default expression="" field="tape_note" applyOnUpdate="0"/>
     <default expression="" field="near_id" applyOnUpdate="0"/>
@@ -626,6 +635,7 @@
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="taped_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="second_taped_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="state" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="tape_note" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="near_id" notnull_strength="0" constraints="0"/>
@@ -649,6 +659,7 @@
     <constraint desc="" field="tree_id" exp=""/>
     <constraint desc="" field="plot_id" exp=""/>
     <constraint desc="" field="taped_cm" exp=""/>
+    <constraint desc="" field="second_taped_cm" exp=""/>
     <constraint desc="" field="state" exp=""/>
     <constraint desc="" field="tape_note" exp=""/>
     <constraint desc="" field="near_id" exp=""/>
@@ -686,28 +697,29 @@
   <attributeEditorForm>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Filled in by the crew" visibilityExpression="" showLabel="1" columnCount="1">
       <attributeEditorField name="taped_cm" showLabel="1" index="3"/>
-      <attributeEditorField name="state" showLabel="1" index="4"/>
-      <attributeEditorField name="tape_note" showLabel="1" index="5"/>
+      <attributeEditorField name="second_taped_cm" showLabel="1" index="4"/>
+      <attributeEditorField name="state" showLabel="1" index="5"/>
+      <attributeEditorField name="tape_note" showLabel="1" index="6"/>
     </attributeEditorContainer>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Drawn tree" visibilityExpression="" showLabel="1" columnCount="1">
       <attributeEditorField name="walk" showLabel="1" index="0"/>
       <attributeEditorField name="tree_id" showLabel="1" index="1"/>
       <attributeEditorField name="plot_id" showLabel="1" index="2"/>
-      <attributeEditorField name="near_id" showLabel="1" index="6"/>
-      <attributeEditorField name="about_cm" showLabel="1" index="7"/>
-      <attributeEditorField name="qc_flag" showLabel="1" index="8"/>
-      <attributeEditorField name="azim_deg" showLabel="1" index="9"/>
-      <attributeEditorField name="dist_m" showLabel="1" index="10"/>
-      <attributeEditorField name="x" showLabel="1" index="11"/>
-      <attributeEditorField name="y" showLabel="1" index="12"/>
-      <attributeEditorField name="lon" showLabel="1" index="13"/>
-      <attributeEditorField name="lat" showLabel="1" index="14"/>
-      <attributeEditorField name="dbh_cm" showLabel="1" index="15"/>
-      <attributeEditorField name="stratum" showLabel="1" index="16"/>
-      <attributeEditorField name="prob" showLabel="1" index="17"/>
-      <attributeEditorField name="n_frame" showLabel="1" index="18"/>
-      <attributeEditorField name="design" showLabel="1" index="19"/>
-      <attributeEditorField name="frame" showLabel="1" index="20"/>
+      <attributeEditorField name="near_id" showLabel="1" index="7"/>
+      <attributeEditorField name="about_cm" showLabel="1" index="8"/>
+      <attributeEditorField name="qc_flag" showLabel="1" index="9"/>
+      <attributeEditorField name="azim_deg" showLabel="1" index="10"/>
+      <attributeEditorField name="dist_m" showLabel="1" index="11"/>
+      <attributeEditorField name="x" showLabel="1" index="12"/>
+      <attributeEditorField name="y" showLabel="1" index="13"/>
+      <attributeEditorField name="lon" showLabel="1" index="14"/>
+      <attributeEditorField name="lat" showLabel="1" index="15"/>
+      <attributeEditorField name="dbh_cm" showLabel="1" index="16"/>
+      <attributeEditorField name="stratum" showLabel="1" index="17"/>
+      <attributeEditorField name="prob" showLabel="1" index="18"/>
+      <attributeEditorField name="n_frame" showLabel="1" index="19"/>
+      <attributeEditorField name="design" showLabel="1" index="20"/>
+      <attributeEditorField name="frame" showLabel="1" index="21"/>
     </attributeEditorContainer>
   </attributeEditorForm>
   <editable/>

@@ -41,10 +41,11 @@ def write_evaluation(
     metrics: dict,
     facts: dict[str, str] | None = None,
     more: Sequence[Block] = (),
+    first: Sequence[Block] = (),
 ) -> dict[str, str]:
     """Write everything into ``folder``; ``metrics.json`` comes last, so that its presence means the rest is there.
 
-    more: further blocks of the page (``treedgs_lab/published/experiments.py``).
+    more: further blocks of the page (``treedgs_lab/published/experiments.py``). first: what stands above all.
 
     Returns:
         name -> path of ``metrics, per_plot, trees, table, page``.
@@ -70,13 +71,18 @@ def write_evaluation(
         write_chart(folder, "scatter", _scatter(evidence), "measured, reference"),
         write_chart(folder, "plots", draw_plots(metrics), "errors by plot"),
     ]
-    write_html(paths["page"], _page(metrics, evidence, [*pictures], facts or {}, more))
+    write_html(paths["page"], _page(metrics, evidence, [*pictures], facts or {}, more, first))
     write_json(paths["metrics"], metrics)
     return {name: str(path) for name, path in paths.items()}
 
 
 def _page(
-    metrics: dict, evidence: PairsEvidence, pictures: list[Block], facts: dict[str, str], more: Sequence[Block]
+    metrics: dict,
+    evidence: PairsEvidence,
+    pictures: list[Block],
+    facts: dict[str, str],
+    more: Sequence[Block],
+    first: Sequence[Block],
 ) -> Document:
     pooled, spread = metrics["pooled"], metrics["bootstrap"]
     headline = f"None of the {pooled['n_reference']} reference trees was measured."
@@ -87,6 +93,7 @@ def _page(
         )
     notes = list(metrics["notes"]) + ([spread["note"][0].upper() + spread["note"][1:] + "."] if spread["note"] else [])
     blocks: list[Block] = [
+        *first,
         Paragraph(headline, strong=True),
         _accuracy_table(metrics, with_parts=True),
         Heading("What was left out, and how to read this"),

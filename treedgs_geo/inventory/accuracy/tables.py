@@ -86,7 +86,7 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
     ):
         if out.any():
             notes.append(f"{int(out.sum())} field trees {text} do not count.")
-    table = _table(trees[~(rejected | beyond | blank)].rename(columns={"field_id": "tree_id"}))
+    table = evidence_table(trees[~(rejected | beyond | blank)].rename(columns={"field_id": "tree_id"}))
     if (slip := wrong_unit(table["reference_cm"].to_numpy(), table["meas_cm"].to_numpy())) is not None:
         notes.append(f"Field DBHs look like another unit than their table says: {slip.text()}; run match-plots again.")
     extra = measured[(measured["paired"] == "no") & measured["dbh_cm"].notna()]
@@ -120,7 +120,7 @@ def evidence_from_truth(
     (:func:`.scores.score_against_truth`)."""
     accuracy, table = score_against_truth(trees, truth_csv, gate_m=gate_m)
     renamed = table.rename(columns={"dbh_true_cm": "reference_cm"}).assign(plot_id=plot_id)
-    found = PairsEvidence(_table(renamed), {plot_id: accuracy.n_false}, "true DBH", [])
+    found = PairsEvidence(evidence_table(renamed), {plot_id: accuracy.n_false}, "true DBH", [])
     return _checked(found, truth_csv)
 
 
@@ -256,8 +256,8 @@ def _decided(evidence: PairsEvidence) -> pd.Series:
     return evidence.trees["rev_flag"].map(lambda word: not pd.isna(word) and str(word).strip() != "").astype(bool)
 
 
-def _table(trees: pd.DataFrame) -> pd.DataFrame:
-    """Typed, with ``error_cm`` (measured - reference) and ``inside_90``."""
+def evidence_table(trees: pd.DataFrame) -> pd.DataFrame:
+    """``PairsEvidence.trees``: typed, with ``error_cm`` (measured - reference) and ``inside_90``."""
     table = trees.reindex(columns=["plot_id", "tree_id", "reference_cm", *_OF_PAIR]).reset_index(drop=True)
     for name in ("reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "meas_cm"):
         table[name] = pd.to_numeric(table[name]).astype(float)

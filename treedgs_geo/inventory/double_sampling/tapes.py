@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -29,6 +30,8 @@ TAPED = {
     "girth_mm": 0.1 / np.pi,
     "girth_in": 2.54 / np.pi,
 }
+#: In front of these: a second tape of the same tree.
+SECOND = "second_"
 #: What a crew writes into ``state`` -> what it means: the tree was taped; no tree stands there; it is dead; it was not
 #: reached, so that nothing is known of it.
 STATES = {
@@ -48,10 +51,10 @@ SAME_M = 0.5
 
 @dataclass
 class Taped:
-    """trees: drawn trees, ``tree_id, plot_id, taped_cm`` (NaN: none), ``state`` (``taped``, ``none``, ``dead`` or
-    ``not reached``), ``note, stratum, prob, x, y, dbh_cm`` (as measured when drawn). extra: trees that the layer lacks,
-    ``plot_id, near_id, taped_cm, note``. n_frame: trees that were drawn from (0: the table does not say it). frame:
-    mark of that list."""
+    """trees: drawn trees, ``tree_id, plot_id, taped_cm`` (NaN: none), ``second_cm`` (by a second tape), ``state``
+    (``taped``, ``none``, ``dead`` or ``not reached``), ``note, stratum, prob, x, y, dbh_cm`` (as measured when drawn).
+    extra: trees that the layer lacks, ``plot_id, near_id, taped_cm, note``. n_frame: trees that were drawn from (0: the
+    table does not say it). frame: mark of that list."""
 
     trees: pd.DataFrame
     extra: pd.DataFrame
@@ -63,6 +66,13 @@ class Taped:
     def answered(self) -> np.ndarray:
         """(n,) whether something is known of the drawn tree."""
         return (self.trees["state"] != "not reached").to_numpy()
+
+    def repeatability(self) -> dict[str, Any]:
+        """``n_twice``: trees taped twice; ``tape_sd_cm``: standard deviation of one tape from them (Bland and Altman
+        1996), ``None`` where there are none."""
+        difference = (self.trees["taped_cm"] - self.trees["second_cm"]).dropna()
+        sd = float(np.sqrt(np.mean(difference**2) / 2)) if len(difference) else None
+        return {"n_twice": len(difference), "tape_sd_cm": sd}
 
     def sample(self) -> Tapes:
         """The trees that were answered for, with their probabilities.
@@ -82,8 +92,10 @@ class Taped:
             raise InputError(f"{self.path}: {problem}") from None
 
 
-def read_taped(path: Path) -> Taped:
+def read_taped(path: Path, dbh_cm: pd.Series | None = None) -> Taped:
     """Read the filled-in table: CSV (commas or semicolons), or the GeoPackage of tape-sample.
+
+    dbh_cm: by ``tree_id``, for a table that does not say what was measured.
 
     Raises:
         InputError: not readable, not a tape table, nothing filled in, numbers that no tape reads, unknown states.
@@ -97,6 +109,8 @@ def read_taped(path: Path) -> Taped:
         )
     found = pd.DataFrame({"tree_id": numbers(path, table, "tree_id")})
     found["taped_cm"] = _diameters(path, table)
+    second = {SECOND + name: name for name in TAPED if SECOND + name in table}
+    found["second_cm"] = _diameters(path, table[["tree_id", *second]].rename(columns=second))
     found["state"] = _states(path, table, found)
     for name, column in (("plot_id", "plot_id"), ("note", "tape_note"), ("stratum", "stratum"), ("frame", "frame")):
         found[name] = texts_of(table[column]) if column in table else None
@@ -107,6 +121,8 @@ def read_taped(path: Path) -> Taped:
     extra = found[found["tree_id"].isna()]
     trees = found[found["tree_id"].notna()].copy()
     trees["tree_id"] = trees["tree_id"].astype(int)
+    if dbh_cm is not None:
+        trees["dbh_cm"] = trees["tree_id"].map(dbh_cm).astype(float)
     _check(path, trees, extra)
     whole = trees["prob"].between(0, 1, inclusive="right").all() and trees[["stratum", "n_frame"]].notna().all(
         axis=None
@@ -196,6 +212,12 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
         raise InputError(
             f"{path}: a tree that the map lacks has no plot_id and no near_id; write the plot that was searched, or "
             "the drawn tree that it stands nearest to."
+        )
+    alone = trees["second_cm"].notna() & trees["taped_cm"].isna()
+    if alone.any():
+        raise InputError(
+            f"{path}: tree {trees['tree_id'][alone].iloc[0]} has a second tape and no first; write the only one into "
+            "taped_cm."
         )
     _check_draw(path, trees)
     slip = wrong_unit(trees["taped_cm"].to_numpy(float), trees["dbh_cm"].to_numpy(float))

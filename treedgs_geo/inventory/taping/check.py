@@ -222,6 +222,12 @@ def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
         )
     if len(taped.extra):
         made.notes.append(f"Trees that the map lacks, found by the crew: {len(taped.extra)}.")
+    if (tape := taped.repeatability())["n_twice"]:
+        made.figures |= tape
+        made.notes.append(
+            f"{count_of(tape['n_twice'], 'tree')} taped twice: one tape has a standard deviation of "
+            f"{tape['tape_sd_cm']:.2f} cm, which is part of the RMSE."
+        )
     if "check_worse_p" in f:
         p, sure = f["check_worse_p"], f["check_worse_p"] < CHANCE
         made.notes.append(

@@ -130,21 +130,23 @@ def make_form(
     title: str, subtitle: str, frame: Frame, pages: list[Sheet], breast_height_m: float, north: str
 ) -> Document:
     """The form; printed, each of its pages begins a sheet of paper. north: what bearings are against."""
-    blocks: list[Block] = [Sentences(_rules(breast_height_m, north, all(page.plot_id is not None for page in pages)))]
+    sizes = any(page.trees["about_cm"].notna().any() for page in pages)
+    rules = _rules(breast_height_m, north, all(page.plot_id is not None for page in pages), sizes)
+    blocks: list[Block] = [Sentences(rules)]
     for number, page in enumerate(pages):
         blocks += [
             Heading(page.title, new_page=number > 0),
             Paragraph("Date ______________ Crew ______________________________"),
             # The rules take room from the first sheet.
             Picture("map of the trees", _draw(frame, page), 0.68 if number else 0.55),
-            _to_tape(page),
+            _to_tape(page, sizes),
             _missing(page.plot_id is not None),
         ]
     return Document(title, subtitle, blocks)
 
 
-def _to_tape(page: Sheet) -> Table:
-    """The trees of a page; empty cells are for the crew, ``□`` for ticks."""
+def _to_tape(page: Sheet, sizes: bool) -> Table:
+    """The trees of a page; empty cells are for the crew, ``□`` for ticks. sizes: whether to show them."""
     with_plots = page.plot_id is not None
     where = (
         [("azim", "Bearing °", 0.1), ("dist", "Distance m", 0.1)]
@@ -152,7 +154,8 @@ def _to_tape(page: Sheet) -> Table:
         else [("x", "East", 0.1), ("y", "North", 0.11)]
     )
     columns = [
-        ("tree", "Tree", 0.09), *where, ("about", "About cm", 0.08), ("taped", "Taped DBH, cm", 0.17),
+        ("tree", "Tree", 0.09), *where, *([("about", "About cm", 0.08)] if sizes else []),
+        ("taped", "Taped DBH, cm", 0.17 if sizes else 0.25),
         ("none", "none", 0.065), ("dead", "dead", 0.065), ("not_reached", "not reached", 0.09),
         ("note", "Note", 0.23),
     ]  # fmt: skip
@@ -187,8 +190,8 @@ def _missing(with_plots: bool) -> Table:
     )
 
 
-def _rules(breast_height_m: float, north: str, with_plots: bool) -> list[str]:
-    """What a crew has to know."""
+def _rules(breast_height_m: float, north: str, with_plots: bool, sizes: bool) -> list[str]:
+    """What a crew has to know. sizes: whether the form shows any."""
     where = "the plot's number" if with_plots else "the number of the nearest tree of the list (near_id)"
     search = (
         "Look through the whole plot for trees that the map lacks"
@@ -203,7 +206,7 @@ def _rules(breast_height_m: float, north: str, with_plots: bool) -> list[str]:
         "No tree there: tick “none”. Dead: tick “dead”, and tape it. Not reached: tick that; nothing is assumed of it.",
         f"{search}, tape them and write them below with {where}. None found is a result too: tick “searched”.",
         *([f"Bearings are from the plot's centre, against {bearing}; distances are horizontal."] if with_plots else []),
-        "“About” is what was measured, rounded to 5 cm, to tell neighbours apart.",
+        *(["“About” is what was measured, rounded to 5 cm, to tell neighbours apart."] if sizes else []),
     ]
 
 

@@ -39,7 +39,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     ensure_writable(folder / "tapes.csv")
     load_fonts()  # says that the extra "reports" is missing before anything is written
     ensure_unlocked(folder / "tapes.gpkg", OWN_LAYERS)
-    _keep_tapes(folder)
+    keep_tapes(folder)
     with reporter.stage("read", 0.0, 0.3):
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
     reporter.tell(frame.warnings, frame.notes)
@@ -55,8 +55,12 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     day = parse_date(settings.field_date, "--field-date").isoformat() if settings.field_date else ""
     trees = walk(frame, draw, settings, day, settings.trees)
     with reporter.stage("write", 0.4, 1.0):
+        subtitle = (
+            f"{len(trees)} of {len(frame.trees)} trees, stratified by flag and DBH, seed {settings.seed}; "
+            f"{frame.crs.name}. Write what you read into tapes.csv or tapes.gpkg, then run tape-check."
+        )
         table = tape_table(trees, len(frame.trees), frame.mark)
-        _write(folder, frame, trees, table, settings)
+        write_field_files(folder, frame, trees, table, subtitle, settings)
     counts = {str(name): int((draw.stratum == name).sum()) for name in sorted(set(draw.stratum))}
     n_plots = trees["plot_id"].nunique()
     reporter.info(
@@ -76,7 +80,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     }
 
 
-def _keep_tapes(folder: Path) -> None:
+def keep_tapes(folder: Path) -> None:
     """Refuse to write over anything that somebody typed in: a tape, a state, a note, a column or row of his own."""
     for name in ("tapes.gpkg", "tapes.csv"):
         path = folder / name
@@ -91,7 +95,13 @@ def _keep_tapes(folder: Path) -> None:
             )
 
 
-def _write(folder: Path, frame: Frame, trees: Any, table: Any, settings: Any) -> None:
+def write_field_files(
+    folder: Path, frame: Frame, trees: pd.DataFrame, table: pd.DataFrame, subtitle: str, settings: Any
+) -> None:
+    """``tapes.csv``, ``tapes.gpkg``, ``tapes.gpx``, ``tape_form.html`` and ``tape_form.pdf``.
+
+    trees: of :func:`.form.walk`. table: of :func:`tape_table`. settings: with ``trees`` (path) and ``north``.
+    """
     (folder / "tapes.gpx").unlink(missing_ok=True)
     write_csv(folder / "tapes.csv", table)
     write_layer(folder / "tapes.gpkg", table, frame.crs)
@@ -99,10 +109,6 @@ def _write(folder: Path, frame: Frame, trees: Any, table: Any, settings: Any) ->
     write_gpx(folder / "tapes.gpx", table, title)
     heights = frame.trees["bh_m"].dropna()
     breast = float(heights.median()) if len(heights) else BREAST_HEIGHT_M
-    subtitle = (
-        f"{len(trees)} of {len(frame.trees)} trees, stratified by flag and DBH, seed {settings.seed}; "
-        f"{frame.crs.name}. Write what you read into tapes.csv or tapes.gpkg, then run tape-check."
-    )
     form = make_form(title, subtitle, frame, sheets(frame, trees), breast, settings.north)
     write_html(folder / "tape_form.html", form)
     write_pdf(folder / "tape_form.pdf", form)
@@ -113,17 +119,18 @@ def _write(folder: Path, frame: Frame, trees: Any, table: Any, settings: Any) ->
 OWN_LAYERS = {LAYER: frozenset({"tree_id", "taped_cm", "prob", "stratum"})}
 #: Columns, in order; those of the crew come first after the number.
 COLUMNS = (
-    "walk", "tree_id", "plot_id", "taped_cm", "state", "tape_note", "near_id", "about_cm", "qc_flag", "azim_deg",
-    "dist_m", "x", "y", "lon", "lat", "dbh_cm", "stratum", "prob", "n_frame", "design", "frame",
+    "walk", "tree_id", "plot_id", "taped_cm", "second_taped_cm", "state", "tape_note", "near_id", "about_cm",
+    "qc_flag", "azim_deg", "dist_m", "x", "y", "lon", "lat", "dbh_cm", "stratum", "prob", "n_frame", "design", "frame",
 )  # fmt: skip
 #: Those that a crew fills in.
-CREW = ("taped_cm", "state", "tape_note", "near_id")
+CREW = ("taped_cm", "second_taped_cm", "state", "tape_note", "near_id")
 _DECIMALS = {"azim_deg": 1, "dist_m": 2, "x": 3, "y": 3, "lon": 7, "lat": 7, "dbh_cm": 2}
 
 
 def tape_table(trees: pd.DataFrame, n_frame: int, mark: str) -> pd.DataFrame:
     """Columns :data:`COLUMNS`; probabilities keep every digit."""
-    made = trees.assign(taped_cm=np.nan, state=None, tape_note=None, near_id=pd.array([None] * len(trees), "Int64"))
+    nothing = {"taped_cm": np.nan, "second_taped_cm": np.nan, "state": None, "tape_note": None}
+    made = trees.assign(**nothing, near_id=pd.array([None] * len(trees), "Int64"))
     made = made.assign(n_frame=n_frame, design="stratified", frame=mark)[list(COLUMNS)]
     return made.round({name: places for name, places in _DECIMALS.items() if name in made})
 
@@ -135,19 +142,23 @@ def write_layer(path: Path, table: pd.DataFrame, crs: pyproj.CRS) -> Path:
 
 
 def write_gpx(path: Path, table: pd.DataFrame, name: str) -> Path | None:
-    """Waypoints (GPX 1.1) in the order of the walk; nothing where the CRS is not tied to the earth."""
+    """Waypoints (GPX 1.1) in the order of the walk; nothing where the CRS is not tied to the earth.
+
+    Sizes are shown where any is known.
+    """
     if table["lon"].isna().any():
         return None
     root = ElementTree.Element(
         "gpx", {"version": "1.1", "creator": "TreeDGS", "xmlns": "http://www.topografix.com/GPX/1/1"}
     )
     ElementTree.SubElement(ElementTree.SubElement(root, "metadata"), "name").text = _plain(name)
+    shown = table["about_cm"].notna().any()
     for tree in table.itertuples():
         point = ElementTree.SubElement(root, "wpt", {"lat": f"{tree.lat:.7f}", "lon": f"{tree.lon:.7f}"})
         ElementTree.SubElement(point, "name").text = f"T{tree.tree_id}"
-        about = "no DBH" if pd.isna(tree.about_cm) else f"about {tree.about_cm:.0f} cm"
+        about = ", no DBH" if pd.isna(tree.about_cm) else f", about {tree.about_cm:.0f} cm"
         where = f", plot {_plain(str(tree.plot_id))}" if pd.notna(tree.plot_id) else ""
-        ElementTree.SubElement(point, "desc").text = f"Tree {tree.tree_id}{where}, {about}"
+        ElementTree.SubElement(point, "desc").text = f"Tree {tree.tree_id}{where}{about if shown else ''}"
     ElementTree.indent(root)
     with atomic_path(path) as temporary:
         ElementTree.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)

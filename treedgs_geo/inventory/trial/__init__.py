@@ -1,0 +1,1 @@
+"""A trial on taped trees: results and limit sealed before the tapes are known, judged after."""
