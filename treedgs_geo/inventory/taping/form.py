@@ -146,7 +146,8 @@ def make_form(
 
 
 def _to_tape(page: Sheet, sizes: bool) -> Table:
-    """The trees of a page; empty cells are for the crew, ``□`` for ticks. sizes: whether to show them."""
+    """The trees of a page; empty cells are for the crew, ``□`` for ticks. sizes: whether to show them;
+    without, there is room for a second tape."""
     with_plots = page.plot_id is not None
     where = (
         [("azim", "Bearing °", 0.1), ("dist", "Distance m", 0.1)]
@@ -155,7 +156,7 @@ def _to_tape(page: Sheet, sizes: bool) -> Table:
     )
     columns = [
         ("tree", "Tree", 0.09), *where, *([("about", "About cm", 0.08)] if sizes else []),
-        ("taped", "Taped DBH, cm", 0.17 if sizes else 0.25),
+        ("taped", "Taped DBH, cm", 0.17 if sizes else 0.13), *([] if sizes else [("second", "Second tape, cm", 0.12)]),
         ("none", "none", 0.065), ("dead", "dead", 0.065), ("not_reached", "not reached", 0.09),
         ("note", "Note", 0.23),
     ]  # fmt: skip
@@ -168,6 +169,7 @@ def _to_tape(page: Sheet, sizes: bool) -> Table:
             "y": f"{tree.y:.1f}",
             "about": "no DBH" if pd.isna(tree.about_cm) else f"{tree.about_cm:.0f}",
             "taped": "",
+            "second": "",
             **dict.fromkeys(("none", "dead", "not_reached"), "□"),
             "note": "",
         }

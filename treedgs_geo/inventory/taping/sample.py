@@ -127,11 +127,11 @@ CREW = ("taped_cm", "second_taped_cm", "state", "tape_note", "near_id")
 _DECIMALS = {"azim_deg": 1, "dist_m": 2, "x": 3, "y": 3, "lon": 7, "lat": 7, "dbh_cm": 2}
 
 
-def tape_table(trees: pd.DataFrame, n_frame: int, mark: str) -> pd.DataFrame:
+def tape_table(trees: pd.DataFrame, n_frame: int, mark: str, design: str = "stratified") -> pd.DataFrame:
     """Columns :data:`COLUMNS`; probabilities keep every digit."""
     nothing = {"taped_cm": np.nan, "second_taped_cm": np.nan, "state": None, "tape_note": None}
     made = trees.assign(**nothing, near_id=pd.array([None] * len(trees), "Int64"))
-    made = made.assign(n_frame=n_frame, design="stratified", frame=mark)[list(COLUMNS)]
+    made = made.assign(n_frame=n_frame, design=design, frame=mark)[list(COLUMNS)]
     return made.round({name: places for name, places in _DECIMALS.items() if name in made})
 
 

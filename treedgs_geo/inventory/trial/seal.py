@@ -93,7 +93,7 @@ def seal_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
     record["marks"] = {name: _sha256(value) for name, value in record["sealed"].items()}
     record["seal"] = _sha256(record["marks"])
     with reporter.stage("write", 0.3, 1.0):
-        table = tape_table(trees, n_all, hidden.mark)
+        table = tape_table(trees, n_all, hidden.mark, "simple random")
         subtitle = (
             f"{n} of {n_all} trees, drawn at random, seed {settings.seed}; {frame.crs.name}. Limit of the mean error: "
             f"{settings.limit_cm:g} cm. Seal: {record['seal'][:16]}. Nobody of the crew looks at the measured "
