@@ -75,7 +75,7 @@ def seal_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
     hidden = replace(frame, trees=frame.trees.assign(dbh_cm=np.nan, qc_flag=None))
     day = parse_date(settings.field_date, "--field-date").isoformat() if settings.field_date else ""
     trees = walk(hidden, draw, settings, day, settings.trees)
-    record = {
+    record: dict[str, Any] = {
         "sealed_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
         "trees": str(settings.trees.resolve()),
         "sealed": {
