@@ -14,6 +14,8 @@ from qgis.PyQt.QtCore import Qt, QTimer
 from qgis.PyQt.QtTest import QTest
 from qgis.utils import iface
 
+#: Then a script gives up, and says where.
+PATIENCE_S = 1500
 #: What the test looks at.
 seen = {}
 
@@ -24,9 +26,9 @@ def rest(seconds=0.3):
     wait(lambda: not iface.mapCanvas().isDrawing())
 
 
-def wait(done, seconds=500.0):
+def wait(done):
     """Until something is so; whether it became so."""
-    until = time.monotonic() + seconds
+    until = time.monotonic() + PATIENCE_S
     gc.collect()
     while not done() and time.monotonic() < until:
         QTest.qWait(20)
