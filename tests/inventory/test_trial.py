@@ -115,7 +115,7 @@ def test_what_was_changed_is_named(sealed):
     run_json = sealed / "run.json"
     before = run_json.read_text()
     run_json.write_text(before.replace("default", "fast"))
-    with pytest.raises(InputError, match=r"other settings than were sealed: 1 stage changed \(measure\)"):
+    with pytest.raises(InputError, match=r"run.json: is not as it was sealed: 1 stage changed \(measure\)"):
         opened(sealed, path)
     run_json.write_text(before)
     with pytest.raises(InputError, match="--limit-cm: 2, but .* was sealed with 1"):

@@ -59,6 +59,22 @@ def test_from_the_draw_to_the_corrected_table(qgis, tmp_path):
     assert "Trees that are not on the map" in text
 
 
+def test_a_trial_is_sealed_and_opened(qgis, tmp_path):
+    folder = make_survey(tmp_path)
+    given = {"TREES": folder / "trees.gpkg", "PLOTS": folder / "plots.csv", "LIMIT_CM": 1, "OUTPUT": folder / "trial"}
+    done = qgis.run("trial", None, **given, N=20)
+    assert done.returncode == 0, done.stdout
+    table = folder / "trial" / "tapes.gpkg"
+    measured = gpd.read_file(folder / "trees.gpkg", layer="trees").set_index("tree_id")["dbh_cm"].fillna(16.0)
+    drawn = gpd.read_file(table, layer="tapes")["tree_id"]
+    edit_in_qgis(FILL_IN, table, {str(tree): round(float(measured[tree]) - 0.2, 1) for tree in drawn})
+    done = qgis.run("trial", None, TAPED=table, OUTPUT=folder / "trial")
+    assert done.returncode == 0 and "equivalent" in done.stdout, done.stdout
+    assert json.loads((folder / "trial" / "bundle.json").read_text())["trial"]["bias_cm"] == pytest.approx(
+        0.2, abs=0.05
+    )
+
+
 def test_two_dates(qgis, tmp_path):
     folder = make_survey(tmp_path)
     later = gpd.read_file(folder / "trees.gpkg", layer="trees")

@@ -68,7 +68,7 @@ def open_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
         record, trees = unsealed(settings)
         taped = read_taped(settings.taped, trees["dbh_cm"])
         evidence, warnings = evidence_from_tapes(taped, trees, record["sealed"])
-    with reporter.stage("judge", 0.4, 0.6):
+    with reporter.stage("score", 0.4, 0.6):
         metrics, done = metrics_of(evidence), evidence.trees[evidence.trees["error_cm"].notna()]
         if len(done) < MIN_TREES:
             raise InputError(
@@ -79,16 +79,16 @@ def open_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
             done["error_cm"].to_numpy(), done["plot_id"].to_numpy(object), record["sealed"]["limit_cm"]
         )
         metrics["trial"] = {**judged, **_coverage(done), **taped.repeatability()}
-    mark = content_hash(settings.taped)
-    if record["opened"] and record["opened"][-1]["tapes"] != mark:
+    openings, mark = record["opened"], content_hash(settings.taped)
+    if mark not in [each["tapes"] for each in openings]:
+        openings.append({"at": datetime.now(timezone.utc).isoformat(timespec="seconds"), "tapes": mark})
+    if len(openings) > 1:
         warnings.append(
-            f"The seal was opened before ({record['opened'][0]['at']}), and the tapes were changed since: whoever "
-            "changed them could see the measured diameters."
+            f"The seal was opened before ({openings[0]['at']}), with other tapes: whoever changed them could see the "
+            "measured diameters."
         )
-    if not record["opened"] or record["opened"][-1]["tapes"] != mark:
-        record["opened"].append({"at": datetime.now(timezone.utc).isoformat(timespec="seconds"), "tapes": mark})
     reporter.tell(warnings, evidence.notes)
-    metrics["trial"] |= {"n_openings": len(record["opened"]), "seal": record["seal"]}
+    metrics["trial"] |= {"n_openings": len(openings), "seal": record["seal"]}
     with reporter.stage("write", 0.6, 1.0):
         facts = {
             "sealed": f"{record['sealed_at']} with TreeDGS {record['sealed']['version']}, seal {record['seal']}",

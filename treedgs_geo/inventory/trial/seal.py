@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -141,14 +142,14 @@ def unsealed(settings: Any) -> tuple[dict[str, Any], gpd.GeoDataFrame]:
     if not trees.exists():
         raise InputError(f"{trees}: the layer that was sealed is not there; say with --trees where it is now.")
     layer = read_trees(trees)
-    if differ := _differences(sealed["rows"], row_marks(layer)):
-        raise InputError(f"{trees}: is not as it was sealed: {'; '.join(differ)}; restore the layer, or seal anew.")
-    now = run_settings(trees)
-    if sealed["run"] is not None and now is not None and (differ := _differences(sealed["run"], now, "stage")):
-        raise InputError(
-            f"{trees.parent / 'run.json'}: the run has other settings than were sealed: {'; '.join(differ)}; restore "
-            "it, or seal anew."
-        )
+    for file, before, now, what in (
+        (trees, sealed["rows"], row_marks(layer), "tree"),
+        (trees.parent / "run.json", sealed["run"], run_settings(trees), "stage"),
+    ):
+        if before is not None and now is not None and (differ := _differences(before, now, what)):
+            raise InputError(
+                f"{file}: is not as it was sealed: {'; '.join(differ)}; restore it, or seal and tape anew."
+            )
     return record, reviewed(layer, trees)[0].set_index("tree_id", drop=False)
 
 
@@ -161,10 +162,9 @@ def row_marks(layer: gpd.GeoDataFrame) -> dict[str, str]:
 
 def run_settings(trees: Path) -> dict[str, Any] | None:
     """Settings of the run beside the layer, by stage, with its version; ``None`` where there is none."""
-    try:
+    record = None
+    with suppress(InputError):  # another program's run.json
         record = read_record(trees.resolve().parent)
-    except InputError:  # another program's run.json
-        return None
     if record is None:
         return None
     # Where the layer was written to says nothing of how it was measured.
@@ -172,8 +172,8 @@ def run_settings(trees: Path) -> dict[str, Any] | None:
     return {"version": record.get("version"), **json.loads(json.dumps(stages))}
 
 
-def _differences(before: dict[str, Any], now: dict[str, Any], what: str = "tree") -> list[str]:
-    """What differs by key, in words."""
+def _differences(before: dict[str, Any], now: dict[str, Any], what: str) -> list[str]:
+    """What differs by key, in words. what: a key is called."""
     found = {
         "changed": [key for key in before if key in now and now[key] != before[key]],
         "gone": [key for key in before if key not in now],
