@@ -23,7 +23,7 @@ FOLDER = ROOT / "treedgs_qgis" / "i18n"
 LANGUAGES = ("de", "es")
 #: Functions that translate, and names whose values (text, or tables and tuples of texts) are shown translated.
 CALLS = {"tr", "said"}
-SHOWN = {"STAGES", "TITLES", "DECISIONS", "SHOWN", "COMPANIONS", "IN_FOLDERS", "LAYER_NAME", "HELP", "NEED"}
+SHOWN = {"STAGES", "TITLES", "DECISIONS", "SHOWN", "COMPANIONS", "IN_FOLDERS", "GROUND", "LAYER_NAME", "HELP", "NEED"}
 
 
 def plugin_texts() -> list[str]:

@@ -38,6 +38,7 @@ STAGES = {
     "measure stems": "Measuring each stem",
     "stems": "Stems, found and fitted",
     "heights": "Heights of the trees",
+    "orthophoto": "Picture of the ground",
     "canopy": "Looking for treetops",
     "tag photos": "Writing tagged copies of the photos",
     "draw": "Drawing trees",

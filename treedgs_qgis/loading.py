@@ -49,6 +49,8 @@ IN_FOLDERS = (
     ("tape_check", "Taped trees"),
     ("tapes", "Trees to tape"),
 )
+#: Rasters of a workspace that lie beneath its trees, bottom first: file -> name in the project.
+GROUND = (("dtm.tif", "Ground"), ("ortho.tif", "Orthophoto of the ground"))
 #: Of these (tables, or the layer asked for) the map shows the extent once they are loaded.
 IN_VIEW = ("searched", "plan_photos", "stand_plots", "change", "tape_check", "tapes", "stations")
 #: How near a line's end has to come to a tree to catch it.
@@ -97,13 +99,15 @@ def load_folder(results: dict[str, Any], context: QgsProcessingContext) -> None:
             sources = [f"{value}|layername={table}" for table, _ in IN_FOLDERS]
             for rank, (_, title) in enumerate(IN_FOLDERS):
                 _add_companion(sources[rank], tr(title), project, context, sources, rank)
-        ground = os.path.join(value, "dtm.tif")
-        if os.path.isfile(os.path.join(value, "run.json")) and os.path.isfile(ground):
-            details = QgsProcessingContext.LayerDetails(tr("Ground"), project, tr("Ground"))
+        if os.path.isfile(os.path.join(value, "run.json")):
             trees = str(results.get("OUTPUT", ""))
             above = [f"{trees}|layername={table}" if table else trees for table, _ in COMPANIONS["Trees"]]
-            _in_order(details, [ground, *above], -1)
-            context.addLayerToLoadOnCompletion(ground, details)
+            sources = [*(os.path.join(value, name) for name, _ in GROUND), *above]
+            for rank, (_, title) in enumerate(GROUND):
+                if os.path.isfile(sources[rank]):
+                    details = QgsProcessingContext.LayerDetails(tr(title), project, tr(title))
+                    _in_order(details, sources, rank - len(GROUND))
+                    context.addLayerToLoadOnCompletion(sources[rank], details)
 
 
 def _add_companion(

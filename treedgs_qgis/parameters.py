@@ -64,6 +64,7 @@ _LABELS = {
     "stand": "Canopy heights, cloud or trees there",
     "fit": "Way of measuring",
     "sheets": "Evidence sheets (a picture a tree)",
+    "orthophoto": "Orthophoto of the ground below the crowns",
     "n": "Trees to tape",
     "highest_m": "Highest flight over the ground",
     "clearance_m": "Distance kept from the crowns",

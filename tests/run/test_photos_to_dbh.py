@@ -46,7 +46,9 @@ def test_the_block_is_measured_in_ground_metres(finished):
 
 def test_the_record_says_what_was_done(finished):
     record = json.loads((finished / "work" / "run.json").read_text())
-    assert {"geotag", "reconstruct", "ground", "measure", "heights", "sheets", "write"} == set(record["stages"])
+    assert {"geotag", "reconstruct", "ground", "measure", "heights", "sheets", "write", "orthophoto"} == set(
+        record["stages"]
+    )
     for stage in record["stages"].values():
         assert stage["status"] == "done" and stage["seconds"] >= 0 and stage["peak_memory_mb"] > 0
     assert record["crs"] and record["libraries"]["pycolmap"]

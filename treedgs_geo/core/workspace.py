@@ -23,6 +23,7 @@ SFM = "sfm"
 DENSE = "dense.laz"
 DTM = "dtm.tif"
 CHM = "chm.tif"
+ORTHO = "ortho.tif"
 FIELD = "field.ply"
 SURFACE = "surface.laz"
 STEMS = "stems.laz"
@@ -40,7 +41,7 @@ STALE_S = 300.0
 
 def workspace_option() -> Any:
     """The setting of a workspace to write into."""
-    holds = (GEOTAGS, DENSE, DTM, CHM, FIELD, SURFACE, STEMS, TREES, FITS, GIVEN, FIELD_STEMS, REPORT)
+    holds = (GEOTAGS, DENSE, DTM, CHM, ORTHO, FIELD, SURFACE, STEMS, TREES, FITS, GIVEN, FIELD_STEMS, REPORT)
     text = "Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs."
     return param(None, kind="output_folder", help=text, holds=holds, known_by="run.json")
 

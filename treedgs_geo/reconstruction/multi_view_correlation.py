@@ -81,7 +81,7 @@ def _pinhole(view: View, grey: np.ndarray, scale: float, depth_m: float) -> tupl
     rays = np.stack([u / focal, v / focal, np.ones_like(u)], axis=-1).reshape(-1, 3) @ view.rotation
     pixels, ahead = view.project(view.centre + depth_m * rays)
     pixels = np.where((ahead > 0.1)[:, None], pixels, -1e4).reshape(*u.shape, 2) - 0.5
-    map_x, map_y = (_between(pixels[..., k], width, height) for k in range(2))
+    map_x, map_y = (between(pixels[..., k], width, height) for k in range(2))
     if scale < 1:
         grey = cv2.GaussianBlur(grey, (0, 0), 0.5 / scale)
     image = cv2.remap(grey, map_x, map_y, cv2.INTER_LINEAR, borderValue=0)
@@ -89,7 +89,7 @@ def _pinhole(view: View, grey: np.ndarray, scale: float, depth_m: float) -> tupl
     return image, inner @ np.column_stack([view.rotation, view.translation]), focal
 
 
-def _between(grid: np.ndarray, width: int, height: int) -> np.ndarray:
+def between(grid: np.ndarray, width: int, height: int) -> np.ndarray:
     """(height, width) float32: a grid whose corners are those of the picture's first and last pixel centre."""
     column, row = np.linspace(0, grid.shape[1] - 1, width), np.linspace(0, grid.shape[0] - 1, height)
     at_x, at_y = np.meshgrid(column.astype(np.float32), row.astype(np.float32))

@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 
 from ..core import workspace as names
-from ..core.errors import OutputError
+from ..core.errors import OutputError, TreeDGSError
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.steps import Steps
@@ -25,6 +26,7 @@ from .given_store import GIVEN
 from .ground_stage import GROUND
 from .heights import HEIGHTS
 from .measure_stage import MEASURE
+from .orthophoto import ORTHOPHOTO
 from .outputs import WRITE
 from .presets import CHAIN_PRESETS
 from .reconstruct_stage import RECONSTRUCT
@@ -68,7 +70,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     """
     job = job_of(settings, reporter)
     check(GEOTAG, job)
-    with held(job, (*TREES, GIVEN, SHEETS, WRITE)):
+    with held(job, (*TREES, GIVEN, SHEETS, WRITE, ORTHOPHOTO)):
         job.space.record["parameters"] = to_json(settings)
         # Paths that were given relative are relative to this folder.
         job.space.record["folder"] = os.getcwd()
@@ -79,6 +81,11 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
             reporter.warn(f"No evidence sheets: {problem}")
             job.steps.warnings.append(f"No evidence sheets: {problem}")
         run_stages((WRITE,), job, job.steps)
+        try:
+            run_stages((ORTHOPHOTO,), job, job.steps)
+        except (TreeDGSError, OSError, MemoryError, cv2.error) as problem:  # the trees are written
+            reporter.warn(f"No orthophoto: {problem}")
+            job.steps.warnings.append(f"No orthophoto: {problem}")
     return _result(job)
 
 

@@ -132,6 +132,11 @@ class PhotosToDbhSettings(PhotoInputs):
         help="Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.",
         choices=("auto", "photos", "none"),
     )
+    orthophoto: bool = param(
+        True,
+        help="Write the orthophoto of the ground below the crowns (ortho.tif): each place from the photos that see it; "
+        "a few seconds a plot.",
+    )
     stem_network: str = param(
         "auto",
         help="A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how "

@@ -788,6 +788,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Höhen der Bäume</translation>
     </message>
     <message>
+      <source>Picture of the ground</source>
+      <translation>Bild des Bodens</translation>
+    </message>
+    <message>
       <source>Looking for treetops</source>
       <translation>Suche nach Baumspitzen</translation>
     </message>
@@ -974,6 +978,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Ground</source>
       <translation>Gelände</translation>
+    </message>
+    <message>
+      <source>Orthophoto of the ground</source>
+      <translation>Orthofoto des Bodens</translation>
     </message>
     <message>
       <source>temporary</source>
@@ -1954,6 +1962,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.</source>
       <translation>Baumhöhen und ein Kronenhöhenmodell (chm.tif) aus den Fotos; auto = wie die Voreinstellung: nicht mit fast.</translation>
+    </message>
+    <message>
+      <source>Orthophoto of the ground below the crowns</source>
+      <translation>Orthofoto des Bodens unter den Kronen</translation>
+    </message>
+    <message>
+      <source>Write the orthophoto of the ground below the crowns (ortho.tif): each place from the photos that see it; a few seconds a plot.</source>
+      <translation>Schreibt das Orthofoto des Bodens unter den Kronen (ortho.tif): jede Stelle aus den Fotos, die sie sehen; wenige Sekunden je Probekreis.</translation>
     </message>
     <message>
       <source>Stem network</source>

@@ -786,6 +786,10 @@ cero.&lt;/p&gt;
       <translation>Alturas de los árboles</translation>
     </message>
     <message>
+      <source>Picture of the ground</source>
+      <translation>Imagen del suelo</translation>
+    </message>
+    <message>
       <source>Looking for treetops</source>
       <translation>Búsqueda de las copas más altas</translation>
     </message>
@@ -972,6 +976,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Ground</source>
       <translation>Terreno</translation>
+    </message>
+    <message>
+      <source>Orthophoto of the ground</source>
+      <translation>Ortofoto del suelo</translation>
     </message>
     <message>
       <source>temporary</source>
@@ -1952,6 +1960,14 @@ cero.&lt;/p&gt;
     <message>
       <source>Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.</source>
       <translation>Alturas de los árboles y un modelo de altura del dosel (chm.tif) a partir de las fotos; auto = según el ajuste: no con fast.</translation>
+    </message>
+    <message>
+      <source>Orthophoto of the ground below the crowns</source>
+      <translation>Ortofoto del suelo bajo las copas</translation>
+    </message>
+    <message>
+      <source>Write the orthophoto of the ground below the crowns (ortho.tif): each place from the photos that see it; a few seconds a plot.</source>
+      <translation>Escribe la ortofoto del suelo bajo las copas (ortho.tif): cada lugar a partir de las fotos que lo ven; unos segundos por parcela.</translation>
     </message>
     <message>
       <source>Stem network</source>
