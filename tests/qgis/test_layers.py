@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 
 import geopandas
+import numpy as np
 import pytest
+import rasterio
 from shapely.geometry import Point, box
 
 from treedgs_geo.stems.quality.tree import Tree
@@ -167,6 +169,10 @@ def test_the_ground_of_a_run_comes_beneath_its_trees(qgis, folder, tmp_path):
     """Wherever QGIS puts it: it loads by name, and names are those of the user's language."""
     (tmp_path / "run.json").write_text("{}")
     (tmp_path / "dtm.tif").write_bytes((folder / "dtm.tif").read_bytes())
+    grid = rasterio.transform.from_origin(500000, 3450020, 1, 1)
+    shape = {"width": 20, "height": 20, "count": 3, "dtype": "uint8", "crs": "EPSG:32617", "transform": grid}
+    with rasterio.open(tmp_path / "ortho.tif", "w", driver="COG", **shape) as ortho:
+        ortho.write(np.full((3, 20, 20), 120, np.uint8))
     done = qgis.python(
         """
 from qgis.core import QgsProcessingContext, QgsProcessingFeedback, QgsProject, QgsRasterLayer, QgsVectorLayer
@@ -177,12 +183,15 @@ trees, ground = sys.argv[1] + "/trees.gpkg", sys.argv[2] + "/dtm.tif"
 loading.load_folder({"OUTPUT": trees, "WORKSPACE": sys.argv[2]}, context)
 print("LOADED", [details.name for details in context.layersToLoadOnCompletion().values()])
 project.addMapLayer(QgsVectorLayer(trees, "Trees", "ogr"))
-last = project.addMapLayer(QgsRasterLayer(ground, "Ground"))
-context.layerToLoadOnCompletionDetails(ground).postProcessor().postProcessLayer(last, context, QgsProcessingFeedback())
+for source, name in ((sys.argv[2] + "/ortho.tif", "Orthophoto of the ground"), (ground, "Ground")):
+    last = project.addMapLayer(QgsRasterLayer(source, name))
+    assert last.isValid()
+    details = context.layerToLoadOnCompletionDetails(source)
+    details.postProcessor().postProcessLayer(last, context, QgsProcessingFeedback())
 print("ORDER", [node.name() for node in project.layerTreeRoot().findLayers()])
 """,
         folder,
         tmp_path,
     )
-    assert "LOADED ['Ground']" in done.stdout, done.stdout + done.stderr
-    assert "ORDER ['Trees', 'Ground']" in done.stdout, done.stdout + done.stderr
+    assert "LOADED ['Ground', 'Orthophoto of the ground']" in done.stdout, done.stdout + done.stderr
+    assert "ORDER ['Trees', 'Orthophoto of the ground', 'Ground']" in done.stdout, done.stdout + done.stderr

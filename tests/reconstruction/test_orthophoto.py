@@ -145,7 +145,7 @@ def test_pieces_of_a_large_picture_fit_together(flown, tmp_path, monkeypatch):
     write_orthophoto(tmp_path / "one.tif", flown, ground, FRAME, BOX, Reporter())
     monkeypatch.setattr("treedgs_geo.reconstruction.orthophoto._PIECE_PX", 56)
     write_orthophoto(tmp_path / "many.tif", flown, ground, FRAME, BOX, Reporter())
-    (one, _, x, _), (many, _, _, _) = read(tmp_path / "one.tif"), read(tmp_path / "many.tif")
+    (one, *_), (many, *_) = read(tmp_path / "one.tif"), read(tmp_path / "many.tif")
     assert one.shape == many.shape
     assert np.median(np.abs(one - many)) < 8 and np.corrcoef(one.ravel(), many.ravel())[0, 1] > 0.8
     step = np.abs(np.diff(many, axis=1)).mean(axis=0)

@@ -85,11 +85,29 @@ def test_heights_are_left_out_where_they_are_not_wanted(finished, simulated_plot
     assert read_trees(tmp_path / "trees.gpkg")[["height_m", "height_why"]].isna().all(axis=None)
 
 
+def test_the_ground_below_the_crowns_is_a_picture(finished, simulated_plot, tmp_path):
+    """In the project CRS, over the plot; trouble with it is a warning, and the trees are the same."""
+    plot = pd.read_csv(simulated_plot / "plots.csv").iloc[0]
+    with rasterio.open(finished / "work" / "ortho.tif") as picture:
+        assert picture.crs.to_epsg() == 6344 and picture.count == 3
+        row, column = picture.index(plot["easting"], plot["northing"])
+        assert abs(row - picture.height / 2) < 40 and abs(column - picture.width / 2) < 40
+        assert (picture.dataset_mask() > 0).mean() > 0.5
+    shutil.copytree(finished / "work", tmp_path / "work")
+    (tmp_path / "work" / "ortho.tif").unlink()
+    (tmp_path / "work" / "ortho.tif").mkdir()
+    assert main(chain_arguments(simulated_plot, tmp_path)) == 0
+    record = json.loads((tmp_path / "work" / "run.json").read_text())["stages"]
+    assert record["orthophoto"]["status"] == "failed" and record["write"]["status"] == "done"
+    one, two = read_trees(finished / "trees.gpkg"), read_trees(tmp_path / "trees.gpkg")
+    assert one["dbh_cm"].equals(two["dbh_cm"])
+
+
 def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
     before = json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"]
     assert main(chain_arguments(simulated_plot, finished)) == 0
     text = capsys.readouterr().err
-    for stage in ("geotag", "reconstruct", "ground", "measure", "heights", "sheets"):
+    for stage in ("geotag", "reconstruct", "ground", "measure", "heights", "sheets", "orthophoto"):
         assert f"{stage}: unchanged since the last run, kept" in text
     assert json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"] == before
 

@@ -32,8 +32,8 @@ _STEP, _WINDOW = 8, 7
 _MIN_ALIKE, _MIN_VARIANCE = 0.4, 9.0
 #: The weight of a photo is its agreement to this power: the best photos make the picture, seams are blended.
 _POWER = 16.0
-#: Below this agreement nothing shows that photos see one and the same thing: two thirds of all places in the air between
-#: crowns and ground have less.
+#: Below this agreement nothing is shown. Chance reaches it where shadows are strong: draped on the air 4 m above the
+#: ground, 9 % of plot_a and 65 % of plot_h would be shown; on the ground 99.7 and 96 %.
 _AGREED = 0.018
 
 
