@@ -35,7 +35,8 @@ def leaves(views: list[View], rng: np.random.Generator) -> float:
     for number, view in enumerate(views):
         image, cover = cv2.imread(str(view.path)), np.zeros((view.camera.height, view.camera.width), np.uint8)
         pixels, depth = view.project(places)
-        for pixel, away, size in zip(pixels, depth, rng.uniform(0.06, 0.14, len(places)), strict=True):
+        near, sizes = view.contains(pixels, -20), rng.uniform(0.06, 0.14, len(places))
+        for pixel, away, size in zip(pixels[near], depth[near], sizes[near], strict=True):
             disc = (int(pixel[0]), int(pixel[1])), int(size * view.camera.fx / away)
             cv2.circle(image, *disc, (40, int(rng.uniform(60, 140)), 50), -1)
             cv2.circle(cover, *disc, 1, -1)
@@ -52,6 +53,13 @@ def flown(tmp_path_factory) -> list[View]:
     render(views, STEMS)
     assert 0.5 < leaves(views, np.random.default_rng(7)) < 0.8
     return views
+
+
+@pytest.fixture(scope="module")
+def written(flown, tmp_path_factory) -> tuple[Path, dict]:
+    """The orthophoto, and what was said of it."""
+    path = tmp_path_factory.mktemp("written") / "ortho.tif"
+    return path, write_orthophoto(path, flown, ground, FRAME, BOX, Reporter())
 
 
 def true_ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -88,12 +96,12 @@ def offsets(path: Path) -> np.ndarray:
     return np.array(found)
 
 
-def test_the_ground_is_shown_where_it_is_though_leaves_hide_most_of_it(flown, tmp_path):
-    said = write_orthophoto(tmp_path / "ortho.tif", flown, ground, FRAME, BOX, Reporter())
-    away = offsets(tmp_path / "ortho.tif")
+def test_the_ground_is_shown_where_it_is_though_leaves_hide_most_of_it(flown, written):
+    path, said = written
+    away = offsets(path)
     assert len(away) >= 100 and np.isfinite(away).all(axis=1).mean() > 0.95
     assert np.sqrt(np.nanmean((away**2).sum(axis=1))) < 0.03
-    grey, shown, x, y = read(tmp_path / "ortho.tif")
+    grey, shown, x, y = read(path)
     inside = shown & (np.abs(x) < 3.5) & (np.abs(y) < 3.5)
     assert said["seen"] > 0.95
     alike = np.corrcoef(grey[inside], true_ground(x, y)[inside])[0, 1]
@@ -116,9 +124,8 @@ def test_a_wrong_camera_or_ground_moves_it(flown, tmp_path):
     assert np.nanmedian(away, axis=0) == pytest.approx([0.10, 0.0], abs=0.03)
 
 
-def test_feet_of_stems_are_shown_on_the_feet(flown, tmp_path):
-    write_orthophoto(tmp_path / "ortho.tif", flown, ground, FRAME, BOX, Reporter())
-    grey, _, x, y = read(tmp_path / "ortho.tif")
+def test_feet_of_stems_are_shown_on_the_feet(written):
+    grey, _, x, y = read(written[0])
     for stem in STEMS:
         disc, ring = ((np.hypot(*np.mgrid[-12:13, -12:13]) * (x[0, 1] - x[0, 0]) < r) for r in (stem.r, 1.6 * stem.r))
         around = ring & ~disc
@@ -127,9 +134,9 @@ def test_feet_of_stems_are_shown_on_the_feet(flown, tmp_path):
         assert np.hypot(x.flat[at] - stem.x, y.flat[at] - stem.y) < 0.05
 
 
-def test_the_file_is_a_cloud_optimised_geotiff_in_the_project_crs(flown, tmp_path):
-    said = write_orthophoto(tmp_path / "ortho.tif", flown, ground, FRAME, BOX, Reporter())
-    with rasterio.open(tmp_path / "ortho.tif") as source:
+def test_the_file_is_a_cloud_optimised_geotiff_in_the_project_crs(written):
+    path, said = written
+    with rasterio.open(path) as source:
         assert source.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
         assert source.crs.to_epsg() == 32617 and source.count == 3 and source.dtypes == ("uint8",) * 3
         assert source.res == (said["gsd_m"], said["gsd_m"])
@@ -137,15 +144,14 @@ def test_the_file_is_a_cloud_optimised_geotiff_in_the_project_crs(flown, tmp_pat
         assert np.hypot(40, 18) / 1500 <= said["gsd_m"] <= 0.04
         assert np.allclose(source.bounds, np.add(BOX, [5e5, 3.45e6] * 2), atol=said["gsd_m"])
         assert source.mask_flag_enums[0] == [rasterio.enums.MaskFlags.per_dataset]
-    assert [path.name for path in tmp_path.iterdir()] == ["ortho.tif"]
+    assert [file.name for file in path.parent.iterdir()] == ["ortho.tif"]
 
 
-def test_pieces_of_a_large_picture_fit_together(flown, tmp_path, monkeypatch):
+def test_pieces_of_a_large_picture_fit_together(flown, written, tmp_path, monkeypatch):
     """Made in pieces of a fifth of the side it is the same picture, without seams."""
-    write_orthophoto(tmp_path / "one.tif", flown, ground, FRAME, BOX, Reporter())
     monkeypatch.setattr("treedgs_geo.reconstruction.orthophoto._PIECE_PX", 56)
     write_orthophoto(tmp_path / "many.tif", flown, ground, FRAME, BOX, Reporter())
-    (one, *_), (many, *_) = read(tmp_path / "one.tif"), read(tmp_path / "many.tif")
+    (one, *_), (many, *_) = read(written[0]), read(tmp_path / "many.tif")
     assert one.shape == many.shape
     assert np.median(np.abs(one - many)) < 8 and np.corrcoef(one.ravel(), many.ravel())[0, 1] > 0.8
     step = np.abs(np.diff(many, axis=1)).mean(axis=0)
