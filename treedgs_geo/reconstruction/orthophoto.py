@@ -21,7 +21,7 @@ from ..core.files import atomic_path, temporary_beside
 from ..core.machine import in_threads
 from ..core.progress import Reporter
 from .cameras import View
-from .images import load_image, shrink, shrink_factor, shrunk_camera
+from .images import FINEST_GSD_M, load_image, shrink, shrink_factor, shrunk_camera
 from .multi_view_correlation import between
 
 #: Side of the pieces that are made at once, and what they overlap on each side, pixels; photos in one at most.
@@ -51,8 +51,8 @@ def write_orthophoto(
     views: registered photos. ground: local x, y (N,) -> local height, NaN where unknown. box: local x0, y0, x1, y1.
 
     Returns:
-        ``gsd_m``: the pixel, that of the finest photo on the ground, whole millimetres; ``seen``: share of the box that
-        is shown.
+        ``gsd_m``: the pixel, that of the finest photo on the ground, whole millimetres, 8 or more; ``seen``: share of
+        the box that is shown.
 
     Raises:
         InputError: a photo is missing or broken. OutputError: the file cannot be written.
@@ -65,7 +65,7 @@ def write_orthophoto(
     middle = np.array([(box[0] + box[2]) / 2, (box[1] + box[3]) / 2])
     centre = np.array([*middle, np.nan_to_num(ground(middle[:1], middle[1:]))[0]])
     pixel = np.array([_pixel_m(view, centre) for view in views])
-    gsd = float(np.ceil(1000 * pixel.min() - 0.1) / 1000)
+    gsd = float(np.ceil(1000 * max(pixel.min(), FINEST_GSD_M) - 0.1) / 1000)
     low, high = frame.to_project(np.array([[*box[:2], 0], [*box[2:], 0]]))[:, :2]
     west, north = np.floor(low[0] / gsd) * gsd, np.ceil(high[1] / gsd) * gsd
     columns, rows = int(np.ceil((high[0] - west) / gsd)), int(np.ceil((north - low[1]) / gsd))
@@ -141,9 +141,10 @@ def _piece(
         """(rows, columns, 3) uint8 of one photo, 0 where it does not show the place."""
         view, k = views[i], shrink_factor(views[i].camera, float(views[i].rotation[2] @ (middle - views[i].centre)))
         small = replace(view, camera=shrunk_camera(view.camera, k))
+        width, height = k * small.camera.width, k * small.camera.height
         pixels = small.project(local)[0].reshape(len(y), len(x), 2) - 0.5
         map_x, map_y = (np.nan_to_num(between(pixels[..., axis], columns, rows), nan=-1e4) for axis in (0, 1))
-        image = np.maximum(shrink(load_image(view), k), 1)
+        image = np.maximum(shrink(load_image(view)[:height, :width], k), 1)
         return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR, borderValue=0)
 
     stack = list(in_threads(draped, used))

@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-import cv2
 import numpy as np
 
 from ..core import workspace as names
-from ..core.errors import OutputError, TreeDGSError
+from ..core.errors import OutputError
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.steps import Steps
@@ -83,7 +82,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
         run_stages((WRITE,), job, job.steps)
         try:
             run_stages((ORTHOPHOTO,), job, job.steps)
-        except (TreeDGSError, OSError, MemoryError, cv2.error) as problem:  # the trees are written
+        except Exception as problem:  # the trees are written
             reporter.warn(f"No orthophoto: {problem}")
             job.steps.warnings.append(f"No orthophoto: {problem}")
     return _result(job)
