@@ -138,6 +138,18 @@ def add(source, name, kind="ogr", default=True):
     return layer
 
 
+def expand(name):
+    """The legend of one layer. The view of a layer just added does not know what its node says: first the other way."""
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setExpanded(node.name() != name)
+        node.setExpanded(node.name() == name)
+
+
+def show_all():
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setItemVisibilityChecked(True)
+
+
 def zoom(layer, factor=1.2):
     extent = layer.extent()
     extent.scale(factor)
@@ -156,8 +168,7 @@ def layers():
     trees = add(f"{JOB['trees']}|layername=trees", "Trees")
     QgsProject.instance().setCrs(trees.crs())
     QgsProject.instance().layerTreeRoot().findLayer(stations.id()).setItemVisibilityChecked(False)
-    for node in QgsProject.instance().layerTreeRoot().findLayers():
-        node.setExpanded(node.name() == "Trees")
+    expand("Trees")
     docks("Layers", "ProcessingToolbox")
 
 
@@ -173,17 +184,15 @@ def toolbox():
         if algorithm.parameterDefinitions():
             windows(algorithm, f"window-{number:02d}-{algorithm.name()}")
     docks("Layers")
-    for node in QgsProject.instance().layerTreeRoot().findLayers():
-        node.setExpanded(node.name() == "Trees")
+    expand("Trees")
     zoom(QgsProject.instance().mapLayersByName("Trees")[0], 1.12)
 
 
 @step(5)
 def map_of_the_plot():
     picture("map", window)
-    for node in QgsProject.instance().layerTreeRoot().findLayers():
-        node.setItemVisibilityChecked(True)
-        node.setExpanded(node.name() == "Camera stations")
+    show_all()
+    expand("Camera stations")
     # From this far the diameters only cover each other.
     QgsProject.instance().mapLayersByName("Trees")[0].setLabelsEnabled(False)
     zoom(QgsProject.instance().mapLayersByName("Camera stations")[0], 1.1)
@@ -193,9 +202,8 @@ def map_of_the_plot():
 def map_of_the_flight():
     picture("flight", window)
     QgsProject.instance().mapLayersByName("Trees")[0].setLabelsEnabled(True)
-    for node in QgsProject.instance().layerTreeRoot().findLayers():
-        node.setItemVisibilityChecked(True)
-        node.setExpanded(node.name() == "Trees")
+    show_all()
+    expand("Trees")
     trees = QgsProject.instance().mapLayersByName("Trees")[0]
     wanted = [feature for feature in trees.getFeatures() if feature["qc_flag"] != "ok"] or list(trees.getFeatures())
     point = wanted[0].geometry().asPoint()
