@@ -188,5 +188,11 @@ def test_equivalence_is_two_one_sided_t_tests():
     found = equivalence(error, plots, 1.0)
     interval = stats.ttest_1samp(means, 0).confidence_interval(0.9)
     assert (found["bias_lo_cm"], found["bias_hi_cm"]) == pytest.approx(interval) and found["n_units"] == 5
+    # At the limit one in twenty passes, whatever plots share and however unequal they are.
+    for sizes in ([3, 8, 12, 20], [2, 2, 2, 30], [30, 30]):
+        unit = np.repeat(np.arange(len(sizes)), sizes)
+        shared = rng.normal(0, 0.4, (500, len(sizes)))[:, unit]
+        passed = [equivalence(1 + row, unit, 1.0)["verdict"] for row in shared + rng.normal(0, 0.8, shared.shape)]
+        assert passed.count("equivalent") / len(passed) < 0.07
     assert equivalence(error + 5, plots, 1.0)["verdict"] == "not equivalent"
     assert equivalence(error[:2], plots[:2], 0.1)["verdict"] == "undecided"

@@ -35,7 +35,8 @@ def equivalence(error_cm: np.ndarray, plots: np.ndarray, limit_cm: float) -> dic
     Froese 2004): equivalent where the 90 % interval of the mean error lies within the limit.
 
     error_cm, plots: (N,) of at least two trees. Trees of one plot share errors, so that of several plots the plots are
-    what varies by chance (ratio estimator of a mean over clusters, Cochran 1977, 11.8).
+    what varies by chance: standard error by leaving out one after the other (jackknife, Wolter 2007, 4.2), degrees of
+    freedom of as many equal plots as theirs are worth (Kish 1965, 8.2), less one.
 
     Returns:
         ``limit_cm``; ``bias_cm`` (mean of measured minus taped) and its interval ``bias_lo_cm, bias_hi_cm``; ``p``, the
@@ -45,10 +46,12 @@ def equivalence(error_cm: np.ndarray, plots: np.ndarray, limit_cm: float) -> dic
     names, unit = np.unique(plots.astype(str), return_inverse=True)
     by, unit = ("plot", unit) if len(names) > 1 else ("tree", np.arange(len(error_cm)))
     bias, k = float(np.mean(error_cm)), int(unit.max()) + 1
-    residual = np.bincount(unit, error_cm - bias)
-    se = max(float(np.sqrt(k / (k - 1) * np.sum(residual**2))) / len(error_cm), 1e-9)
-    half = float(stats.t.ppf(1 - ALPHA, k - 1)) * se
-    p = float(max(stats.t.sf((bias + limit_cm) / se, k - 1), stats.t.cdf((bias - limit_cm) / se, k - 1)))
+    size, n = np.bincount(unit), len(error_cm)
+    without = (error_cm.sum() - np.bincount(unit, error_cm)) / (n - size)
+    se = max(float(np.sqrt((k - 1) / k * np.sum((without - bias) ** 2))), 1e-9)
+    df = max(float(n**2 / np.sum(size**2)) - 1, 1.0)
+    half = float(stats.t.ppf(1 - ALPHA, df)) * se
+    p = float(max(stats.t.sf((bias + limit_cm) / se, df), stats.t.cdf((bias - limit_cm) / se, df)))
     verdict = "equivalent" if p < ALPHA else "not equivalent" if abs(bias) - half > limit_cm else "undecided"
     return {
         "limit_cm": limit_cm, "bias_cm": bias, "bias_lo_cm": bias - half, "bias_hi_cm": bias + half, "p": p,
@@ -217,5 +220,6 @@ def _first(metrics: dict[str, Any], warnings: list[str]) -> list[Block]:
     text = (
         f"The limit for the mean error was ±{t['limit_cm']:g} cm, given before. Its 90 % interval, {interval} cm, "
         f"{said[t['verdict']]} Two one-sided tests at 5 %; what varies by chance is the {t['by']} ({t['n_units']})."
+        + (" That holds for this plot and flight; what another would share is not in it." if t["by"] == "tree" else "")
     )
     return [Cards(cards), Sentences(warnings, "Read this first"), Paragraph(text)]
