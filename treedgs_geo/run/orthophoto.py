@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 from ..core import workspace as names
@@ -17,7 +18,8 @@ _BESIDE_M = 2.0
 
 def _orthophoto(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     site, path = job.place, job.path(names.ORTHO)
-    path.unlink(missing_ok=True)
+    with suppress(OSError):  # one of another block must not be taken for this one's; a program may hold it
+        path.unlink()
     return write_orthophoto(path, site.views, site.ground, site.frame, site.area.bounds(_BESIDE_M), reporter)
 
 
