@@ -9,7 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import TABLES, param
-from ..inventory.field_trees import Bearings
+from ..inventory.options import Bearings
 
 
 @dataclass(frozen=True, kw_only=True)
