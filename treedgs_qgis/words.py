@@ -52,4 +52,4 @@ def in_qgis_words(text: str, known: Container[str]) -> str:
         return qgis_name(name) + (f"={value}" if value else "") + elsewhere
 
     # With a value that can only be one: --crs EPSG:6344, --crs local, --dbh-unit cm is left as two words.
-    return re.sub(r"--([a-z][a-z0-9-]*[a-z0-9])(?: (EPSG:\w+|local)\b)?", named, text)
+    return re.sub(r"--([a-z](?:[a-z0-9-]*[a-z0-9])?)(?: (EPSG:\w+|local)\b)?", named, text)
