@@ -194,7 +194,8 @@ def _agreeing(
     scale = focal / np.sqrt(length2 + 1e-12)
     off = scale * (cross @ along)
     by_turn = along * np.sum(a * b, axis=1)[:, None] - a * (b @ along)[:, None]
-    by = scale[:, None] * np.hstack([by_turn, cross])
+    # Only across: along itself the way between the photos would shrink to nothing, with which every match agrees.
+    by = scale[:, None] * np.hstack([by_turn, cross - np.outer(cross @ along, along)])
     unknowns = 3 if picks.shape[1] == 3 else 6
     rows, held = by[picks, :unknowns], (tolerance / np.repeat([turn_sd, along_sd], 3)) ** 2
     normal = rows.transpose(0, 2, 1) @ rows + np.diag(held[:unknowns])

@@ -30,6 +30,8 @@ from .sift import FeatureStore, extract
 
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
 GUIDED_NEIGHBOURS = 12
+#: A photo whose best match is below this share of the median photo's may be stored turned by half.
+WEAK_SHARE = 0.5
 #: Places described in a photo at most there (:mod:`.sift`).
 GUIDED_FEATURES = 5000
 #: A block of the first level is good enough when its photos are this sure at the stems, pixels: the median, and the
@@ -246,21 +248,34 @@ def _sure(joined: Joined) -> np.ndarray:
 
 
 def _as_stored(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work, reporter: Reporter) -> Guide:
-    """The guide with photos whose gimbal rolled by half a turn as more pairs of photos match: with their pictures as
-    that says, or as cameras store them that turn them upright; the matches, too."""
-    over = np.abs(work.stations.roll_deg) > OVERHEAD_DEG
-    again = pairs[over[pairs].any(axis=1)]
-    if not len(again):
-        return guide
-    before = store.matches
-    upright = replace(guide, rotations=np.where(over[:, None, None], HALF_TURN @ guide.rotations, guide.rotations))
-    match_guided(store, again, upright, work.options.seed, work.threads, reporter)
-    after = {pair: rows for pair, rows in before.items() if not over[list(pair)].any()} | store.matches
-    store.matches = max(after, before, key=len)
-    if len(after) <= len(before):
-        return guide
-    reporter.info(f"The pictures of {over.sum()} photos are stored upright, not as their gimbal rolled (180 degrees).")
-    return upright
+    """The guide with pictures turned by half against their gimbal, as cameras and programs store them upright, where
+    more of their features match so; the matches, too. Asked are photos whose gimbal rolled over, then those that match
+    no other one half as well as the median photo does."""
+
+    def of_photos(how: np.ufunc) -> np.ndarray:
+        """(N,) the matches of each photo's pairs, together or at most."""
+        found = np.zeros(len(guide.centres), int)
+        for pair, rows in store.matches.items():
+            how.at(found, list(pair), len(rows))
+        return found
+
+    for weak in (False, True):
+        before, best, count = store.matches, of_photos(np.maximum), of_photos(np.add)
+        asked = best < WEAK_SHARE * np.median(best) if weak else np.abs(work.stations.roll_deg) > OVERHEAD_DEG
+        while asked.any():
+            rotations = np.where(asked[:, None, None], HALF_TURN @ guide.rotations, guide.rotations)
+            turned, again = replace(guide, rotations=rotations), asked[pairs].any(axis=1)
+            match_guided(store, pairs[again], turned, work.options.seed, work.threads, reporter)
+            kept = {pair: rows for pair, rows in before.items() if not asked[list(pair)].any()}
+            store.matches = kept | store.matches
+            worse = asked & (of_photos(np.add) <= count)
+            if not worse.any():
+                guide = turned
+                reporter.info(f"The pictures of {asked.sum()} photos are turned by 180 degrees against their gimbal.")
+                break
+            asked &= ~worse
+            store.matches = before
+    return guide
 
 
 def _guide(survey: Survey, former: Joined | None = None) -> Guide:
