@@ -36,8 +36,8 @@ from .track import SensorTrack
 MOST_POINTS = 8000
 #: Scans that do not fit together are moved so often at most, less one: stems are found anew in between.
 MAX_ROUNDS = 4
-#: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns: a tree shelter
-#: of 12 cm is not. Of 220 stems `ok` on real and simulated clouds three are to be checked for it.
+#: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns: a shelter of
+#: 12 cm is not. Of 220 stems that are ok on real and simulated clouds three are to be checked for it.
 SHOULD_GO_ON_CM = 10.0
 #: Rings are compared where so many stems are measured; standard error of a thick one's diameter over its excess.
 #: Bark is never taken to be thinner than this, m: its own relief.
