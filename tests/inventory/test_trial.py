@@ -85,7 +85,9 @@ def test_figures_are_those_of_evaluate(sealed):
     for name in ("n", "n_reference", "success_rate", "rmse_cm", "mae_cm", "me_cm", "coverage_90", "n_false"):
         assert bundle["pooled"][name] == same[name], name
     trial = bundle["trial"]
-    assert found["verdict"] == trial["verdict"] == "equivalent" and trial["bias_lo_cm"] < 0.3 < trial["bias_hi_cm"]
+    assert (
+        found["conclusion"] == trial["conclusion"] == "equivalent" and trial["bias_lo_cm"] < 0.3 < trial["bias_hi_cm"]
+    )
     twice = (taped["taped_cm"] - taped["second_taped_cm"]).dropna()
     assert trial["n_twice"] == len(twice) == 14
     assert trial["tape_sd_cm"] == pytest.approx(np.sqrt((twice**2).mean() / 2))
@@ -192,7 +194,7 @@ def test_equivalence_is_two_one_sided_t_tests():
     for sizes in ([3, 8, 12, 20], [2, 2, 2, 30], [30, 30]):
         unit = np.repeat(np.arange(len(sizes)), sizes)
         shared = rng.normal(0, 0.4, (500, len(sizes)))[:, unit]
-        passed = [equivalence(1 + row, unit, 1.0)["verdict"] for row in shared + rng.normal(0, 0.8, shared.shape)]
+        passed = [equivalence(1 + row, unit, 1.0)["conclusion"] for row in shared + rng.normal(0, 0.8, shared.shape)]
         assert passed.count("equivalent") / len(passed) < 0.07
-    assert equivalence(error + 5, plots, 1.0)["verdict"] == "not equivalent"
-    assert equivalence(error[:2], plots[:2], 0.1)["verdict"] == "undecided"
+    assert equivalence(error + 5, plots, 1.0)["conclusion"] == "not equivalent"
+    assert equivalence(error[:2], plots[:2], 0.1)["conclusion"] == "undecided"

@@ -96,7 +96,7 @@ COMMAND = Command(
         "bundle": "second step: the numbers, without places and names",
         "seal": "SHA-256 of all that is sealed",
         "n": "trees drawn, then trees both measured and taped",
-        "verdict": "equivalent, not equivalent or undecided",
+        "conclusion": "equivalent, not equivalent or undecided",
         "bias_cm": "mean error, measured minus taped, cm",
         "bias_lo_cm": "its interval from, cm",
         "bias_hi_cm": "its interval to, cm",

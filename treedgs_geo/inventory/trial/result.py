@@ -40,7 +40,7 @@ def equivalence(error_cm: np.ndarray, plots: np.ndarray, limit_cm: float) -> dic
 
     Returns:
         ``limit_cm``; ``bias_cm`` (mean of measured minus taped) and its interval ``bias_lo_cm, bias_hi_cm``; ``p``, the
-        larger of the tests; ``verdict``: ``equivalent``, ``not equivalent`` (the interval lies beyond the limit) or
+        larger of the tests; ``conclusion``: ``equivalent``, ``not equivalent`` (the interval lies beyond the limit) or
         ``undecided``; ``by`` (``plot`` or ``tree``) and ``n_units``: what varies.
     """
     names, unit = np.unique(plots.astype(str), return_inverse=True)
@@ -52,10 +52,10 @@ def equivalence(error_cm: np.ndarray, plots: np.ndarray, limit_cm: float) -> dic
     df = max(float(n**2 / np.sum(size**2)) - 1, 1.0)
     half = float(stats.t.ppf(1 - ALPHA, df)) * se
     p = float(max(stats.t.sf((bias + limit_cm) / se, df), stats.t.cdf((bias - limit_cm) / se, df)))
-    verdict = "equivalent" if p < ALPHA else "not equivalent" if abs(bias) - half > limit_cm else "undecided"
+    conclusion = "equivalent" if p < ALPHA else "not equivalent" if abs(bias) - half > limit_cm else "undecided"
     return {
         "limit_cm": limit_cm, "bias_cm": bias, "bias_lo_cm": bias - half, "bias_hi_cm": bias + half, "p": p,
-        "verdict": verdict, "by": by, "n_units": k,
+        "conclusion": conclusion, "by": by, "n_units": k,
     }  # fmt: skip
 
 
@@ -102,7 +102,7 @@ def open_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
         paths = write_evaluation(folder / PAGE, evidence, metrics, facts, first=_first(metrics, warnings))
         write_json(folder / BUNDLE, bundle(record, metrics, evidence, taped))
         write_json(folder / RECORD, record)
-    shown = {name: metrics["trial"][name] for name in ("verdict", "bias_cm", "bias_lo_cm", "bias_hi_cm")}
+    shown = {name: metrics["trial"][name] for name in ("conclusion", "bias_cm", "bias_lo_cm", "bias_hi_cm")}
     return {
         "output": str(folder),
         "page": paths["page"],
@@ -201,7 +201,7 @@ def _first(metrics: dict[str, Any], warnings: list[str]) -> list[Block]:
     interval = f"{t['bias_lo_cm']:+.2f} to {t['bias_hi_cm']:+.2f}"
     low, high = metrics["bootstrap"]["rmse_cm"]
     cards = [
-        ("Against the limit", t["verdict"], f"±{t['limit_cm']:g} cm, p = {t['p']:.3f}"),
+        ("Against the limit", t["conclusion"], f"±{t['limit_cm']:g} cm, p = {t['p']:.3f}"),
         ("Bias, measured − taped", f"{t['bias_cm']:+.2f} cm", f"90 %: {interval}"),
         ("RMSE", f"{metrics['rmse_cm']:.2f} cm", f"95 %: {low:.2f} to {high:.2f}"),
     ]
@@ -219,7 +219,7 @@ def _first(metrics: dict[str, Any], warnings: list[str]) -> list[Block]:
     }
     text = (
         f"The limit for the mean error was ±{t['limit_cm']:g} cm, given before. Its 90 % interval, {interval} cm, "
-        f"{said[t['verdict']]} Two one-sided tests at 5 %; what varies by chance is the {t['by']} ({t['n_units']})."
+        f"{said[t['conclusion']]} Two one-sided tests at 5 %; what varies by chance is the {t['by']} ({t['n_units']})."
         + (" That holds for this plot and flight; what another would share is not in it." if t["by"] == "tree" else "")
     )
     return [Cards(cards), Sentences(warnings, "Read this first"), Paragraph(text)]
