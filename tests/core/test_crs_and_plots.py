@@ -148,17 +148,56 @@ def test_nothing_known_stays_nothing_known():
     assert np.isnan(moved[0]).all() and np.isfinite(moved[1]).all()
 
 
-@pytest.mark.parametrize(
-    ("lon", "lat", "epsg"),
-    [
-        (-91.8, 33.6, 6344),  # Arkansas: NAD83(2011)
-        (-123.5, 50.5, 3157),  # British Columbia: NAD83(CSRS)
-        (146.3, -37.5, 7855),  # Victoria: MGA zone 55
-        (8.4, 48.1, 25832),  # Black Forest
-        (-48.6, -25.4, 31982),  # Paraná: SIRGAS 2000
-        (36.9, -0.4, 32737),  # Kenya: WGS 84
-    ],
-)
-def test_the_usual_crs_of_a_place(lon, lat, epsg):
-    assert usual_crs(lon, lat).to_epsg() == epsg
-    assert check_projected(usual_crs(lon, lat), "--crs") == usual_crs(lon, lat)
+USUAL = [
+    (-91.8, 33.6, 6344, "United States"),  # Arkansas
+    (-155.5, 19.7, 6635, "Hawaii"),
+    (-123.5, 50.5, 3157, "Canada"),  # British Columbia
+    (-71.2, 46.8, 2960, "Canada"),  # Québec, within the box of the zone of Maine
+    (-69.0, 45.5, 6348, "United States"),  # Maine
+    (146.3, -37.5, 7855, "Australia"),  # Victoria: MGA zone 55
+    (176.2, -38.3, 2193, "New Zealand"),
+    (8.4, 48.1, 25832, "Europe"),  # Black Forest
+    (6.96, 50.94, 25832, "Europe"),  # Cologne, within the Dutch box
+    (14.5, 47.5, 25833, "Europe"),  # Styria
+    (5.8, 52.1, 28992, "Netherlands"),
+    (7.45, 46.95, 2056, "Switzerland"),
+    (-8.2, 53.2, 2157, "Ireland"),
+    (15.2, 60.6, 3006, "Sweden"),
+    (25.8, 62.2, 3067, "Finland"),
+    (-48.6, -25.4, 31982, "Latin America"),  # Paraná: SIRGAS 2000
+    (36.9, -0.4, 32737, "UTM zone"),  # Kenya: WGS 84
+]
+
+
+@pytest.mark.parametrize(("lon", "lat", "epsg", "why"), USUAL)
+def test_the_usual_crs_of_a_place(lon, lat, epsg, why):
+    crs, said = usual_crs(lon, lat)
+    assert crs.to_epsg() == epsg and why in said
+    assert check_projected(crs, "--crs") == crs
+
+
+def test_the_british_grid_is_usual_where_its_transformation_is_installed():
+    """Else UTM, and the sentence names the file that lacks."""
+    crs, said = usual_crs(-0.5, 51.3)
+    lacks = "not EPSG:27700, OSGB36 / British National Grid, as" in said and "uk_os_OSTN15" in said
+    assert (crs.to_epsg() == 25830 and lacks) or (crs.to_epsg() == 27700 and "United Kingdom" in said)
+
+
+def test_the_frame_that_a_solution_names_decides_with_the_place():
+    itrf = pyproj.CRS("EPSG:7912")
+    assert usual_crs(15.2, 50.6, itrf)[0].to_epsg() == 25833, "ETRS89 can be reached from ITRF2014"
+    assert usual_crs(-71.2, 46.8, pyproj.CRS("EPSG:6319"))[0].to_epsg() == 6348, "no way from NAD83(2011) to (CSRS)"
+    with pytest.raises(CRSError, match=r"none is known for longitude 174\.000.*not EPSG:2193.*no way from ETRS89"):
+        usual_crs(174.0, -40.0, pyproj.CRS("EPSG:4937"))
+
+
+@pytest.mark.parametrize(("epsg", "lon", "lat"), [(28992, 5.8, 52.1), (2056, 8.2, 46.9), (31287, 14.5, 47.5)])
+def test_positions_by_satellite_are_on_no_datum_that_was_surveyed_on_the_ground(epsg, lon, lat):
+    """Before: Dutch, Swiss and Austrian grids were 86 to 167 m off, without a word."""
+    crs = pyproj.CRS(epsg)
+    east, north, height = lonlat_to_project(crs, np.array([lon]), np.array([lat]), np.array([321.0]))[0]
+    back = pyproj.Transformer.from_crs(crs, 4326, always_xy=True).transform(east, north)
+    assert back == pytest.approx((lon, lat), abs=1e-6) and height == 321.0
+    # The grid's own degrees are still its own.
+    own = lonlat_to_project(crs, np.array([lon]), np.array([lat]), np.array([0.0]), crs.geodetic_crs.to_3d())[0]
+    assert 50 < np.hypot(*(own - (east, north, 0))[:2]) < 200

@@ -6,13 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from shared_data import needs_shared
 
 from treedgs_geo.core.errors import CRSError, GeotagError, InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations, read_stations_layer, write_stations
+from treedgs_geo.geotags.datum import place_of
 from treedgs_geo.geotags.rtklib import Trajectory
 from treedgs_geo.geotags.sharpness import find_defects
+from treedgs_geo.geotags.sources import GeotagFiles, find_geotags
 from treedgs_geo.geotags.trajectory import interpolate
 
 
@@ -108,6 +111,24 @@ def test_without_a_crs_the_usual_one_is_taken_and_named() -> None:
     ears, folder = Ears(), needs_shared("plot_e")
     stations = read_stations(folder / "images", folder, None, check_photos=False, reporter=ears)
     assert stations.crs.to_epsg() == 6344 and "Project CRS: EPSG:6344, NAD83(2011) / UTM zone 15N" in ears.said
+
+
+def test_the_usual_crs_by_the_geotags_where_photos_have_no_position(tmp_path: Path) -> None:
+    folder = needs_shared("plot_e")
+    for path in sorted((folder / "images").iterdir())[:4]:
+        photo = Image.open(path)
+        exif = photo.getexif()
+        exif.pop(0x8825)
+        photo.resize((64, 48)).save(tmp_path / path.name, exif=exif)
+    with pytest.raises(CRSError, match="neither its photos nor the geotags say a longitude and latitude"):
+        read_stations(tmp_path, None, None, check_photos=False)
+    stations = read_stations(tmp_path, folder, None, check_photos=False)
+    assert stations.crs.to_epsg() == 6344 and stations.is_placed.all()
+    files = find_geotags(folder, tmp_path)
+    for kept in (GeotagFiles(mrk=files.mrk), GeotagFiles(pos=files.pos)):
+        assert place_of(kept)[0] == pytest.approx((-91.8, 33.6), abs=0.3)
+    rover = find_geotags(needs_shared("ppk_matrtklib") / "static", tmp_path)
+    assert len(rover.rinex) == 3 and place_of(GeotagFiles(rinex=rover.rinex))[0] is not None
 
 
 def test_refusals(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import pyproj
 
 from .errors import CRSError, InputError
 from .files import read_json, write_json
-from .frames import horizontal, same_datum, suggest_utm, transform, vertical_of
+from .frames import horizontal, same_datum, satellite_frame, suggest_utm, transform, vertical_of
 from .map_scale import ground_scale
 
 
@@ -128,9 +128,10 @@ def lonlat_to_project(
 ) -> np.ndarray:
     """Longitude, latitude and ellipsoidal height -> (N, 3) project coordinates.
 
-    source: geographic CRS of the positions (default: the project CRS's own datum). year: decimal year of the positions,
-    for frames that drift apart. In a project CRS without heights the ellipsoidal heights stay ellipsoidal; one with a
-    vertical datum (``EPSG:6344+5703``) gets its heights through the geoid grid.
+    source: geographic CRS of the positions (default: the project CRS's own datum, or WGS 84, see
+    :func:`.frames.satellite_frame`). year: decimal year of the positions, for frames that drift apart. In a project CRS
+    without heights the ellipsoidal heights stay ellipsoidal; one with a vertical datum (``EPSG:6344+5703``) gets its
+    heights through the geoid grid.
 
     Raises:
         CRSError: no datum; no transformation of survey quality; the geoid's grid is not installed.
@@ -140,8 +141,13 @@ def lonlat_to_project(
             f"--crs: {crs.name} is not tied to a datum, expected a projected CRS; choose the UTM zone of the plot."
         )
     points = np.column_stack([np.asarray(part, float) for part in (lon_deg, lat_deg, h_m)])
+    receiver = satellite_frame(crs)
+    source = source or receiver
     if crs.is_compound or source is not None and not same_datum(source, crs):
-        return transform(source or crs.geodetic_crs.to_3d(), crs, points, "--crs", year)
+        moved = transform(source or crs.geodetic_crs.to_3d(), crs, points, "--crs", year)
+        if receiver is not None and not crs.is_compound:
+            moved[:, 2] = points[:, 2]  # a datum surveyed on the ground has no heights above its ellipsoid
+        return moved
     transformer = pyproj.Transformer.from_crs(crs.geodetic_crs.to_2d(), crs.to_2d(), always_xy=True)
     east, north = transformer.transform(points[:, 0], points[:, 1])
     return np.column_stack([east, north, points[:, 2]])

@@ -19,6 +19,8 @@ from .errors import CRSError
 
 #: A transformation worse than this (metres, as PROJ's database says) is no survey.
 WORST_M = 1.0
+#: Datums of satellite positions agree to this, metres.
+_SATELLITE_M = 5.0
 #: Frame names as files write them -> 3-D geographic CRS.
 _NAMED = (
     ("NAD83(2011)", "EPSG:6319"), ("NAD83 (2011)", "EPSG:6319"), ("NAD83(CSRS)", "EPSG:4955"),
@@ -46,29 +48,94 @@ def suggest_utm(lon_deg: float, lat_deg: float) -> pyproj.CRS:
     return pyproj.CRS.from_epsg((32600 if lat_deg >= 0 else 32700) + zone)
 
 
-#: Grids that forest inventories use where they are at home, in this order; elsewhere WGS 84.
-_USUAL = (
-    r"NAD83\(2011\) / UTM zone \d+N",
-    r"NAD83\(CSRS\) / UTM zone \d+N",
-    r"GDA2020 / MGA zone \d+",
-    r"ETRS89 / UTM zone \d+N",
-    r"SIRGAS 2000 / UTM zone \d+[NS]",
-)
+#: Grids that forest inventories use: how the names of a country's areas in PROJ's database begin -> the CRS's name.
+_USUAL = {
+    "United States (USA) - Hawaii": r"NAD83\(PA11\) / UTM zone \d+N",
+    "United States (USA)": r"NAD83\(2011\) / UTM zone \d+N",
+    "Canada": r"NAD83\(CSRS\) / UTM zone \d+N",
+    "Mexico": r"Mexico ITRF2008 / UTM zone \d+N",
+    "Australia": r"GDA2020 / MGA zone \d+",
+    "New Zealand": "NZGD2000 / New Zealand Transverse Mercator 2000",
+    "United Kingdom (UK) - Northern Ireland": "IRENET95 / Irish Transverse Mercator",
+    "United Kingdom (UK)": "OSGB36 / British National Grid",
+    "Ireland": "IRENET95 / Irish Transverse Mercator",
+    "Netherlands": "Amersfoort / RD New",
+    "Liechtenstein; Switzerland": r"CH1903\+ / LV95",
+    "Sweden": "SWEREF99 TM",
+    "Finland": r"ETRS89 / TM35FIN\(E,N\)",
+    "Estonia": "Estonian Coordinate System of 1997",
+    "Latvia": "LKS-92 / Latvia TM",
+    "Lithuania": "LKS94 / Lithuania TM",
+    "Poland": "ETRF2000-PL / CS92",
+}
+#: The same where no country is named: UTM, on the first of these datums that has a zone there.
+_UTM = {
+    "Europe": r"ETRS89 / UTM zone \d+N",
+    "Latin America": r"SIRGAS 2000 / UTM zone \d+[NS]",
+    "UTM zone": r"WGS 84 / UTM zone \d+[NS]",
+}
+#: Names of areas that no country has for itself, and of the UTM zones of the USA, whose boxes reach far into Canada.
+_SHARED = re.compile(r"[^-\d]*(, | and )|North America|United States \(USA\) - between")
 
 
-def usual_crs(lon_deg: float, lat_deg: float) -> pyproj.CRS:
-    """The UTM zone of a position in the datum that is usual there: of North America, Australia, Europe or South
-    America, else WGS 84."""
+_DIGITS = re.compile(r"\d+")
+
+
+def usual_crs(lon_deg: float, lat_deg: float, frame: pyproj.CRS | None = None) -> tuple[pyproj.CRS, str]:
+    """The CRS that is usual at a place, and why it is this one, in words: the country's, else UTM (in the frame of
+    the positions, else as in :data:`_UTM`); of these the first into which positions can be turned as well as a survey.
+
+    PROJ's database knows boxes only: the country is that of the smallest one that holds the place.
+
+    frame: geographic CRS of the positions (default: :func:`satellite_frame` of each).
+
+    Raises:
+        CRSError: none can be used (near the poles, or no way from ``frame``).
+    """
     place = AreaOfInterest(lon_deg, lat_deg, lon_deg, lat_deg)
     found = query_crs_info("EPSG", PJType.PROJECTED_CRS, place, contains=True)
-    for pattern in _USUAL:
-        names = {info.name: info.code for info in found if re.fullmatch(pattern, info.name)}
+    areas = [info.area_of_use for info in found if info.area_of_use and not _SHARED.match(info.area_of_use.name)]
+    areas.sort(key=lambda box: ((box.east - box.west) % 360 or 360) * (box.north - box.south))
+    country = next((key for key in _USUAL if areas and areas[0].name.startswith(key)), None)
+    usual = {country: _USUAL[country]} if country else {}
+    if frame is not None:
+        usual["frame of the positions"] = rf"{re.escape(frame.name)} / (UTM|MGA) zone \d+[NS]?"
+    refused = ""
+    for where, pattern in {**usual, **_UTM}.items():
+        codes = {info.name: int(info.code) for info in found if re.fullmatch(pattern, info.name)}
+        if not codes:
+            continue
         # At the rim of two zones both hold the place: the one of its longitude.
         zone = int((lon_deg + 180) // 6) % 60 + 1
-        best = min(names, key=lambda name: abs(int(re.findall(r"\d+", name)[-1]) - zone), default=None)
-        if best is not None:
-            return pyproj.CRS.from_epsg(int(names[best]))
-    return suggest_utm(lon_deg, lat_deg)
+        crs = pyproj.CRS.from_epsg(
+            codes[min(codes, key=lambda name: abs(int((_DIGITS.findall(name) or [0])[-1]) - zone))]
+        )
+        source = frame or satellite_frame(crs)
+        try:
+            if source is not None and not same_datum(source, crs):
+                transform(source, crs, np.array([[lon_deg, lat_deg, 0.0]]), "positions")
+        except CRSError as problem:
+            refused += f"; not EPSG:{crs.to_epsg()}, {crs.name}, as {str(problem).partition(': ')[2].rstrip('.')}"
+            continue
+        border = "; near a border it may be the neighbour's" if where == country else ""
+        return crs, f"usual where the photos lie ({re.sub(r' [(][A-Z]+[)]', '', where)}{border}{refused})"
+    raise CRSError(
+        f"--crs: none is known for longitude {lon_deg:.3f}, latitude {lat_deg:.3f}{refused}; give one, projected and "
+        "in metres."
+    )
+
+
+@lru_cache(maxsize=64)
+def satellite_frame(crs: pyproj.CRS) -> pyproj.CRS | None:
+    """The frame that positions by satellite are in, where it cannot be the CRS's own datum: WGS 84 for a datum that was
+    surveyed on the ground (the British, Dutch or Swiss grid), which lies about 100 m away; else ``None``."""
+    geodetic, area = horizontal(crs).geodetic_crs, crs.area_of_use
+    if geodetic is None or area is None:
+        return None
+    lon, lat = area.west + ((area.east - area.west) % 360) / 2, (area.south + area.north) / 2
+    moved = pyproj.Transformer.from_crs("EPSG:4326", geodetic.to_2d(), always_xy=True).transform(lon, lat)
+    away_m = 111e3 * np.hypot((moved[0] - lon) * np.cos(np.radians(lat)), moved[1] - lat)
+    return pyproj.CRS("EPSG:4979") if _SATELLITE_M < away_m < np.inf else None
 
 
 def vertical_of(crs: pyproj.CRS | None) -> pyproj.CRS | None:
@@ -156,16 +223,17 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
         exact = best.accuracy < 0 and same_datum(one, other) and heights_named(one) == heights_named(other)
         if (exact or 0 <= best.accuracy <= WORST_M) and "ballpark" not in best.description.lower():
             return best
-        if best.accuracy >= 0 and "ballpark" not in best.description.lower():
+        of_receivers = satellite_frame(other) is None  # else the grid is what lacks
+        if best.accuracy >= 0 and "ballpark" not in best.description.lower() and (of_receivers or not missing):
             raise CRSError(
                 f"{where}: {names} is known to {best.accuracy:g} m only, expected {WORST_M:g} m or better; 'WGS 84' "
                 "names no realisation: give the frame of the base station (for example EPSG:7912 for ITRF2014)."
             )
     if missing:
+        another = "a CRS with the heights of the data" if satellite_frame(other) is None else "a UTM zone"
         raise CRSError(
             f"{where}: {names} needs the grid {missing[0]}, which is not installed; fetch it with 'projsync --file "
-            f"{missing[0]}' (or put it into {pyproj.datadir.get_user_data_dir()}), or choose a CRS with the heights of "
-            "the data."
+            f"{missing[0]}' (or put it into {pyproj.datadir.get_user_data_dir()}), or choose {another}."
         )
     raise CRSError(f"{where}: PROJ knows no way from {names} at this place; choose a CRS on the same datum.")
 

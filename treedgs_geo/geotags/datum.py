@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import pyproj
 
@@ -10,7 +12,13 @@ from ..core.errors import CRSError
 from ..core.frames import frame_named, same_datum
 from ..core.progress import Reporter
 from .gpstime import gps_to_utc
-from .rtklib import Trajectory
+from .mrk import read_mrk
+from .ppk import read_rinex_header
+from .rtklib import Trajectory, read_pos
+from .sources import GeotagFiles
+from .tables import read_position_table
+
+_WGS84 = pyproj.CRS("EPSG:4326")
 
 
 def geotags_frame(text: str | None) -> pyproj.CRS | None:
@@ -33,6 +41,31 @@ def geotags_frame(text: str | None) -> pyproj.CRS | None:
             "height, for example EPSG:6319 (NAD83(2011)) or EPSG:7912 (ITRF2014)."
         )
     return found.to_3d()
+
+
+def place_of(files: GeotagFiles) -> tuple[tuple[float, float] | None, pyproj.CRS | None]:
+    """Longitude and latitude at which the geotags lie, degrees, and the frame that a solution's header names; ``None``
+    where they do not say it."""
+    frame, places = None, np.zeros((0, 2))
+    for path in (files.pos or files.events)[:1]:
+        track = read_pos(path)
+        frame, places = frame_named(track.datum), np.column_stack([track.lon_deg, track.lat_deg])
+    for path in files.mrk if not len(places) else []:
+        marks = read_mrk(path)
+        places = np.vstack([places, np.column_stack([marks.lon_deg, marks.lat_deg])[marks.is_placed]])
+    for path in files.tables:
+        with suppress(CRSError):
+            places = read_position_table(path, _WGS84).xyz[:, :2]
+    for path in files.rinex if not len(places) else []:
+        header = read_rinex_header(path)
+        if header is not None and np.isfinite(header.approx_ecef).all() and header.approx_ecef.any():
+            places = np.array([pyproj.Transformer.from_crs(4978, 4326, always_xy=True).transform(*header.approx_ecef)])
+            places = places[:, :2]
+    if not len(places):
+        return None, frame
+    lon, lat = (float(value) for value in np.nanmedian(places, axis=0))
+    # Project coordinates of a table say no place.
+    return ((lon, lat) if abs(lon) <= 180 and abs(lat) <= 90 else None), frame
 
 
 def check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, reporter: Reporter) -> None:

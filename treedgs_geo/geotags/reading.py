@@ -13,11 +13,11 @@ import pyproj
 from ..core.crs import horizontal, lonlat_to_project, project_crs
 from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
-from ..core.frames import usual_crs, vertical_of
+from ..core.frames import satellite_frame, usual_crs, vertical_of
 from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
 from .agreement import check_agreement
-from .datum import check_frame, geotags_frame
+from .datum import check_frame, geotags_frame, place_of
 from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare, on_map
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import read_mrk
@@ -61,10 +61,13 @@ def read_stations(
     Args:
         photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``
             or RINEX), or a table of positions; None = EXIF/XMP. crs: project CRS, projected, metres; None =
-            the usual one where the photos lie (:func:`treedgs_geo.core.frames.usual_crs`).
+            the usual one where the photos lie (:func:`treedgs_geo.core.frames.usual_crs`), by their own positions or
+            by the geotags.
         check_photos: leave out blurred and empty photos. camera_delay_ms: exposure minus mark time.
-        frame: geographic CRS of the geotags (default: the project CRS's datum). base, base_position: the base station's
-            RINEX file and place, see :func:`.ppk.solve`. keep_solution: where the solved ``.pos`` is kept.
+        frame: geographic CRS of the geotags (default: the project CRS's datum, or
+            :func:`treedgs_geo.core.frames.satellite_frame`; without ``crs`` what the header of a ``.pos`` names).
+        base, base_position: the base station's RINEX file and place, see :func:`.ppk.solve`. keep_solution: where the
+            solved ``.pos`` is kept.
 
     Raises:
         InputError: no photo. CRSError: geographic or foreign CRS. GeotagError: no position, or geotags of other photos.
@@ -78,15 +81,26 @@ def read_stations(
     reporter = reporter or Reporter()
     found = without_faults(read_photos(Path(photos), reporter), reporter)
     own = _middle(found)
-    project = _usual(own, Path(photos), reporter) if crs is None else project_crs(crs, own)
     source = geotags_frame(frame)
+    files = None if geotags is None else find_geotags(Path(geotags), Path(photos))
+    if crs is None:
+        place, named = place_of(files) if files else (None, None)
+        source = source or named
+        project = _usual(own or place, Path(photos), source, reporter)
+    else:
+        project = project_crs(crs, own)
     for named, option in ((project if crs is not None else None, "--crs"), (source, "--geotags-crs")):
         if own is not None and named is not None:
             check_lon_lat(named, *own, option)
+    if source is None and (source := satellite_frame(project)) is not None:
+        reporter.info(
+            f"Positions are taken to be in WGS 84 and turned into {project.name}; if the base station's are in a frame "
+            "of the country, --geotags-crs says which (EPSG:4937 for ETRS89)."
+        )
     if check_photos:
         found = _without_defects(found, Path(photos), reporter)
     stations = _from_exif(found, project)
-    if geotags is None:
+    if files is None:
         if not stations.is_placed.any():
             raise GeotagError(
                 f"{photos}: none of the {len(found)} photos has a GPS position of its own in its EXIF; "
@@ -100,7 +114,6 @@ def read_stations(
         check_place(project, stations.xyz, "--crs", reporter, photos=True)
         _note_unplaced(stations, reporter)
         return with_velocities(stations, found, np.full_like(stations.xyz, np.nan))
-    files = find_geotags(Path(geotags), Path(photos))
     written, track, marked = stations, Interpolated.nothing(len(stations)), np.full_like(stations.xyz, np.nan)
     if files.tables:
         stations = _from_table(stations, read_position_table(files.tables[0], project, source), reporter)
@@ -131,14 +144,16 @@ def read_stations(
     return with_velocities(stations, found, track.velocity)
 
 
-def _usual(lon_lat: tuple[float, float] | None, photos: Path, reporter: Reporter) -> pyproj.CRS:
+def _usual(
+    lon_lat: tuple[float, float] | None, photos: Path, frame: pyproj.CRS | None, reporter: Reporter
+) -> pyproj.CRS:
     if lon_lat is None:
         raise CRSError(
-            f"{photos}: no photo has a GPS position of its own, which would tell the project's CRS; give --crs, "
-            "projected and in metres, like EPSG:32615."
+            f"{photos}: neither its photos nor the geotags say a longitude and latitude, which would tell the "
+            "project's CRS; give --crs, projected and in metres, like EPSG:32615."
         )
-    crs = usual_crs(*lon_lat)
-    reporter.info(f"Project CRS: EPSG:{crs.to_epsg()}, {crs.name}: usual where the photos lie; --crs takes another.")
+    crs, why = usual_crs(*lon_lat, frame)
+    reporter.info(f"Project CRS: EPSG:{crs.to_epsg()}, {crs.name}: {why}; --crs takes another.")
     return crs
 
 

@@ -13,7 +13,7 @@ from ..core.children import find_program
 from ..core.crs import horizontal
 from ..core.errors import GeotagError, InputError, MissingComponentError, OutputError
 from ..core.files import atomic_folder
-from ..core.frames import transform
+from ..core.frames import satellite_frame, transform
 from ..core.progress import Reporter
 from .stations import Stations
 
@@ -41,7 +41,8 @@ def check_target(photos: Path, target: Path) -> None:
 def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) -> int:
     """Copy every placed photo into ``target`` (same relative names) with corrected tags; returns their number.
 
-    Longitude, latitude and ellipsoidal height are written on the datum of the project CRS: EXIF GPS (with the datum's
+    Longitude, latitude and ellipsoidal height are written on the datum of the project CRS, or in WGS 84
+    (:func:`treedgs_geo.core.frames.satellite_frame`): EXIF GPS (with the datum's
     name and the horizontal error) and XMP ``drone-dji`` (position, AbsoluteAltitude, RtkFlag, RtkStd*).
 
     Raises:
@@ -53,7 +54,7 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
             f"{target}: writing tags needs ExifTool, which was not found; install the Debian "
             "package libimage-exiftool-perl."
         )
-    geographic = horizontal(stations.crs).geodetic_crs
+    geographic = satellite_frame(stations.crs) or horizontal(stations.crs).geodetic_crs
     if geographic is None:
         raise GeotagError(
             f"{target}: {stations.crs.name} is not tied to a datum, expected one with longitude and latitude."
@@ -105,7 +106,9 @@ def _geographic(stations: Stations, geographic: pyproj.CRS, where: str) -> np.nd
     """(N, 3) longitude, latitude, ellipsoidal height; NaN where unplaced."""
     if stations.crs.is_compound:
         return transform(stations.crs, geographic.to_3d(), stations.xyz, where)
-    lon, lat = pyproj.Transformer.from_crs(stations.crs, geographic, always_xy=True).transform(*stations.xyz[:, :2].T)
+    lon, lat = pyproj.Transformer.from_crs(stations.crs, geographic.to_2d(), always_xy=True).transform(
+        *stations.xyz[:, :2].T
+    )
     return np.column_stack([lon, lat, stations.xyz[:, 2]])
 
 

@@ -29,7 +29,7 @@ def project_crs_option() -> Any:
         None,
         kind="crs",
         help="Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; "
-        "default: the UTM zone where the photos lie, in the datum that is usual there",
+        "default: the one that is usual where the photos lie; the log names it and says why",
     )
 
 

@@ -1796,8 +1796,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>CSV der Probeflächen: plot_id, easting, northing, radius_m (oder lon, lat); sonst alles, was die Fotos gut sehen.</translation>
     </message>
     <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
-      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:6344, oder mit Höhendatum EPSG:6344+5703; Vorgabe: die UTM-Zone, in der die Fotos liegen, im dort üblichen Datum</translation>
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the one that is usual where the photos lie; the log names it and says why</source>
+      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:6344, oder mit Höhendatum EPSG:6344+5703; Vorgabe: das dort übliche, wo die Fotos liegen; das Protokoll nennt es und sagt, warum</translation>
     </message>
     <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>

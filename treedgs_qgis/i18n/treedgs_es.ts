@@ -1794,8 +1794,8 @@ cero.&lt;/p&gt;
       <translation>CSV de parcelas: plot_id, easting, northing, radius_m (o lon, lat); si falta, todo lo que las fotos ven bien.</translation>
     </message>
     <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the UTM zone where the photos lie, in the datum that is usual there</source>
-      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:6344, o con datum de alturas, EPSG:6344+5703; por omisión: la zona UTM en la que están las fotos, en el datum habitual allí</translation>
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703; default: the one that is usual where the photos lie; the log names it and says why</source>
+      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:6344, o con datum de alturas, EPSG:6344+5703; por omisión: el habitual donde están las fotos; el registro lo nombra y dice por qué</translation>
     </message>
     <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
