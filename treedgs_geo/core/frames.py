@@ -94,9 +94,10 @@ def usual_crs(lon_deg: float, lat_deg: float, frame: pyproj.CRS | None = None) -
     """
     place = AreaOfInterest(lon_deg, lat_deg, lon_deg, lat_deg)
     found = query_crs_info("EPSG", PJType.PROJECTED_CRS, place, contains=True)
-    areas = [info.area_of_use for info in found if info.area_of_use and not _SHARED.match(info.area_of_use.name)]
+    areas = [info.area_of_use for info in found if info.area_of_use and not _SHARED.match(info.area_of_use.name or "")]
     areas.sort(key=lambda box: ((box.east - box.west) % 360 or 360) * (box.north - box.south))
-    country = next((key for key in _USUAL if areas and areas[0].name.startswith(key)), None)
+    smallest = areas[0].name or "" if areas else ""
+    country = next((key for key in _USUAL if smallest.startswith(key)), None)
     usual = {country: _USUAL[country]} if country else {}
     if frame is not None:
         usual["frame of the positions"] = rf"{re.escape(frame.name)} / (UTM|MGA) zone \d+[NS]?"

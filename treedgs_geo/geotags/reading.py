@@ -100,7 +100,7 @@ def read_stations(
     if check_photos:
         found = _without_defects(found, Path(photos), reporter)
     stations = _from_exif(found, project)
-    if files is None:
+    if geotags is None or files is None:
         if not stations.is_placed.any():
             raise GeotagError(
                 f"{photos}: none of the {len(found)} photos has a GPS position of its own in its EXIF; "
