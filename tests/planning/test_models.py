@@ -175,7 +175,7 @@ def test_a_flight_is_raised_over_a_hill_between_its_photos_or_refused():
     camera, limits = camera_of("m3e"), FlyingSettings(highest_m=110, exposure_ms=1)
     safe = made_safe(made_flight([45.0] * 6), hill, camera, limits)
     assert lowest_clearance(safe, hill, 15) >= 14.95 and safe.above_m[-1] == pytest.approx(45)
-    with pytest.raises(Unsafe, match="takes .* over the ground on this slope"):
+    with pytest.raises(Unsafe, match="takes .* over the ground here"):
         made_safe(made_flight([45.0] * 6), hill, camera, FlyingSettings(highest_m=50, exposure_ms=1))
     with pytest.raises(Unsafe, match="gimbal turns from -90 to 35"):
         made_safe(made_flight([80.0] * 3, pitch=-95.0), hill, camera, limits)

@@ -265,7 +265,7 @@ BAD = [
     ({"camera": "hasselblad"}, "--camera: 'hasselblad' is unknown, expected one of m3e"),
     ({"crown_base_m": None}, "described by --crown-base-m; give it"),
     ({"crown_base_m": 25.0}, "expected below the trees' height"),
-    ({"tree_height_m": 70.0, "highest_m": 80.0}, "a greater --highest-m (with a permit) or a smaller clearance"),
+    ({"tree_height_m": 70.0, "highest_m": 80.0}, "expected at most 80 m; give --highest-m 103 (with a permit)"),
     ({"target_share_pct": 99.5, "leaf_area_index": 11.0}, "--target-share-pct: 99.5 % is out of reach"),
     ({"target_error_cm": 0.1}, "--target-error-cm: 0.1 cm is out of reach, the best found is"),
     ({"take_off": "somewhere"}, "--take-off: found 'somewhere', expected easting,northing"),
@@ -291,7 +291,7 @@ def test_ground_that_is_not_covered_or_too_steep_is_refused(tmp_path):
     with pytest.raises(InputError, match="plot P0 at 611337, 3718451 lies outside it"):
         plan_flight(settings(tmp_path, dtm=away), Ears())
     steep = write_slope(tmp_path / "steep.tif", 160)
-    with pytest.raises(InputError, match=r"on this slope.* a greater --highest-m"):
+    with pytest.raises(InputError, match=r"60 m from the canopy takes \d+ m .* give --highest-m \d+ \(with"):
         plan_flight(settings(tmp_path, dtm=steep, clearance_m=60.0, highest_m=90.0), Ears())
 
 
@@ -314,6 +314,67 @@ def test_a_terrain_model_that_ends_behind_the_plot_is_enough(tmp_path):
     assert (photos["h_m"] - ground - 1.25 * STAND["tree_height_m"]).min() > settings(tmp_path).clearance_m
     rise = read_site(settings(tmp_path, dtm=tmp_path / "24.tif"), Ears())._edge[2]
     assert rise == pytest.approx(0.2, abs=0.02), "the model's own slope"
+
+
+ADVICE = [
+    {"target_error_cm": 0.1},
+    {"target_error_cm": 0.15, "target_share_pct": 99.5, "leaf_area_index": 12.0},
+    {"target_share_pct": 99.5, "leaf_area_index": 11.0},
+    {"highest_m": 60.0, "clearance_m": 50.0, "dtm": 24.0},
+    {"target_error_cm": 4.0, "highest_m": 500.0, "dtm": 24.0},
+]
+
+
+@pytest.mark.parametrize("asked", ADVICE, ids=["error", "error-and-share", "share", "heights", "terrain"])
+def test_advice_is_good_for_a_second_run(tmp_path, asked):
+    """Each way out that a refusal names, taken literally. Before: 'the best found is 0.16 cm; give that' was refused as
+    0.16 cm, and 'takes 41 m, expected at most 41 m'."""
+    write_plots(tmp_path / "plots.csv", [(0, 0)])
+
+    def given(**more):
+        values = {**asked, **more}
+        if "dtm" in values:
+            values["dtm"] = write_slope(tmp_path / "dtm.tif", 20, half=values["dtm"])
+        return settings(tmp_path, **values)
+
+    with pytest.raises(InputError) as caught:
+        plan_flight(given(), Ears())
+    said = str(caught.value)
+    option = r"--((?:target|highest|clearance)-[a-z-]+) ([\d.]+)"
+    if reach := re.search(r"a DTM that reaches (\d+) m beyond the plots", said):
+        ways = [{"dtm": 10 + float(reach[1])}]
+    elif most := re.search(r"give at most (\d+) \((\d+) photos\)", said):
+        ways = [{"target_share_pct": float(most[1])}]
+    else:
+        ways = [
+            {name.replace("-", "_"): float(value) for name, value in re.findall(option, way)}
+            for way in re.split(" or ", said.split("; give ")[1])
+            if "--" in way
+        ]
+        assert len(ways) == (2 if "highest_m" in asked else 1)
+    for way in ways:
+        found = plan_flight(given(**way), Ears())
+        reached = given(**way)
+        assert 100 * found["share_measured"] >= reached.target_share_pct - 0.05
+        assert found["error_cm"] <= reached.target_error_cm and found["clearance_m"] >= reached.clearance_m - 0.05
+        if photos := re.search(r"\((\d+) photos\)", said):
+            assert found["photos"] == int(photos[1])
+
+
+def test_patterns_that_cannot_be_flown_are_named_with_what_would_do(tmp_path):
+    """Terrain that ends 14 m behind the plot, and a flight so high that orbits begin farther off than it says anything
+    about: also where nothing else reaches what is wanted."""
+    write_plots(tmp_path / "plots.csv", [(0, 0)])
+    high = {"highest_m": 500.0, "target_error_cm": 3.3, "pattern": "auto"}
+    dtm = write_slope(tmp_path / "dtm.tif", 20, half=24.0)
+    with pytest.raises(InputError, match=r"flights cannot be flown here .*: give a DTM that reaches 180 m beyond"):
+        plan_flight(settings(tmp_path, dtm=dtm, **high), Ears())
+    ears = Ears()
+    plan_flight(settings(tmp_path, dtm=dtm, target_share_pct=70.0, **high), ears)
+    assert any(text.startswith("No orbits can be flown here: the terrain model does not") for text in ears.warnings)
+    wide = write_slope(tmp_path / "wide.tif", 20, half=10 + 180.0)
+    found = plan_flight(settings(tmp_path, dtm=wide, **{**high, "pattern": "orbits"}), Ears())
+    assert found["pattern"] == "orbits" and found["share_measured"] >= 0.9
 
 
 def test_settings_file_and_help_agree(planned):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from .curves import Curves, Outcome, outcome
 from .drones import DroneCamera
 from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, Target, grid, orbits
 from .safety import Budget, Unsafe, budget_of, made_safe, speed_of
-from .settings import PATTERNS, FlyingSettings, PlanFlightSettings
+from .settings import LEAST_CLEARANCE_M, MOST_HEIGHT_M, PATTERNS, PlanFlightSettings
 from .site import PlanSite
 from .stand import CELL_M, REACH_M, Scene, about_plot, make_scene
 from .views import ViewModel, framed_views, shown_share
@@ -60,27 +60,13 @@ class JudgedFlight:
 @dataclass(frozen=True)
 class Choice:
     """plan: the chosen flight. tried: every flight that was judged, (pattern, heights, photos, share, error cm,
-    batteries, minutes). more: what :data:`MORE` further photos would give. refused: how many flights of a pattern may
-    not be flown, by (pattern, reason)."""
+    batteries, minutes). more: what :data:`MORE` further photos would give. not_flown: a sentence for each pattern of
+    which no flight may be flown, with what would do."""
 
     plan: JudgedFlight
     tried: list[tuple[str, str, int, float, float, int, float]]
     more: Outcome
-    refused: Counter[tuple[str, str]] = field(default_factory=Counter)
-
-    def not_flown(self) -> list[str]:
-        """A sentence for each pattern of which no flight may be flown."""
-        flown = {pattern for pattern, *_ in self.tried}
-        names = dict.fromkeys(pattern for pattern, _ in self.refused if pattern not in flown)
-        return [f"No {name} can be flown here: {_main_reason(self.refused, name)}." for name in names]
-
-
-def _main_reason(refused: Counter[tuple[str, str]], pattern: str | None = None) -> str:
-    """What most flights (of a pattern) are refused for."""
-    counts: Counter[str] = Counter()
-    for (name, reason), count in refused.items():
-        counts[reason] += count if pattern in (None, name) else 0
-    return counts.most_common(1)[0][0]
+    not_flown: list[str] = field(default_factory=list)
 
 
 def stems_of(site: PlanSite, seed: int) -> list[PlotStems]:
@@ -133,26 +119,15 @@ def judged(
     return np.concatenate(clear), np.concatenate(gsd)
 
 
-def heights_of(
-    site: PlanSite, camera: DroneCamera, limits: FlyingSettings, error_cm: float, curves: Curves
-) -> tuple[float, float]:
-    """The two heights over the ground that are tried, m: the higher gives the wanted error at :data:`VIEWS_OF_HEIGHT`.
-
-    Raises:
-        InputError: the canopy and its clearance leave no height, or the photos at the lowest are too coarse.
-    """
+def heights_of(site: PlanSite, camera: DroneCamera, settings: PlanFlightSettings) -> tuple[float, float]:
+    """The two heights over the ground that are tried, m: the higher gives the wanted error at :data:`VIEWS_OF_HEIGHT`;
+    none is above the limit, even where the canopy asks for more."""
     ground = np.array([target.centre for target in site.targets])
     top = float(np.nanmax(site.canopy_top(ground) - site.ground(ground)))
-    lowest = top + limits.clearance_m
-    if lowest > limits.highest_m:
-        raise InputError(
-            f"--clearance-m: trees of {top:.0f} m and {limits.clearance_m:g} m clearance ask for {lowest:.0f} m over "
-            f"the ground, expected at most {limits.highest_m:g} m; a greater --highest-m (with a permit) or a smaller "
-            "clearance would do."
-        )
+    lowest = min(top + settings.clearance_m, settings.highest_m)
     slant = 1 / np.cos(np.radians(min(TILTS_DEG)))
-    wanted = curves.coarsest_gsd_cm(error_cm, VIEWS_OF_HEIGHT) / 100 * camera.focal_px / slant
-    higher = float(np.clip(wanted, lowest, limits.highest_m))
+    coarsest = Curves.load().coarsest_gsd_cm(settings.target_error_cm, VIEWS_OF_HEIGHT)
+    higher = float(np.clip(coarsest / 100 * camera.focal_px / slant, lowest, settings.highest_m))
     return max(lowest, LOWER * higher), higher
 
 
@@ -174,6 +149,30 @@ def candidates(
                         yield grid(site.targets, site.ground, camera, name, level, tilt, overlap, heading_deg)
 
 
+Refused = list[tuple[str, Unsafe]]
+#: The flights for some settings, judged, and those that may not be flown: with it advice is tried before it is given.
+Search = Callable[[PlanFlightSettings], tuple[list[JudgedFlight], Refused]]
+
+
+def safe_flights(
+    site: PlanSite, camera: DroneCamera, settings: PlanFlightSettings, heading_deg: float
+) -> tuple[list[PlanFlight], Refused]:
+    """The flights that may be flown, and the pattern of every other one with what stands against it (``dtm``: how far
+    beyond the plots the terrain model would have to reach for it, m)."""
+    flights: list[PlanFlight] = []
+    refused: Refused = []
+    for flight in candidates(site, camera, heights_of(site, camera, settings), heading_deg, settings.pattern):
+        if not 0 < len(flight) <= MAX_PHOTOS:
+            continue
+        try:
+            flights.append(made_safe(flight, site.canopy_top, camera, settings))
+        except Unsafe as problem:
+            if problem.option == "dtm":
+                problem.needed = flight.beyond_m(site.targets) + settings.clearance_m
+            refused.append((flight.pattern, problem))
+    return flights, refused
+
+
 def choose(
     site: PlanSite, stems: list[PlotStems], camera: DroneCamera, settings: PlanFlightSettings, take_off: np.ndarray,
     heading_deg: float, reporter: Reporter,
@@ -181,45 +180,49 @@ def choose(
     """The flight with the fewest photos that measures the share with the error, or the best with so many batteries.
 
     Raises:
-        InputError: nothing safe, or nothing that reaches the target; says what would do.
+        InputError: nothing safe, or nothing that reaches the target; says what would do, which was tried.
     """
     model, curves, costs = ViewModel.load(), Curves.load(), CostModel.load()
-    error_cm, share, batteries = settings.target_error_cm, settings.target_share_pct / 100, settings.batteries
-    heights = heights_of(site, camera, settings, error_cm, curves)
-    plans: list[JudgedFlight] = []
-    refused: Counter[tuple[str, str]] = Counter()
     dbh_m = np.concatenate([2 * one.scene.stems[one.rows, 2] for one in stems])
-    flights = [
-        flight
-        for flight in candidates(site, camera, heights, heading_deg, settings.pattern)
-        if 0 < len(flight) <= MAX_PHOTOS
-    ]
-    for number, flight in enumerate(flights):
-        try:
-            safe = made_safe(flight, site.canopy_top, camera, settings)
-        except Unsafe as problem:
-            refused[flight.pattern, str(problem)] += 1
-            continue
-        clear, gsd = judged(safe, stems, camera, model)
-        budget = budget_of(safe, camera, speed_of(safe, camera, settings), take_off, costs)
-        plans.append(JudgedFlight(safe, outcome(curves, clear, gsd, dbh_m), budget, clear, gsd))
-        reporter.progress((number + 1) / len(flights), f"flight {number + 1} of {len(flights)}")
+
+    def search(asked: PlanFlightSettings) -> tuple[list[JudgedFlight], Refused]:
+        flights, refused = safe_flights(site, camera, asked, heading_deg)
+        plans = []
+        for number, flight in enumerate(flights):
+            clear, gsd = judged(flight, stems, camera, model)
+            budget = budget_of(flight, camera, speed_of(flight, camera, asked), take_off, costs)
+            plans.append(JudgedFlight(flight, outcome(curves, clear, gsd, dbh_m), budget, clear, gsd))
+            reporter.progress((number + 1) / len(flights), f"flight {number + 1} of {len(flights)}")
+        return plans, refused
+
+    plans, refused = search(settings)
     if not plans:
-        raise InputError(_nothing_safe(refused, settings))
-    if batteries is None:
-        good = [plan for plan in plans if plan.outcome.share >= share and plan.outcome.error_cm <= error_cm]
-    else:
-        good = [plan for plan in plans if plan.budget.batteries <= batteries]
+        raise InputError(_nothing_safe(refused, settings, search))
+    good = _good(plans, settings)
     if not good:
-        raise InputError(_unreachable(plans, error_cm, share, batteries))
-    if batteries is None:
+        raise InputError(_unreachable(plans, refused, settings, search))
+    if settings.batteries is None:
         plan = min(good, key=lambda made: (made.budget.photos, made.budget.minutes))
     else:
         # A tenth of a point of share is no reason for twice the photos.
         best = max(made.outcome.share for made in good)
         near = [made for made in good if made.outcome.share >= best - 0.005]
         plan = min(near, key=lambda made: (made.outcome.error_cm, made.budget.photos))
-    return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, dbh_m, curves), refused)
+    flown = {made.flight.pattern for made in plans}
+    not_flown = []
+    for pattern in dict.fromkeys(pattern for pattern, _ in refused if pattern not in flown):
+        own = [row for row in refused if row[0] == pattern]
+        _, why, advice = _against(own, replace(settings, pattern=pattern), search)
+        not_flown.append(f"No {pattern} can be flown here: {why}; {advice}.")
+    return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, dbh_m, curves), not_flown)
+
+
+def _good(plans: list[JudgedFlight], settings: PlanFlightSettings) -> list[JudgedFlight]:
+    """Those that reach what is wanted."""
+    if settings.batteries is not None:
+        return [plan for plan in plans if plan.budget.batteries <= settings.batteries]
+    share, error_cm = settings.target_share_pct / 100, settings.target_error_cm
+    return [plan for plan in plans if plan.outcome.share >= share and plan.outcome.error_cm <= error_cm]
 
 
 def _row(plan: JudgedFlight) -> tuple[str, str, int, float, float, int, float]:
@@ -248,40 +251,95 @@ def with_more(plan: JudgedFlight, plans: list[JudgedFlight], dbh_m: np.ndarray, 
     return outcome(curves, clear, gsd, dbh_m)
 
 
-def _nothing_safe(refused: Counter[tuple[str, str]], limits: FlyingSettings) -> str:
+def _nothing_safe(refused: Refused, settings: PlanFlightSettings, search: Search) -> str:
     if not refused:
         return (
-            "--plots: no flight of fewer than 3000 photos shows them; plan the plots in groups that lie near one "
-            "another."
+            f"--plots: no flight of fewer than {MAX_PHOTOS} photos shows them; plan the plots in groups that lie near "
+            "one another."
         )
-    why = _main_reason(refused)
-    if "terrain model" in why:
-        return f"--dtm: {why}; give a DTM that reaches 100 m beyond the plots."
-    if "gimbal" in why:
-        return f"--camera: {why}; choose a camera whose gimbal reaches it."
-    return (
-        f"--clearance-m: {why}, expected at most {limits.highest_m:g} m; a greater --highest-m (with a permit) or a "
-        "smaller clearance would do."
-    )
+    option, why, advice = _against(refused, settings, search)
+    return f"--{option.replace('_', '-')}: {why}; {advice}."
 
 
-def _unreachable(plans: list[JudgedFlight], error_cm: float, share: float, batteries: int | None) -> str:
-    if batteries is not None:
+def _against(refused: Refused, settings: PlanFlightSettings, search: Search) -> tuple[str, str, str]:
+    """What stands against most of these flights: the option, the reason of that which lacks least, what would do."""
+    option = Counter(problem.option for _, problem in refused).most_common(1)[0][0]
+    least = min((problem for _, problem in refused if problem.option == option), key=lambda problem: problem.needed)
+    if option == "dtm":
+        return option, str(least), f"give a DTM that reaches {reach_to_give_m(least.needed):.0f} m beyond the plots"
+    if option == "camera":
+        return option, str(least), "choose a camera whose gimbal reaches it"
+    higher, nearer = (_tried_limit(name, settings, search) for name in ("highest_m", "clearance_m"))
+    advice = " or ".join(filter(None, [higher and f"{higher} (with a permit)", nearer]))
+    return option, str(least), f"give {advice}" if advice else "no other height or clearance would do"
+
+
+def reach_to_give_m(needed_m: float) -> float:
+    """How far beyond the plots a terrain model is asked to reach, m."""
+    return 10 * float(np.ceil(needed_m / 10))
+
+
+def _tried_limit(name: str, settings: PlanFlightSettings, search: Search) -> str:
+    """``highest_m`` or ``clearance_m`` with which a flight reaches what is wanted, or may be flown at all, as an
+    option; '' where none is found."""
+    value, at_all = getattr(settings, name), ""
+    for _ in range(8):
+        tried = replace(settings, **{name: value})
+        plans, refused = search(tried)
+        option = f"--{name.replace('_', '-')} {value:g}"
+        if _good(plans, tried):
+            return option
+        if plans:
+            at_all, lacks = at_all or f"{option} (for less than is wanted)", 2.0
+        else:
+            needed = min((problem.needed for _, problem in refused if problem.option == "highest_m"), default=np.inf)
+            lacks = max(needed - tried.highest_m, 0.1)
+        value = np.ceil(value + lacks) if name == "highest_m" else np.ceil(value - lacks) - 1
+        if not LEAST_CLEARANCE_M <= value <= MOST_HEIGHT_M:
+            break
+    return at_all
+
+
+def _unreachable(plans: list[JudgedFlight], refused: Refused, settings: PlanFlightSettings, search: Search) -> str:
+    """What is out of reach, and what would do; the flights that may not be flown are part of it."""
+    others = ""
+    if refused:
+        _, why, advice = _against(refused, settings, search)
+        others = f"; {len(refused)} of {len(plans) + len(refused)} flights cannot be flown here ({why}): {advice}"
+    error_cm, share = settings.target_error_cm, settings.target_share_pct / 100
+    if settings.batteries is not None:
         least = min(plan.budget.batteries for plan in plans)
         return (
-            f"--batteries: {batteries} carry no flight over these plots, expected at least {least}; give {least}, or "
-            "fewer plots."
+            f"--batteries: {settings.batteries} carry no flight over these plots, expected at least {least}; give "
+            f"{least}, or fewer plots{others}."
         )
     sharp = [plan for plan in plans if plan.outcome.error_cm <= error_cm]
-    if not sharp:
-        best = min(plans, key=lambda plan: plan.outcome.error_cm)
+    if sharp:
+        most, photos = _most_share(sharp, share)
         return (
-            f"--target-error-cm: {error_cm:g} cm is out of reach, the best found is {best.outcome.error_cm:.2f} cm "
-            f"with {best.budget.photos} photos; give that, a longer focal length, or a smaller --clearance-m."
+            f"--target-share-pct: {100 * share:g} % is out of reach in this stand; give at most {most:g} ({photos} "
+            f"photos), or fly without leaves, or use LiDAR where crowns close{others}."
         )
-    best = max(sharp, key=lambda plan: plan.outcome.share)
+    best = min(plan.outcome.error_cm for plan in plans)
+    enough = [plan for plan in plans if plan.outcome.share >= share]
+    given_cm = np.ceil(100 * min(plan.outcome.error_cm for plan in enough or plans)) / 100
+    ways = ["a camera with a longer focal length"]
+    while given_cm <= 10 and not sharp:
+        # Another error is flown for from another height.
+        tried, _ = search(replace(settings, target_error_cm=given_cm))
+        sharp = [plan for plan in tried if plan.outcome.error_cm <= given_cm]
+        if sharp:
+            most, photos = _most_share(sharp, share)
+            less = f" and --target-share-pct {most:g}" if most < 100 * share else ""
+            ways.insert(0, f"--target-error-cm {given_cm:g}{less} ({photos} photos)")
+        given_cm = np.ceil(110 * given_cm) / 100
     return (
-        f"--target-share-pct: {100 * share:g} % is out of reach in this stand, the most found is "
-        f"{100 * best.outcome.share:.0f} % with {best.budget.photos} photos ({best.flight.pattern}); give at most "
-        f"{int(100 * best.outcome.share)}, or fly without leaves, or use LiDAR where crowns close."
+        f"--target-error-cm: {error_cm:g} cm is out of reach, the best found is {best:.3f} cm; give "
+        f"{', or '.join(ways)}{others}."
     )
+
+
+def _most_share(plans: list[JudgedFlight], wanted: float) -> tuple[float, int]:
+    """Per cent of the stems that can be asked of these flights, at most what was wanted, and the photos it takes."""
+    most = min(100 * wanted, float(np.floor(100 * max(plan.outcome.share for plan in plans))))
+    return most, min(plan.budget.photos for plan in plans if 100 * plan.outcome.share >= most)

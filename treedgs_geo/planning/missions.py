@@ -82,6 +82,11 @@ class PlanFlight:
         right = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros(len(yaw))])
         return np.stack([right, np.cross(forward, right), forward], axis=1)
 
+    def beyond_m(self, targets: list[Target]) -> float:
+        """How far from the nearest plot's circle the farthest photo is taken, m."""
+        away = [np.hypot(*(self.xy - target.centre).T) - target.radius_m for target in targets]
+        return float(np.min(away, axis=0).max())
+
     def take(self, index: np.ndarray) -> PlanFlight:
         """Some of the photos."""
         names = ("xy", "above_m", "ground_m", "yaw_deg", "pitch_deg", "leg")

@@ -16,7 +16,7 @@ from ..core.settings import to_json
 from ..inventory.declination import parse_date
 from ..report.pdf import load_fonts
 from .brief import batteries_of, draw_brief, write_brief
-from .choose import MORE, Choice, choose, stems_of
+from .choose import MORE, Choice, choose, reach_to_give_m, stems_of
 from .drones import camera_of
 from .layers import OWN_LAYERS, write_plan_layers
 from .mission_files import mission_of, write_kmz, write_litchi, write_plan
@@ -57,7 +57,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     heading = heading_of(site, sun)
     with reporter.stage("flights", 0.1, 0.85):
         choice = choose(site, stems, camera, settings, take_off, heading[0], reporter)
-    more = [*choice.not_flown(), *_beyond(site, choice, settings)]
+    more = [*choice.not_flown, *_beyond(site, choice, settings)]
     site.notes.extend(more)
     reporter.tell(more)
     with reporter.stage("write", 0.85, 1.0):
@@ -147,7 +147,7 @@ def _beyond(site: PlanSite, choice: Choice, settings: PlanFlightSettings) -> lis
     return [
         f"{settings.dtm}: {beyond.sum()} of {len(flight)} photos are taken beyond it; the ground there is taken from "
         f"its edge, and may be up to {margin.max():.0f} m higher: the clearance allows for that. Check the terrain on "
-        "site, or give a DTM that reaches 100 m beyond the plots."
+        f"site, or give a DTM that reaches {reach_to_give_m(flight.beyond_m(site.targets)):.0f} m beyond the plots."
     ]
 
 

@@ -22,7 +22,13 @@ Canopy = Callable[[np.ndarray], np.ndarray]
 
 
 class Unsafe(Exception):
-    """A flight that may not be flown; the text says why and what would do."""
+    """A flight that may not be flown; the text says why. option: the setting that stands against it. needed: the value
+    of it that this flight asks for (highest_m: m over the ground; dtm: see :func:`.choose.safe_flights`; infinite:
+    unknown)."""
+
+    def __init__(self, text: str, option: str, needed: float = np.inf) -> None:
+        super().__init__(text)
+        self.option, self.needed = option, needed
 
 
 def made_safe(flight: PlanFlight, canopy: Canopy, camera: DroneCamera, limits: FlyingSettings) -> PlanFlight:
@@ -36,21 +42,21 @@ def made_safe(flight: PlanFlight, canopy: Canopy, camera: DroneCamera, limits: F
     """
     if not np.isfinite(flight.ground_m).all():
         unknown = int((~np.isfinite(flight.ground_m)).sum())
-        raise Unsafe(f"the terrain model does not cover {unknown} of {len(flight)} photo positions")
+        raise Unsafe(f"the terrain model does not cover {unknown} of {len(flight)} photo positions", "dtm")
     low, high = camera.gimbal_deg
     if flight.pitch_deg.min() < low or flight.pitch_deg.max() > high:
-        raise Unsafe(f"the gimbal turns from {low:g} to {high:g} degrees, the flight needs {flight.pitch_deg.min():g}")
+        why = f"the gimbal turns from {low:g} to {high:g} degrees, the flight needs {flight.pitch_deg.min():g}"
+        raise Unsafe(why, "camera")
     for _ in range(4):
         short = _shortfall(flight, canopy, limits.clearance_m)
         if short.max() <= 0.01:
             break
         flight = replace(flight, above_m=flight.above_m + short)
     else:
-        raise Unsafe(f"no height keeps {limits.clearance_m:g} m over the canopy between its photos")
-    if flight.above_m.max() > limits.highest_m + 0.01:
-        raise Unsafe(
-            f"{limits.clearance_m:g} m from the canopy takes {flight.above_m.max():.0f} m over the ground on this slope"
-        )
+        raise Unsafe(f"no height keeps {limits.clearance_m:g} m over the canopy between its photos", "highest_m")
+    if (needed := float(flight.above_m.max())) > limits.highest_m + 0.01:
+        why = f"{limits.clearance_m:g} m from the canopy takes {np.ceil(needed):.0f} m over the ground here"
+        raise Unsafe(f"{why}, expected at most {limits.highest_m:g} m", "highest_m", needed)
     return flight
 
 
@@ -88,7 +94,7 @@ def _shortfall(flight: PlanFlight, canopy: Canopy, clearance_m: float) -> np.nda
     points, start = ways(flight)
     lowest = needed_height(canopy, points[:, :2], clearance_m)
     if not np.isfinite(lowest).all():
-        raise Unsafe("the terrain model does not cover the way between its photos")
+        raise Unsafe("the terrain model does not cover the way between its photos", "dtm")
     lack = np.maximum(lowest - points[:, 2], 0.0)
     short = np.zeros(len(flight))
     np.maximum.at(short, start, lack)
