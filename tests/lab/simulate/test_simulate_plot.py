@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import datetime as dt
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -98,9 +101,18 @@ def test_layout(leafy):
     assert len(list(leafy.glob("DJI_*_Timestamp.MRK"))) == 1
 
 
-def test_same_seed_same_bytes(leafy, tmp_path):
-    again = tmp_path / "leafy"
-    simulate_plot(SimulateSettings(output=again, forks_below_bh=1, touching_saplings=1, **TINY))
+def test_same_seed_same_bytes_wherever_it_is_made(leafy, tmp_path):
+    """On one core, in another folder, language and time zone, with other hashes and rights: also the plugin's sample
+    flight, which is such a plot."""
+    again = tmp_path / "elsewhere" / "leafy"
+    asked = dict(TINY, forks_below_bh=1, touching_saplings=1)
+    options = [word for name, value in asked.items() for word in (f"--{name.replace('_', '-')}", str(value))]
+    elsewhere = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "7"}
+    elsewhere |= {"TZ": "Pacific/Auckland", "LC_ALL": "de_DE.UTF-8", "PYTHONUTF8": "0"}
+    subprocess.run(
+        [sys.executable, "-m", "treedgs_geo", "simulate-plot", *options, "--output", str(again)],
+        env={**os.environ, **elsewhere}, umask=0o077, check=True, capture_output=True,
+    )  # fmt: skip
     for path in sorted(leafy.rglob("*")):
         if path.is_file() and path.name != "timing.json":
             assert path.read_bytes() == (again / path.relative_to(leafy)).read_bytes(), path.name
