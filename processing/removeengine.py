@@ -44,7 +44,7 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):
         """The help panel."""
-        return self.tr(HELP)
+        return self.paragraphs(self.tr(HELP))
 
     def initAlgorithm(self, configuration=None):
         """Declare parameters."""

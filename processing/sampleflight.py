@@ -31,12 +31,12 @@ class Algorithm(BaseAlgorithm):
         return self.tr("Get the sample flight")
 
     def group(self):
-        """With the simulator."""
-        return self.tr("5 Steps and research")
+        """With the set-up: what one begins with."""
+        return self.tr("Setup")
 
     def groupId(self):
-        """With the simulator."""
-        return "5stepsandresearch"
+        """With the set-up."""
+        return "setup"
 
     def tags(self):
         """Search words."""
@@ -48,7 +48,7 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):
         """The help panel."""
-        return self.tr(HELP)
+        return self.paragraphs(self.tr(HELP))
 
     def initAlgorithm(self, configuration=None):
         """Declare parameters."""

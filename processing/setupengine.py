@@ -74,7 +74,7 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):
         """The help panel."""
-        return self.tr(HELP).format(takes=missing.takes())
+        return self.paragraphs(self.tr(HELP).format(takes=missing.takes()))
 
     def initAlgorithm(self, configuration=None):
         """Declare parameters."""

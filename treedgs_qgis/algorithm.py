@@ -53,6 +53,10 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
         """Translate."""
         return i18n.tr(text)
 
+    def paragraphs(self, text: str) -> str:
+        """A help text for the dialog, which would begin a paragraph with every line of it."""
+        return " ".join(text.split())
+
     def createInstance(self) -> QgsProcessingAlgorithm:
         """A fresh copy, as QGIS asks for."""
         return type(self)()

@@ -59,8 +59,10 @@ STATES = {"": "", "taped": "taped", "none": "none (no tree there)", "dead": "dea
 
 
 def tapes() -> QgsVectorLayer:
-    """Trees to tape: open ones amber, filled-in ones green; the crew's fields on top of the form."""
+    """Trees to tape: open ones amber, filled-in ones green, as diamonds, which the measured trees below are not; the
+    crew's fields on top of the form."""
     layer = memory_layer(TAPES, "tapes", "Point")
+    look = {"name": "diamond", "outline_width": "0.5", "size": "4.6"}
     looks = {
         "open": ("to tape", AMBER, "#5a3a00"),
         "taped": ("taped", GREEN, "#12401a"),
@@ -72,7 +74,7 @@ def tapes() -> QgsVectorLayer:
         QgsCategorizedSymbolRenderer(
             """CASE WHEN coalesce("state", '') <> '' THEN "state" WHEN "taped_cm" > 0 THEN 'taped' ELSE 'open' END""",
             [
-                QgsRendererCategory(value, marker(color=fill, outline_color=edge, outline_width="0.5", size="4"), text)
+                QgsRendererCategory(value, marker(**look, color=fill, outline_color=edge), text)
                 for value, (text, fill, edge) in looks.items()
             ],
         )

@@ -109,10 +109,6 @@ that with everything filled in. The photos are rendered, not taken: their trees 
       <translation>Beispielflug holen</translation>
     </message>
     <message>
-      <source>5 Steps and research</source>
-      <translation>5 Schritte und Forschung</translation>
-    </message>
-    <message>
       <source>Get a small flight to try the plugin with.</source>
       <translation>Holt einen kleinen Flug zum Ausprobieren der Erweiterung.</translation>
     </message>
@@ -2318,6 +2314,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Geotag drone photos</source>
       <translation>Drohnenfotos verorten</translation>
+    </message>
+    <message>
+      <source>5 Steps and research</source>
+      <translation>5 Schritte und Forschung</translation>
     </message>
     <message>
       <source>MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.</source>

@@ -109,10 +109,6 @@ that with everything filled in. The photos are rendered, not taken: their trees 
       <translation>Obtener el vuelo de ejemplo</translation>
     </message>
     <message>
-      <source>5 Steps and research</source>
-      <translation>5 Pasos e investigación</translation>
-    </message>
-    <message>
       <source>Get a small flight to try the plugin with.</source>
       <translation>Obtiene un vuelo pequeño para probar el complemento.</translation>
     </message>
@@ -2316,6 +2312,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Geotag drone photos</source>
       <translation>Geoetiquetar fotos de dron</translation>
+    </message>
+    <message>
+      <source>5 Steps and research</source>
+      <translation>5 Pasos e investigación</translation>
     </message>
     <message>
       <source>MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.</source>

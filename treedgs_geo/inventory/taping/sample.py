@@ -51,7 +51,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
             settings.seed,
         )
     if settings.n > len(frame.trees):
-        reporter.warn(f"--n: {settings.n} tapes asked for, {len(frame.trees)} trees are there: all of them are drawn.")
+        reporter.warn(f"{settings.n} tapes asked for (--n), {len(frame.trees)} trees are there: all of them are drawn.")
     day = parse_date(settings.field_date, "--field-date").isoformat() if settings.field_date else ""
     trees = walk(frame, draw, settings, day, settings.trees)
     with reporter.stage("write", 0.4, 1.0):
