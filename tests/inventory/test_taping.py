@@ -283,7 +283,7 @@ def test_without_plots_and_with_few_trees(tmp_path):
     ears = Ears()
     write_trees(tmp_path / "one.gpkg", trees[:1], CRS)
     found = sample(TapeSampleSettings(trees=tmp_path / "one.gpkg", n=5, output=tmp_path / "o"), ears)
-    assert found["n"] == 1 and any("5 tapes asked for, 1 trees are there" in w for w in ears.warnings)
+    assert found["n"] == 1 and any("5 tapes asked for (--n), 1 trees are there" in w for w in ears.warnings)
     write_trees(tmp_path / "none.gpkg", [], CRS)
     with pytest.raises(InputError, match="none of its 0 trees"):
         sample(TapeSampleSettings(trees=tmp_path / "none.gpkg", output=tmp_path / "n"), Ears())
