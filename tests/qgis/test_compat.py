@@ -166,6 +166,7 @@ for language in ("de", "es_MX", "fr"):
     assert "TIP es_MX <b>Árbol 1</b><br>Sin DAP" in said and "muy pocas fotos ven el tronco" in said
     assert "TIP fr <b>Tree 1</b><br>No DBH" in said and "too few photos see the stem" in said
     assert "WORDS de Grundfläche [m²] ['gemessen', 'gemessen, zu prüfen', 'gesehen, kein BHD'" in said
+    assert "'pale: outside the plots'" in said, "what the map shows is in the legend"
     assert "WORDS fr Basal area [m²] ['measured', 'measured, to be checked', 'seen, no DBH'" in said
 
 

@@ -193,6 +193,10 @@ def trees() -> QgsVectorLayer:
     # Before a renderer has them: what it hands out are copies.
     for _, symbol in looks.values():
         symbol.setDataDefinedProperty(QgsSymbol.PropertyOpacity, QgsProperty.fromExpression(PALE_OUTSIDE))
+    pale = marker("2.6", color=GREEN, outline_color="#12401a")
+    pale.setOpacity(0.35)
+    # No tree is drawn as this: it is a line of the legend.
+    looks["outside"] = ("pale: outside the plots", pale)
     layer.setRenderer(
         QgsCategorizedSymbolRenderer(
             DRAWN_AS, [QgsRendererCategory(value, symbol, text) for value, (text, symbol) in looks.items()]

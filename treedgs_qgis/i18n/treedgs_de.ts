@@ -4900,6 +4900,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>von Hand: kein Baum</translation>
     </message>
     <message>
+      <source>pale: outside the plots</source>
+      <translation>blass: außerhalb der Probeflächen</translation>
+    </message>
+    <message>
       <source>Yours to write</source>
       <translation>Von Ihnen zu schreiben</translation>
     </message>

@@ -4898,6 +4898,10 @@ cero.&lt;/p&gt;
       <translation>a mano: ningún árbol</translation>
     </message>
     <message>
+      <source>pale: outside the plots</source>
+      <translation>pálido: fuera de las parcelas</translation>
+    </message>
+    <message>
       <source>Yours to write</source>
       <translation>Para escribir usted</translation>
     </message>
