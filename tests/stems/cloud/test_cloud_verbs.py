@@ -47,6 +47,28 @@ def test_the_chain_by_steps_and_in_one_go(laz, tmp_path):
         assert (table["qc_flag"] == "ok").all()
 
 
+@pytest.mark.parametrize("mossy", [(0, 1, 2, 3), (1, 3)])
+def test_no_stem_under_moss_is_ok(mossy, tmp_path):
+    """Moss 2 to 4 cm thick over 90 % of the bark of stems 20 to 38 cm thick, in drone LiDAR."""
+    path, out, rng = tmp_path / "moss.laz", tmp_path / "trees.gpkg", np.random.default_rng(5)
+    stems = [(x, y, dbh) for (x, y), dbh in zip([(3, 3), (9, 3), (3, 9), (9, 9)], (20, 26, 32, 38), strict=True)]
+    xyz = plot_cloud(rng, stems, bark=2400, noise_m=0.012)
+    for x, y, dbh in (stems[number] for number in mossy):
+        out_of = xyz[:, :2] - (x, y)
+        far = np.hypot(*out_of.T)
+        bark = (far < dbh / 200 + 0.06) & (xyz[:, 2] > 100.9) & (rng.uniform(size=len(xyz)) < 0.9)
+        xyz[bark, :2] += out_of[bark] * (rng.uniform(0.02, 0.04, bark.sum()) / far[bark])[:, None]
+    write_cloud(path, PointCloud(xyz + AT, pyproj.CRS.from_epsg(32615)))
+    assert run("pointcloud-to-dbh", "--input", path, "--output", out, "--sheets", "none") == 0
+    table = gpd.read_file(out, layer="trees")
+    xy = np.column_stack([table.geometry.x, table.geometry.y]) - AT[:2]
+    for number, (x, y, dbh) in enumerate(stems):
+        row = table.iloc[int(np.hypot(*(xy - (x, y)).T).argmin())]
+        assert (row["qc_flag"] == "ok") == (number not in mossy)
+        assert "covered" in row["qc_reason"] or "double" in row["qc_reason"] or number not in mossy
+        assert row["qc_flag"] == "reject" or row["dbh_lo_cm"] <= dbh <= row["dbh_hi_cm"]
+
+
 def test_a_dtm_off_the_clouds_ground_is_reported_and_widens_the_intervals(laz, tmp_path, capsys):
     dtm, shifted = tmp_path / "dtm.tif", tmp_path / "shifted.tif"
     assert run("terrain", "--input", laz, "--output", dtm) == 0

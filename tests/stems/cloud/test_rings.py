@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.stems.cloud.estimate.rings import Rings, inner_face
+from treedgs_geo.stems.cloud.estimate.rings import Inside, Rings, inner_face
 from treedgs_geo.stems.cloud.estimate.stem import measure_points
 from treedgs_geo.stems.cloud.propose.sensors import SENSORS
 from treedgs_geo.stems.geometry.cone import Cone
@@ -44,6 +44,7 @@ def test_a_clean_ring_has_no_second_one(kind, noise_m):
     cone = Cone(0.0, 0.0, 0.0, 0.0, DBH_CM / 200, -0.005, 1.37, noise_m)
     assert Rings.of(points, cone, (0.9, 1.9)) == Rings()
     assert inner_face(points, cone, (0.9, 1.9), SENSORS[kind].floor_m) is None
+    assert Inside.of(points, cone, (0.9, 1.9)).skew_se < 1.6
     found = measure_points(points, None, SENSORS[kind].at_noise(noise_m)).assessment
     assert found.flag == "ok" and abs(found.dbh_cm - DBH_CM) < 0.6
 
@@ -51,6 +52,38 @@ def test_a_clean_ring_has_no_second_one(kind, noise_m):
 def test_leaves_that_hide_all_bark_leave_a_flat_ring():
     found = measure_points(stem(np.random.default_rng(4), share=1.0), None, SENSORS["tls"]).assessment
     assert found.flag != "ok" and "covered" in found.reasons
+
+
+@pytest.mark.parametrize(("kind", "noise_m", "share"), [("uls", 0.012, 0.8), ("uls", 0.012, 0.9), ("tls", 0.004, 0.95)])
+def test_bark_between_moss_is_seen_inside_what_was_fitted(kind, noise_m, share):
+    points = stem(np.random.default_rng(6), 2400, noise_m, share, (0.02, 0.04))
+    found = measure_points(points, None, SENSORS[kind])
+    assert found.inside.skew_se > 2.5
+    assert found.inside.depth_m == 0 or 0.02 < found.inside.depth_m < 0.045
+
+
+def test_furrows_twigs_and_one_side_are_no_bark_between_moss():
+    rng, cone = np.random.default_rng(7), Cone(0.0, 0.0, 0.0, 0.0, DBH_CM / 200, -0.005, 1.37, 0.005)
+    clean = stem(rng)
+    turn = np.arctan2(clean[:, 1], clean[:, 0])
+    scale = np.ones((3, len(clean)))
+    depth = 0.015 / np.hypot(clean[:, 0], clean[:, 1])
+    scale[0] -= depth * np.clip(1 - np.abs((24 * turn / np.pi) % 1 - 0.5) * 4, 0, 1)
+    scale[1] += 4 * depth * (rng.uniform(size=len(clean)) < 0.1) * rng.uniform(0, 1, len(clean))
+    scale[2] -= 2 * depth * (np.abs(turn) < 0.4)
+    for factor in scale:
+        points = clean * np.column_stack([factor, factor, np.ones(len(clean))])
+        assert Inside.of(points, cone, (0.9, 1.9)).skew_se < 1.6
+
+
+def test_furrowed_bark_is_measured():
+    rng = np.random.default_rng(8)
+    points = stem(rng)
+    turn = np.arctan2(points[:, 1], points[:, 0])
+    deep = 0.02 * np.clip(1 - np.abs((12 * turn / np.pi) % 1 - 0.2) * 5, 0, 1)
+    points[:, :2] *= (1 - deep / np.hypot(points[:, 0], points[:, 1]))[:, None]
+    found = measure_points(points, None, SENSORS["tls"]).assessment
+    assert found.measured and abs(found.dbh_cm - DBH_CM) < min(0.8, 1.64 * found.se_cm)
 
 
 def test_two_sharp_rings_are_refused_as_two_dates():

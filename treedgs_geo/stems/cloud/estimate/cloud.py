@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.stats import false_discovery_control, norm
 
 from ....core.errors import InputError
+from ....core.intervals import HALF_WIDTH_SE
 from ....core.machine import in_threads
 from ....core.map_scale import ground_scale
 from ....core.progress import Reporter
@@ -131,6 +133,7 @@ def measure_stems(
         for measured in in_threads(measure, range(len(ids))):
             results.append(measured)
             reporter.progress(len(results) / len(ids))
+    results = bark_inside(results)
     if sensor.calibrated:
         results = beside_the_others(results)
     trees = [
@@ -258,6 +261,24 @@ def _pass_by_pass(
             measured = again.assessed(again.assessment.widened(fit.se_cm))
     found = judge("points", {"dates_cm": fit.dates_cm})
     return measured.assessed(measured.assessment.widened(fit.dates_cm / 2).adding(found))
+
+
+def bark_inside(results: list[StemMeasure]) -> list[StemMeasure]:
+    """Flagged (``covered``), with an interval that reaches it, where bark shows inside what was fitted: leaves, ivy or
+    moss hide the rest. Stems of a plot are judged together: where many are covered, less evidence is enough."""
+    known = [k for k, each in enumerate(results) if each.assessment.measured and np.isfinite(each.inside.skew_se)]
+    if not known:
+        return results
+    chance = norm.sf([results[k].inside.skew_se for k in known])
+    # Rate of false discoveries (Benjamini and Hochberg 1995) among stems of which those that lean as much outwards as
+    # inwards are half of the clean ones (Storey, Taylor and Siegmund 2004).
+    clean = min((1 + np.count_nonzero(chance >= 0.5)) / (0.5 * len(known)), 1.0)
+    out = list(results)
+    for k, false_share in zip(known, clean * false_discovery_control(chance), strict=True):
+        stated, off_cm = results[k].assessment, 100 * results[k].inside.depth_m
+        other_cm = stated.dbh_cm - 2 * off_cm - HALF_WIDTH_SE * stated.se_cm
+        out[k] = results[k].assessed(stated.adding(judge("points", {"false_share": false_share}), off_cm, other_cm))
+    return out
 
 
 def beside_the_others(results: list[StemMeasure]) -> list[StemMeasure]:

@@ -29,6 +29,10 @@ COAT_SHARE, COAT_DEG, SHARPER = 0.12, 270.0, 1.25
 #: diameter, cm), is seen over so many degrees, and leaves so little inside itself, but the fitted bark so much.
 FACE_M, FACE_WEIGHT, FACE_ROUNDS, FACE_CAP_M = 0.012, 3.0, 12, 0.014
 FACE_CM, FACE_DEG, FACE_INSIDE, BARK_INSIDE = 1.0, 240.0, 0.04, 0.08
+#: Distances count up to so many spreads, those beyond the other number lie inside the bark; so many points show it. A
+#: mean direction of these as long as that is one side alone: a scan beside the others, an oval stem's. Furrows of bark
+#: are less deep than this, m.
+CLIP_SD, BEYOND_SD, INSIDE_POINTS, ONE_SIDED, FURROW_M = 3.0, 2.0, 60, 0.5, 0.018
 #: Points that show whether a ring is flat: noise heaps up in the middle, leaves and scans that do not fit do not.
 FLAT_POINTS = 300
 
@@ -121,6 +125,50 @@ def inner_face(points: np.ndarray, cone: Cone, window: tuple[float, float], floo
     arc = 360.0 / SECTORS * np.count_nonzero(there >= max(1.0, 0.25 * there.mean()))
     inside = np.mean(e < -limit) <= FACE_INSIDE and np.mean(cone.residuals(points) < -limit) >= BARK_INSIDE
     return found if inside and arc >= FACE_DEG and on.mean() >= COAT_SHARE else None
+
+
+@dataclass(frozen=True)
+class Inside:
+    """Points inside a fitted stem, all round. skew_se: how surely the distances from the bark lean inwards, in standard
+    errors (NaN: not known). depth_m: how far the points off the bark on its inner side lie inside it.
+
+    Nothing is seen inside wood: noise, drift and a section that is not round scatter points to both sides, twigs and
+    leaves to the outside. Distances that lean inwards are bark that shows through what the stem was fitted to.
+    """
+
+    skew_se: float = float("nan")
+    depth_m: float = 0.0
+
+    @classmethod
+    def of(cls, points: np.ndarray, cone: Cone, window: tuple[float, float]) -> Inside:
+        """Of the (N, 3) points in a window of heights."""
+        points = points[(points[:, 2] >= window[0]) & (points[:, 2] <= window[1])]
+        e, turn = cone.residuals(points), cone.azimuths(points)
+        near = np.abs(e) < REACH_M
+        e, turn = e[near], turn[near]
+        if len(e) < INSIDE_POINTS:
+            return cls()
+        e = without_waves(e, turn)
+        e -= np.median(e)
+        spread = max(1.4826 * float(np.median(np.abs(e))), 0.002)
+        within = e < -BEYOND_SD * spread
+        if not within.any() or np.hypot(np.cos(turn[within]).mean(), np.sin(turn[within]).mean()) > ONE_SIDED:
+            return cls(0.0)
+        depth_m = -float(e[within].mean())
+        if depth_m < FURROW_M:
+            return cls(0.0)
+        # The third Hermite polynomial: skewness that the middle's own error does not enter. Its error is what chance
+        # would make of these distances if each could as well lie on the other side: thick tails are no skewness.
+        u = np.clip(e / spread, -CLIP_SD, CLIP_SD)
+        skew = 3 * u - u**3
+        return cls(float(skew.sum() / np.sqrt((skew**2).sum())), depth_m)
+
+
+def without_waves(e: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """(N,) distances ``e`` from the bark, in directions ``turn``, without the waves of an oval or three-sided stem."""
+    waves = np.column_stack([wave(k * turn) for k in (2, 3) for wave in (np.cos, np.sin)])
+    near = np.abs(e) < REACH_M
+    return e - waves @ np.linalg.lstsq(waves[near], e[near], rcond=None)[0] if near.sum() > 8 else e
 
 
 def kurtosis(e: np.ndarray, spread: float) -> float:

@@ -25,7 +25,7 @@ from ..propose.candidate_check import ConeStem
 from ..propose.options import SegmentOptions
 from ..propose.segment import search_points
 from ..propose.sensors import Sensor
-from .rings import Rings, inner_face, kurtosis
+from .rings import Inside, Rings, inner_face, kurtosis, without_waves
 from .stem_measure import StemMeasure, refuse
 from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor, uneven_ring
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
@@ -83,21 +83,20 @@ def measure_points(
     if fitted is None:
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
+    inside = Inside()
     if not sensor.solid and not bare:
         pool = np.concatenate([points, others])
-        rings = Rings.of(pool, cone, window)
-        face = None if rings.is_coat else inner_face(pool, cone, window, sensor.floor_m)
-        if rings.is_coat:
-            start = replace(cone, r=cone.r + rings.inner_m, sigma=rings.inner_sd)
-            return _measure_under_coat(pool, weights, start, cone, sensor, bh_m, options)
+        inside, rings = Inside.of(pool, cone, window), Rings.of(pool, cone, window)
+        inner = replace(cone, r=cone.r + rings.inner_m, sigma=rings.inner_sd)
+        face = inner if rings.is_coat else inner_face(pool, cone, window, sensor.floor_m)
         if face is not None:
-            return _measure_under_coat(pool, weights, face, cone, sensor, bh_m, options)
+            return _measure_under_coat(pool, weights, face, cone, inside, sensor, bh_m, options)
         if rings.inner_deg:
-            found = judge("points", {"inner_deg": rings.inner_deg, "twice_cm": rings.twice_cm})
             measured = measure_points(points, weights, sensor, bh_m, options, start, others, upright, bare=True)
             # Which of the two is the bark is not known: the inner one by its share of the points.
             off_cm = 200 * abs(rings.inner_m) * float(np.sqrt(rings.share * (1 - rings.share)))
-            return measured.assessed(measured.assessment.widened(off_cm).adding(found))
+            found = judge("points", {"twice_cm": rings.twice_cm})
+            return replace(measured.assessed(measured.assessment.widened(off_cm).adding(found)), inside=inside)
     # A short window, where points are plenty, shows no bow and needs no straightening.
     if not sensor.solid and not upright and window[1] - window[0] >= LEAST_CONES * STEP_M:
         pool = np.concatenate([points, others])
@@ -107,7 +106,8 @@ def measure_points(
             return _measure_bowed(pool, strength, len(points), axis, sensor, bh_m, options)
     slices = _slices(points, weights, cone, sensor)
     taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
-    return _conclude(FittedStem(points, cone, window, on, slices, taper, others), sensor, bh_m, options)
+    measured = _conclude(FittedStem(points, cone, window, on, slices, taper, others), sensor, bh_m, options)
+    return replace(measured, inside=inside)
 
 
 def _measure_under_coat(
@@ -115,18 +115,20 @@ def _measure_under_coat(
     weights: np.ndarray | None,
     face: Cone,
     cone: Cone,
+    inside: Inside,
     sensor: Sensor,
     bh_m: float,
     options: SegmentOptions,
 ) -> StemMeasure:
     """The stem measured by the bark that shows through leaves, ivy or moss: the inner ``face`` of what ``cone`` was
-    fitted to. ``pool``: (N, 3) all points near it."""
+    fitted to. ``pool``: (N, 3) all points near it. ``inside``: what shows it."""
     on_bark = face.residuals(pool) < COAT_REACH_SD * face.sigma
     if weights is not None:
         weights = np.r_[weights, np.full(len(pool) - len(weights), np.median(weights))][on_bark]
     measured = measure_points(pool[on_bark], weights, sensor, bh_m, options, face, bare=True)
     found = judge("points", {"coat_cm": 100 * (cone.r - face.r)})
-    return measured.assessed(measured.assessment.widened(COAT_SE * 200 * face.sigma).adding(found))
+    measured = measured.assessed(measured.assessment.widened(COAT_SE * 200 * face.sigma).adding(found))
+    return replace(measured, inside=replace(inside, depth_m=0.0))
 
 
 def _measure_bowed(
@@ -286,10 +288,7 @@ def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> 
 def _round(fitted: FittedStem) -> np.ndarray:
     """(W,) distances of the window's points from the bark without its waves: an oval stem is no flat ring."""
     inside = fitted.points[(fitted.points[:, 2] >= fitted.window[0]) & (fitted.points[:, 2] <= fitted.window[1])]
-    e, turn = fitted.cone.residuals(inside), fitted.cone.azimuths(inside)
-    waves = np.column_stack([wave(k * turn) for k in (2, 3) for wave in (np.cos, np.sin)])
-    near = np.abs(e) < 0.1
-    return e - waves @ np.linalg.lstsq(waves[near], e[near], rcond=None)[0] if near.sum() > 8 else e
+    return without_waves(fitted.cone.residuals(inside), fitted.cone.azimuths(inside))
 
 
 def _quantities(
