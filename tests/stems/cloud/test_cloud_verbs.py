@@ -52,7 +52,7 @@ def test_no_stem_under_moss_is_ok(mossy, tmp_path):
     """Moss 2 to 4 cm thick over 90 % of the bark of stems 20 to 38 cm thick, in drone LiDAR."""
     path, out, rng = tmp_path / "moss.laz", tmp_path / "trees.gpkg", np.random.default_rng(5)
     stems = [(x, y, dbh) for (x, y), dbh in zip([(3, 3), (9, 3), (3, 9), (9, 9)], (20, 26, 32, 38), strict=True)]
-    xyz = plot_cloud(rng, stems, bark=2400, noise_m=0.012)
+    xyz = plot_cloud(rng, stems, bark=2400)
     for x, y, dbh in (stems[number] for number in mossy):
         out_of = xyz[:, :2] - (x, y)
         far = np.hypot(*out_of.T)
