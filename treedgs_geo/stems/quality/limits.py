@@ -65,7 +65,9 @@ _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
 _CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
 _TOUCHING = "two stems of drone LiDAR that a sapling touches: 2.7, 2.8; 500 others: at most 1.9, simulated and rendered"
 _POLES = "poles among trees: 0.32; 500 stems of drone LiDAR, simulated and rendered: 0.62 and more"
-_COATED = "chosen: costs at most 2 % of two clean stems, less of more; 480 clean stems, real, rendered and simulated: 0.15 and more"
+_COATED = (
+    "chosen: of two clean stems it costs at most 2 %, of more less; 480 real, rendered, simulated ones: 0.15 and more"
+)
 _FURROWED = "simulated furrows of bark, 2 cm deep: 2.6 to 3.1; two dates 4 cm apart: 3.9 and more"
 _ONE_SIDED = (
     "leaves, or a sapling, on one side: 9.5 to 13; 500 other stems of drone LiDAR, simulated and rendered: at most 4.6"

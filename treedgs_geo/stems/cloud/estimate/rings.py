@@ -141,8 +141,9 @@ class Inside:
 
     @classmethod
     def of(cls, points: np.ndarray, cone: Cone, window: tuple[float, float]) -> Inside:
-        """Of the (N, 3) points in a window of heights."""
+        """Of the (N, 3) points in a window of heights; points above one another (repeated, on a lattice) count once."""
         points = points[(points[:, 2] >= window[0]) & (points[:, 2] <= window[1])]
+        points = points[np.unique(points[:, 0] + 1j * points[:, 1], return_index=True)[1]]
         e, turn = cone.residuals(points), cone.azimuths(points)
         near = np.abs(e) < REACH_M
         e, turn = e[near], turn[near]
