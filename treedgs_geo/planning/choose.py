@@ -15,7 +15,7 @@ from .curves import Curves, Outcome, outcome
 from .drones import DroneCamera
 from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, Target, grid, orbits
 from .safety import Budget, Unsafe, budget_of, made_safe, speed_of
-from .settings import LEAST_CLEARANCE_M, MOST_HEIGHT_M, PATTERNS, PlanFlightSettings
+from .settings import MAX_HEIGHT_M, MIN_CLEARANCE_M, PATTERNS, PlanFlightSettings
 from .site import PlanSite
 from .stand import CELL_M, REACH_M, Scene, about_plot, make_scene
 from .views import ViewModel, framed_views, shown_share
@@ -295,7 +295,7 @@ def _tried_limit(name: str, settings: PlanFlightSettings, search: Search) -> str
             needed = min((problem.needed for _, problem in refused if problem.option == "highest_m"), default=np.inf)
             lacks = max(needed - tried.highest_m, 0.1)
         value = np.ceil(value + lacks) if name == "highest_m" else np.ceil(value - lacks) - 1
-        if not LEAST_CLEARANCE_M <= value <= MOST_HEIGHT_M:
+        if not MIN_CLEARANCE_M <= value <= MAX_HEIGHT_M:
             break
     return at_all
 
@@ -315,7 +315,7 @@ def _unreachable(plans: list[JudgedFlight], refused: Refused, settings: PlanFlig
         )
     sharp = [plan for plan in plans if plan.outcome.error_cm <= error_cm]
     if sharp:
-        most, photos = _most_share(sharp, share)
+        most, photos = _max_share(sharp, share)
         return (
             f"--target-share-pct: {100 * share:g} % is out of reach in this stand; give at most {most:g} ({photos} "
             f"photos), or fly without leaves, or use LiDAR where crowns close{others}."
@@ -329,7 +329,7 @@ def _unreachable(plans: list[JudgedFlight], refused: Refused, settings: PlanFlig
         tried, _ = search(replace(settings, target_error_cm=given_cm))
         sharp = [plan for plan in tried if plan.outcome.error_cm <= given_cm]
         if sharp:
-            most, photos = _most_share(sharp, share)
+            most, photos = _max_share(sharp, share)
             less = f" and --target-share-pct {most:g}" if most < 100 * share else ""
             ways.insert(0, f"--target-error-cm {given_cm:g}{less} ({photos} photos)")
         given_cm = np.ceil(110 * given_cm) / 100
@@ -339,7 +339,7 @@ def _unreachable(plans: list[JudgedFlight], refused: Refused, settings: PlanFlig
     )
 
 
-def _most_share(plans: list[JudgedFlight], wanted: float) -> tuple[float, int]:
+def _max_share(plans: list[JudgedFlight], wanted: float) -> tuple[float, int]:
     """Per cent of the stems that can be asked of these flights, at most what was wanted, and the photos it takes."""
     most = min(100 * wanted, float(np.floor(100 * max(plan.outcome.share for plan in plans))))
     return most, min(plan.budget.photos for plan in plans if 100 * plan.outcome.share >= most)

@@ -10,7 +10,7 @@ from ..core.settings import TABLES, param
 #: Patterns that are tried, in the order of the brief.
 PATTERNS = ("orbits", "crosshatch", "nadir-oblique")
 #: Limits of the height over the canopy and over the ground, m.
-LEAST_CLEARANCE_M, MOST_HEIGHT_M = 3.0, 500.0
+MIN_CLEARANCE_M, MAX_HEIGHT_M = 3.0, 500.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,10 +66,10 @@ class FlyingSettings:
     )
     speed_m_s: float = param(8.0, unit="m/s", minimum=0.5, maximum=20, help="most speed to fly at")
     clearance_m: float = param(
-        15.0, unit="m", minimum=LEAST_CLEARANCE_M, maximum=100, help="least height over the canopy, anywhere on the way"
+        15.0, unit="m", minimum=MIN_CLEARANCE_M, maximum=100, help="least height over the canopy, anywhere on the way"
     )
     highest_m: float = param(
-        110.0, unit="m", minimum=20, maximum=MOST_HEIGHT_M, help="most height over the ground, by law or permit"
+        110.0, unit="m", minimum=20, maximum=MAX_HEIGHT_M, help="most height over the ground, by law or permit"
     )
     take_off: str | None = param(
         None,
