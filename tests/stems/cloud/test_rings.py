@@ -23,7 +23,8 @@ def stem(rng, count=4000, noise_m=0.004, share=0.0, thick_m=(0.03, 0.08), side_d
 
 
 @pytest.mark.parametrize(
-    ("share", "thick_m", "side_deg"), [(0.7, (0.03, 0.08), 180), (0.8, (0.01, 0.03), 180), (0.7, (0.03, 0.08), 90)]
+    ("share", "thick_m", "side_deg"),
+    [(0.7, (0.03, 0.08), 180), (0.8, (0.01, 0.03), 180), (0.9, (0.02, 0.04), 180), (0.7, (0.03, 0.08), 90)],
 )
 def test_the_bark_that_shows_under_leaves_is_measured_and_flagged(share, thick_m, side_deg):
     points = stem(np.random.default_rng(1), share=share, thick_m=thick_m, side_deg=side_deg)

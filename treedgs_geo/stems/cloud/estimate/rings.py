@@ -22,8 +22,8 @@ _STARTS = ((-1.0, 1.0, 0.5), (-2.0, 0.3, 0.2), (-3.0, 0.5, 0.1))
 #: group in sums of both spreads, and share of the points.
 GAIN, INSIDE_M, INSIDE_SD, APART, SHARES = 12.0, 0.008, 1.5, 1.0, (0.04, 0.6)
 #: The inner group is bark under a coat where it is a ring in itself (share, arc, degrees) and sharper than what lies
-#: outside it; as sharp as that, the bark is there twice.
-COAT_SHARE, COAT_DEG, SHARPER = 0.12, 270.0, 1.25
+#: outside it; as sharp as that, the bark is there twice, if so large a share of it is.
+COAT_SHARE, COAT_DEG, SHARPER, TWICE_SHARE = 0.05, 225.0, 1.25, 0.12
 #: The inner face is looked for by a fit that lets points lie outside but not inside: scale, m, weight of those inside,
 #: rounds, and the spread of bark at most, m. It is the stem where it lies so far inside the fitted bark (on the
 #: diameter, cm), is seen over so many degrees, and leaves so little inside itself, but the fitted bark so much.
@@ -80,19 +80,16 @@ class Rings:
         )
 
     @property
-    def is_ring(self) -> bool:
-        """The inner group is a ring of bark in itself."""
-        return self.share >= COAT_SHARE and self.inner_deg >= COAT_DEG
-
-    @property
     def is_coat(self) -> bool:
         """Bark shows through something rougher outside it."""
-        return self.is_ring and self.outer_sd > SHARPER * self.inner_sd
+        ring, deep = self.inner_deg >= COAT_DEG, self.outer_m - self.inner_m > FURROW_M
+        return ring and deep and self.share >= COAT_SHARE and self.outer_sd > SHARPER * self.inner_sd
 
     @property
     def twice_cm(self) -> float:
         """Diameters of two rings as sharp as one another apart by, cm; 0 = one ring."""
-        return 200 * (self.outer_m - self.inner_m) if self.is_ring and not self.is_coat else 0.0
+        two = self.share >= TWICE_SHARE and self.inner_deg >= COAT_DEG and not self.is_coat
+        return 200 * (self.outer_m - self.inner_m) if two else 0.0
 
 
 def inner_face(points: np.ndarray, cone: Cone, window: tuple[float, float], floor_m: float) -> Cone | None:
