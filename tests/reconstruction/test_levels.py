@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from synthetic_block import CAMERA, LENS, block_of, known_of, ring
+from synthetic_block import CAMERA, LENS, block_of, known_of, ring, still_sensor
 
 from treedgs_geo.core import steps
 from treedgs_geo.core.errors import ReconstructionError
@@ -21,11 +21,15 @@ from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
 from treedgs_geo.reconstruction.incremental_block import Joined
 from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
+from treedgs_geo.reconstruction.resection import confirmed
 from treedgs_geo.reconstruction.sift import FeatureStore, PhotoFeatures
+from treedgs_geo.reconstruction.tracks import Block
+from treedgs_geo.stems.quality.limits import judge
 
 GOOD = {
     "photos": 62,
     "registered": 62,
+    "confirmed": 62,
     "poses_px_median": 0.03,
     "poses_px_worst": 0.1,
     "reprojection_rms_px": 0.17,
@@ -333,7 +337,7 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     kept[weak] = False
     block.keep(kept)
     known = known_of(block.centres, 0.02)
-    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False)
+    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed)
     survey = SimpleNamespace(known=known, rotations=block.rotations.copy())
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)
@@ -382,3 +386,26 @@ class Collector(Reporter):
 
     def warn(self, message: str) -> None:
         self.said.append(message)
+
+
+def test_a_photo_that_wrong_matches_turned_is_not_confirmed_by_the_points_of_others() -> None:
+    rng = np.random.default_rng(11)
+    views, points = ring(8), rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3))
+    store = _store(1, views, points, 600)
+    turn = rotation_from_gimbal(1, 0, 0) @ rotation_from_gimbal(0, 0, 0).T
+    rotations = np.array([view.rotation for view in views])
+    rotations[3] = turn @ rotations[3]
+    # Half of what a photo shows ties it.
+    rows = [(i, key) for i, own in enumerate(store.numbers) for key in np.flatnonzero(own >= 0) if rng.uniform() < 0.5]
+    image, key = np.array(rows).T
+    point = np.array([store.numbers[i][k] for i, k in rows])
+    translations = -np.einsum("nij,nj->ni", rotations, [view.centre for view in views])
+    block = Block(still_sensor(CAMERA, 8), rotations, translations, store.keypoints, points, image, key, point)
+    np.testing.assert_array_equal(confirmed(block, store), np.arange(8) != 3)
+
+
+def test_a_block_whose_photos_are_not_confirmed_is_not_enough_and_flags_its_trees() -> None:
+    guided, fine, _ = levels_of(20, True)
+    weak = GOOD | {"confirmed": 30}
+    assert "confirmed" in not_enough(guided, weak) and "confirmed" in not_enough(fine, weak)
+    assert judge("photos", {"confirmed": 30 / 62}).flagged and not judge("photos", {"confirmed": 32 / 62}).reasons

@@ -20,6 +20,7 @@ from .control import control_residuals, rms_of
 from .covariance import posterior_of
 from .geotag_errors import usual_speed_m_s
 from .incremental_block import Joined
+from .options import CONFIRMED_SHARE
 from .tracks import Block
 
 #: Refused below this share of registered photos; warned below the second.
@@ -90,6 +91,13 @@ def check_block(
     track = len(block.point) / max(len(block.points), 1)
     rms_px = float(np.sqrt(np.mean(np.sum(block.residuals() ** 2, axis=1))))
     _check_ties(track, per_photo, rms_px, warnings)
+    confirmed = int(joined.confirmed.sum())
+    if confirmed < CONFIRMED_SHARE * block.is_posed.sum():
+        warnings.append(
+            f"Only {confirmed} of {block.is_posed.sum()} placed photos show the points of the others where these must "
+            "be: their poses are not sure, and every tree is marked for checking (weak_block); fly with more overlap, "
+            "in less wind, or with RTK or PPK."
+        )
     posterior = posterior_of(joined.adjusted, geotags.factor)
     late_s = joined.known.late_s + posterior.late_s
     late_sd_s = np.where(joined.known.late_sd_s > 0, posterior.late_sd_s, np.nan)
@@ -118,6 +126,7 @@ def check_block(
         "photos": len(stations),
         "registered": int(posed.sum()),
         "left_out": left_out,
+        "confirmed": confirmed,
         "groups": [len(group) for group in groups],
         "points": len(block.points),
         "track_length": round(track, 2),

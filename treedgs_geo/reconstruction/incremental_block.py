@@ -18,7 +18,15 @@ from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .outlier_photos import leave_out, leave_out_loose, set_loose
 from .prior_knowledge import Survey
-from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate
+from .resection import (
+    GIMBAL_REACH_DEG,
+    MIN_OBSERVATIONS,
+    confirmed,
+    extend,
+    from_matches,
+    resect,
+    retriangulate,
+)
 from .rolling_shutter import settle_lens, settle_shutter
 from .sift import FeatureStore
 from .tracks import Block, triangulate
@@ -32,8 +40,8 @@ _ENOUGH = 40
 
 
 class Joined(NamedTuple):
-    """A finished block, its last adjustment, what held it and was free in that, and whether a rolling shutter was
-    looked for.
+    """A finished block, its last adjustment, what held it and was free in that, whether a rolling shutter was looked
+    for, and which photos are confirmed (N,) (:func:`.resection.confirmed`).
     """
 
     block: Block
@@ -41,6 +49,7 @@ class Joined(NamedTuple):
     known: Known
     free: frozenset[str]
     tested_shutter: bool
+    confirmed: np.ndarray
 
 
 def join_photos(
@@ -96,7 +105,7 @@ def join_photos(
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if leave_out_loose(block, posterior_of(adjusted).poses_px, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    return Joined(block, adjusted, known, free, tested)
+    return Joined(block, adjusted, known, free, tested, confirmed(block, store))
 
 
 def _first_block(

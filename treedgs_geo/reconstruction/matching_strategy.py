@@ -23,7 +23,7 @@ from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided
 from .incremental_block import Joined, from_gimbal, join_photos
 from .matching import match_all
-from .options import ReconstructOptions
+from .options import CONFIRMED_SHARE, ReconstructOptions
 from .pairs import select_pairs
 from .prior_knowledge import Survey
 from .sift import FeatureStore, extract
@@ -91,6 +91,8 @@ def not_enough(level: Level, report: dict[str, Any]) -> str:
     few = (1 - PLACED_SHARE) if level.again else MISSING_SHARE
     if missing > few * report["photos"]:
         return f"{missing} of {report['photos']} photos are not placed"
+    if report["confirmed"] < CONFIRMED_SHARE * report["registered"]:
+        return f"{report['confirmed']} of {report['registered']} placed photos are confirmed by the others' points"
     if level.again:
         return ""
     if median is None or worst is None:

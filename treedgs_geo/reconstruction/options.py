@@ -7,6 +7,9 @@ from typing import Any
 
 from ..core.settings import param
 
+#: A block is sure where at least this share of its placed photos is confirmed (:func:`.resection.confirmed`).
+CONFIRMED_SHARE = 0.5
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReconstructOptions:

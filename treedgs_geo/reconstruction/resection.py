@@ -5,6 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from scipy.stats import binom
 from threadpoolctl import threadpool_limits
 
 from ..core.machine import available_threads
@@ -20,6 +21,9 @@ MIN_OBSERVATIONS = 12
 GIMBAL_REACH_DEG = 1.5
 #: Of descriptor distances, best to second best near where a point must be.
 RATIO = 0.8
+#: A photo is confirmed when of the features that look like a point of the other photos and lie within this of where it
+#: must be, pixels, more lie so near to it than chance would put there but once in a hundred photos.
+CONFIRMED_REACH_PX, CONFIRMED_PX, CONFIRMED_CHANCE = 40.0, 4.0, 0.01
 
 
 def from_matches(
@@ -149,3 +153,22 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
     code = _codes(block)
     _, place, repeated = np.unique(code, return_inverse=True, return_counts=True)
     block.keep(repeated[place] == 1)
+
+
+def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
+    """(N,) bool: posed photos that show points which other photos made where the block says that they are.
+
+    Wrong matches that agree with each other turn a photo as they like, and its residuals are small; the points that it
+    took no part in tell.
+    """
+    found = np.zeros(len(block.keypoints), bool)
+    for i in np.flatnonzero(block.is_posed).tolist():
+        pose = block.rotations[i], block.translations[i]
+        point, key = find_points(block, store.descriptors, i, *pose, CONFIRMED_REACH_PX, RATIO)
+        others = ~np.isin(point, block.point[block.image == i])
+        pixels = block.view(i).project(block.points[point[others]])[0]
+        off = np.linalg.norm(store.keypoints[i][key[others]] - pixels, axis=1)
+        off = off[off < CONFIRMED_REACH_PX]
+        chance = (CONFIRMED_PX / CONFIRMED_REACH_PX) ** 2
+        found[i] = binom.sf(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE
+    return found

@@ -16,6 +16,7 @@ from ..core.shown import count_of
 from ..geotags.photos import read_photo
 from ..stems.photos.fit_records import write_fits
 from ..stems.quality.ground import with_ground_error
+from ..stems.quality.limits import judge
 from ..stems.quality.tree import Tree, with_block_errors
 from ..terrain.sparse_ground import sparse_ground_se
 from .context import Aligned, PhotoJob
@@ -81,6 +82,7 @@ def _measure_key(job: PhotoJob) -> Key:
         "seed": asked.seed,
         "plots": circles(job.place.area),
         "scale_sd": _scale_sd(job.block),
+        "confirmed": _confirmed(job.block),
         "ground_m": _ground_m(job),
     }
     if field is not None:
@@ -124,9 +126,12 @@ def _route(asked: PhotosToDbhSettings) -> str:
 
 
 def with_run_errors(job: PhotoJob, trees: list[Tree]) -> list[Tree]:
-    """The same with the errors of the block's scale, and of the ground's height under each tree."""
+    """The same with the errors of the block's scale, and of the ground's height under each tree; flagged where the
+    block itself is not sure."""
     block, site = job.block, job.place
     trees = [with_block_errors(tree, _scale_sd(block), 0.0) for tree in trees]
+    if judge("photos", _confirmed(block)).flagged:
+        trees = [tree.add_reason("weak_block") for tree in trees]
     places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
     # How well the sparse points show the ground under each tree counts in its error.
     ground_se = sparse_ground_se(site.frame.to_project(block.points), site.dtm, places, _ground_m(job))
@@ -135,6 +140,12 @@ def with_run_errors(job: PhotoJob, trees: list[Tree]) -> list[Tree]:
 
 def _scale_sd(block: Aligned) -> float:
     return block.report.get("scale_sd") or 0.0
+
+
+def _confirmed(block: Aligned) -> dict[str, float]:
+    """Share of the placed photos that the others' points confirm; empty for blocks that were not asked."""
+    report = block.report
+    return {"confirmed": report["confirmed"] / max(report["registered"], 1)} if "confirmed" in report else {}
 
 
 def _ground_m(job: PhotoJob) -> float | None:

@@ -4096,6 +4096,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>die Punktwolke mit ihrem Boden angeben, oder ein Geländemodell, das zu ihr passt</translation>
     </message>
     <message>
+      <source>the photos of this run hardly fit together: points of some are not found where they must be in others</source>
+      <translation>die Fotos dieses Laufs passen kaum zusammen: Punkte der einen finden sich in anderen nicht dort, wo sie sein müssen</translation>
+    </message>
+    <message>
+      <source>fly with more overlap or in less wind, or check by hand</source>
+      <translation>mit mehr Überlappung oder bei weniger Wind fliegen, oder von Hand prüfen</translation>
+    </message>
+    <message>
       <source>the trees are taller than trees of their diameter are: heights may be in feet</source>
       <translation>die Bäume sind höher, als Bäume ihres Durchmessers sind: die Höhen können in Fuß sein</translation>
     </message>

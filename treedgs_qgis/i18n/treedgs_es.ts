@@ -4094,6 +4094,14 @@ cero.&lt;/p&gt;
       <translation>dé la nube con su suelo, o un MDT que encaje con ella</translation>
     </message>
     <message>
+      <source>the photos of this run hardly fit together: points of some are not found where they must be in others</source>
+      <translation>las fotos de esta ejecución apenas encajan entre sí: los puntos de unas no se encuentran donde deben estar en otras</translation>
+    </message>
+    <message>
+      <source>fly with more overlap or in less wind, or check by hand</source>
+      <translation>vuele con más solape o con menos viento, o compruebe a mano</translation>
+    </message>
+    <message>
       <source>the trees are taller than trees of their diameter are: heights may be in feet</source>
       <translation>los árboles son más altos que los de su diámetro: las alturas pueden estar en pies</translation>
     </message>

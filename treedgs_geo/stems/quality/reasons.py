@@ -43,6 +43,10 @@ REASONS: dict[str, tuple[str, str]] = {
         "the height of the ground at the tree is unknown or unsure",
         "give the cloud with its ground, or a DTM that fits it",
     ),
+    "weak_block": (
+        "the photos of this run hardly fit together: points of some are not found where they must be in others",
+        "fly with more overlap or in less wind, or check by hand",
+    ),
     "odd_heights": (
         "the trees are taller than trees of their diameter are: heights may be in feet",
         "check the unit of the cloud's heights and measure again",
