@@ -34,7 +34,11 @@ def layer(name):
 
 
 def buttons():
-    return {found.text(): found for found in iface.messageBar().findChildren(QPushButton) if found.isVisible()}
+    """Of the message on top; QGIS's own, of a font that it cannot fetch, is taken away."""
+    bar = iface.messageBar()
+    while bar.currentItem() is not None and "font" in bar.currentItem().text():
+        bar.popWidget()
+    return {found.text(): found for found in bar.findChildren(QPushButton) if found.isVisible()}
 
 
 def main():
