@@ -83,7 +83,8 @@ _DIGITS = re.compile(r"\d+")
 
 def usual_crs(lon_deg: float, lat_deg: float, frame: pyproj.CRS | None = None) -> tuple[pyproj.CRS, str]:
     """The CRS that is usual at a place, and why it is this one, in words: the country's, else UTM (in the frame of
-    the positions, else as in :data:`_UTM`); of these the first into which positions can be turned as well as a survey.
+    the positions, else in the region's datum); of these the first into which positions can be turned as well
+    as a survey.
 
     PROJ's database knows boxes only: the country is that of the smallest one that holds the place.
 
