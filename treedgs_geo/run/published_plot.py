@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
     from ..reconstruction.cameras import View
     from ..stems.splats.field import GaussianField
+    from ..stems.quality.tree import Tree
     from ..stems.splats.scene_start import Box
     from .settings import PhotosToDbhSettings
 
@@ -127,21 +128,40 @@ def published_route(
     Raises:
         InputError: nothing to start from, or nothing left to sample. MissingComponentError: torch is not installed.
     """
-    from ..pointcloud.files import write_cloud
     from ..stems.splats.ply import write_field
 
-    clock = [time.process_time()]
     field, facts = fit_gaussians(site, sparse, asked.scene, asked.dense, reporter, 0.8)
     write_field(path(names.FIELD), field, site.frame)
-    clock.append(time.process_time())
+    trees, own = trees_of_gaussians(site, field, asked, reporter, path)
+    facts["stages_cpu_s"] |= own.pop("stages_cpu_s")
+    return Found(trees, KeptFits([]), facts | own)
+
+
+def trees_of_gaussians(
+    site: Site,
+    field: GaussianField,
+    asked: Published,
+    reporter: Reporter,
+    path: Callable[[str], Path] | None = None,
+) -> tuple[list[Tree], dict[str, Any]]:
+    """Trees of a fitted field: samples, segments, slices; and facts. path: of a file of the workspace by its name,
+    where ``surface.laz`` and ``stems.laz`` are to stay.
+
+    Raises:
+        InputError: nothing left to sample.
+    """
+    from ..pointcloud.files import write_cloud
+
+    clock = [time.process_time()]
     with reporter.stage("sample surface", 0.8, 0.9):
         cloud = sample_gaussians(field, site.frame, site.views, SampleOptions(seed=asked.scene.seed), reporter)
     clock.append(time.process_time())
     with reporter.stage("segment stems", 0.9, 0.97):
         tree_id, stems, height = _segmented(site, cloud, asked, reporter)
-        labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
-        write_cloud(path(names.SURFACE), labelled)
-        write_cloud(path(names.STEMS), labelled.select(tree_id > 0))
+        if path is not None:
+            labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
+            write_cloud(path(names.SURFACE), labelled)
+            write_cloud(path(names.STEMS), labelled.select(tree_id > 0))
     clock.append(time.process_time())
     with reporter.stage("measure stems", 0.97, 1.0):
         options = MeasureOptions(
@@ -149,9 +169,9 @@ def published_route(
         )
         trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
     clock.append(time.process_time())
-    own = dict(zip(("sample surface", "segment stems", "measure stems"), np.diff(clock[1:]).tolist(), strict=True))
-    seconds = {name: round(taken, 1) for name, taken in (facts.pop("stages_cpu_s") | own).items()}
-    return Found(trees, KeptFits([]), {"stages_cpu_s": seconds, **facts, "samples": len(cloud)})
+    taken = np.diff(clock).round(1).tolist()
+    seconds = dict(zip(("sample surface", "segment stems", "measure stems"), taken, strict=True))
+    return trees, {"stages_cpu_s": seconds, "samples": len(cloud)}
 
 
 def fit_gaussians(
@@ -170,7 +190,7 @@ def fit_gaussians(
 
     box, clock = Box.of(site.area, site.ground), [time.process_time()]
     with reporter.stage("dense prior", 0.0, 0.12 * share):
-        points, colours, source = _prior(site, sparse, dense, box, reporter)
+        points, colours, source = dense_start(site, sparse, dense, box, reporter)
     clock.append(time.process_time())
     with reporter.stage("fit Gaussians", 0.12 * share, share):
         field, report = fit_scene(WholePhotos.load(site.views), box, points, colours, scene, reporter)
@@ -179,7 +199,7 @@ def fit_gaussians(
     for warning in report.warnings(scene):
         reporter.warn(warning)
     return field, {
-        "stages_cpu_s": dict(zip(("dense prior", "fit Gaussians"), np.diff(clock).tolist(), strict=True)),
+        "stages_cpu_s": dict(zip(("dense prior", "fit Gaussians"), np.diff(clock).round(1).tolist(), strict=True)),
         "prior": {"source": source, "points": len(points)},
         "published_fit": asdict(report),
     }
@@ -201,7 +221,7 @@ def sample_gaussians(
     return PointCloud(frame.to_project(points.xyz), frame.crs, attributes)
 
 
-def _prior(
+def dense_start(
     site: Site, sparse: np.ndarray, dense: Path | None, box: Box, reporter: Reporter
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """(M, 3) points to start from, local, (M, 3) their colours, and whose they are."""

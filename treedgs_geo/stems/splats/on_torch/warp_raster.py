@@ -8,6 +8,7 @@ needs ``warp-lang``; ask :func:`available` first.
 # Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
 # mypy: disable-error-code="valid-type,misc,attr-defined"
 from contextlib import AbstractContextManager, nullcontext
+from typing import Any
 
 import torch
 import warp as wp
@@ -19,10 +20,43 @@ wp.config.quiet = True
 # Arrays are made from tensors' memory before the first kernel is launched.
 wp.init()
 _TILE = wp.constant(TILE_PX)
+_TILE_PIXELS = wp.constant(TILE_PX**2)
 _TOP = wp.constant(float(kernels.ALPHA_MAX))
 
 
-@wp.kernel
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __any_sync(0xffffffffu, here);
+#else
+    return here;
+#endif
+""")
+def _anywhere(here: bool) -> bool:
+    """``here`` of any pixel of this warp of 32."""
+    ...
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    for (int step = 16; step > 0; step /= 2) value += __shfl_down_sync(0xffffffffu, value, step);
+    if (threadIdx.x % 32 != 0) return;
+#endif
+    wp::atomic_add(grad, row, g, value);
+""")
+def _add(grad: wp.array2d(dtype=wp.float32), row: int, g: int, value: wp.float32):
+    """Add the values of a warp's 32 pixels to grad[row, g], in one access to memory."""
+    ...
+
+
+@wp.func
+def _pixel(thread: int, tiles_x: int):
+    """x, y and tile of a thread: those of a tile follow each other, so that a warp draws the same Gaussians."""
+    tile = thread / _TILE_PIXELS
+    place = thread - tile * _TILE_PIXELS
+    return (tile % tiles_x) * _TILE + place % _TILE, (tile / tiles_x) * _TILE + place / _TILE, tile
+
+
+@wp.kernel(enable_backward=False)
 def _forward(
     proj: wp.array2d(dtype=wp.float32),
     start: wp.array(dtype=wp.int32),
@@ -31,8 +65,9 @@ def _forward(
     full: int,
     image: wp.array3d(dtype=wp.float32),
 ):
-    y, x = wp.tid()
-    tile = (y / _TILE) * tiles_x + x / _TILE
+    x, y, tile = _pixel(wp.tid(), tiles_x)
+    if x >= image.shape[2] or y >= image.shape[1]:
+        return
     px, py = float(x) + 0.5, float(y) + 0.5
     red, green, blue, trans = wp.float32(0.0), wp.float32(0.0), wp.float32(0.0), wp.float32(1.0)
     depth, nx, ny, nz = wp.float32(0.0), wp.float32(0.0), wp.float32(0.0), wp.float32(0.0)
@@ -68,7 +103,7 @@ def _forward(
         image[8, y, x] = nz
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def _backward(
     proj: wp.array2d(dtype=wp.float32),
     start: wp.array(dtype=wp.int32),
@@ -79,8 +114,10 @@ def _backward(
     rest: wp.array2d(dtype=wp.float32),
     grad: wp.array2d(dtype=wp.float32),
 ):
-    y, x = wp.tid()
-    tile = (y / _TILE) * tiles_x + x / _TILE
+    x, y, tile = _pixel(wp.tid(), tiles_x)
+    inside = x < rest.shape[1] and y < rest.shape[0]
+    # A pixel beyond the border goes along, for the warp's sums, and adds nothing.
+    x, y = wp.min(x, rest.shape[1] - 1), wp.min(y, rest.shape[0] - 1)
     px, py = float(x) + 0.5, float(y) + 0.5
     trans = wp.float32(1.0)
     left = rest[y, x] + wp.float32(0.0)
@@ -89,9 +126,12 @@ def _backward(
         dx, dy = px - proj[0, g], py - proj[1, g]
         ka, kb, kc = proj[2, g], proj[3, g], proj[4, g]
         reach = ka * dx * dx + 2.0 * kb * dx * dy + kc * dy * dy
-        if reach <= proj[13, g]:
+        drawn = inside and reach <= proj[13, g]
+        if _anywhere(drawn):
             raw = proj[5, g] * wp.exp(-0.5 * reach)
             alpha = wp.min(raw, _TOP)
+            if not drawn:
+                alpha = wp.float32(0.0)
             w = alpha * trans
             h = given[3, y, x] + given[0, y, x] * proj[14, g] + given[1, y, x] * proj[15, g]
             h += given[2, y, x] * proj[16, g]
@@ -110,22 +150,22 @@ def _backward(
             trans = trans - w
             along = dp * (ka * dx + kb * dy) - proj[7, g] * wd
             down = dp * (kb * dx + kc * dy) - proj[8, g] * wd
-            wp.atomic_add(grad, 0, g, along)
-            wp.atomic_add(grad, 1, g, down)
-            wp.atomic_add(grad, 2, g, -0.5 * dp * dx * dx)
-            wp.atomic_add(grad, 3, g, -dp * dx * dy)
-            wp.atomic_add(grad, 4, g, -0.5 * dp * dy * dy)
-            wp.atomic_add(grad, 5, g, dp / proj[5, g])
+            _add(grad, 0, g, along)
+            _add(grad, 1, g, down)
+            _add(grad, 2, g, -0.5 * dp * dx * dx)
+            _add(grad, 3, g, -dp * dx * dy)
+            _add(grad, 4, g, -0.5 * dp * dy * dy)
+            _add(grad, 5, g, dp / proj[5, g])
             if full > 0:
-                wp.atomic_add(grad, 6, g, wd)
-                wp.atomic_add(grad, 7, g, wd * dx)
-                wp.atomic_add(grad, 8, g, wd * dy)
-                wp.atomic_add(grad, 9, g, w * given[5, y, x])
-                wp.atomic_add(grad, 10, g, w * given[6, y, x])
-                wp.atomic_add(grad, 11, g, w * given[7, y, x])
-            wp.atomic_add(grad, 12, g, w * given[0, y, x])
-            wp.atomic_add(grad, 13, g, w * given[1, y, x])
-            wp.atomic_add(grad, 14, g, w * given[2, y, x])
+                _add(grad, 6, g, wd)
+                _add(grad, 7, g, wd * dx)
+                _add(grad, 8, g, wd * dy)
+                _add(grad, 9, g, w * given[5, y, x])
+                _add(grad, 10, g, w * given[6, y, x])
+                _add(grad, 11, g, w * given[7, y, x])
+            _add(grad, 12, g, w * given[0, y, x])
+            _add(grad, 13, g, w * given[1, y, x])
+            _add(grad, 14, g, w * given[2, y, x])
 
 
 def available(device: str) -> bool:
@@ -145,7 +185,7 @@ def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[
         arrays = [wp.from_torch(rows), wp.from_torch(start), wp.from_torch(items), tiles_x, int(full)]
         with _stream(rows.device):
             image = wp.from_torch(planes)
-            wp.launch(_forward, dim=(height, width), device=image.device, inputs=[*arrays, image])
+            _launch(_forward, start, image, [*arrays, image])
     return planes, (start, items, tiles_x)
 
 
@@ -163,8 +203,13 @@ def pull_back(rows: torch.Tensor, lists: Lists, given: torch.Tensor, planes: tor
         with _stream(rows.device):
             out = wp.from_torch(grad)
             inputs = [*arrays, wp.from_torch(given), wp.from_torch(rest.contiguous()), out]
-            wp.launch(_backward, dim=(height, width), device=out.device, inputs=inputs)
+            _launch(_backward, lists[0], out, inputs)
     return grad
+
+
+def _launch(kernel: Any, start: torch.Tensor, out: Any, inputs: list[Any]) -> None:
+    """One thread a pixel, one block a tile. start: (tiles + 1,) of :data:`.project.Lists`."""
+    wp.launch(kernel, dim=(len(start) - 1) * TILE_PX**2, inputs=inputs, device=out.device, block_dim=TILE_PX**2)
 
 
 def _stream(device: torch.device) -> AbstractContextManager:
