@@ -148,6 +148,18 @@ def test_sparse_ground_under_trees_and_outliers():
         dtm_from_sparse(points[:10])
 
 
+@pytest.mark.parametrize("slope", [0.0, 0.5])
+def test_wrong_matches_below_the_ground_are_no_ground(slope):
+    """As in a dense stand in wind: as many wrong points as right ones, at all heights and metres below the ground."""
+    rng = np.random.default_rng(5)
+    xy = rng.uniform(-15, 15, (2400, 2))
+    height = np.where(np.arange(2400) < 1200, rng.normal(0, 0.1, 2400), rng.uniform(-7, 25, 2400))
+    dtm = dtm_from_sparse(np.column_stack([xy, slope * xy[:, 0] + height]))
+    probe = rng.uniform(-12, 12, (500, 2))
+    error = dtm.height(*probe.T) - slope * probe[:, 0]
+    assert abs(np.nanmedian(error)) < 0.1 and np.nanpercentile(np.abs(error), 95) < 0.35
+
+
 def test_no_ground_is_said():
     with pytest.raises(InputError, match="Terrain"):
         dtm_from_cloud(np.random.default_rng(0).uniform(0, 0.3, (50, 3)))

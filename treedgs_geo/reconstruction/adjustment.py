@@ -21,6 +21,11 @@ MIN_SIGMA_PX = 0.05
 PHOTO_PARTS, TRACKS_A_PART, _FEW_LEFT_OUT = (8, 6), 5, 0.7
 #: A photo that would keep fewer observations than this keeps all of its own.
 _FEW_OBSERVATIONS = 40
+#: Layers of height that have a noise of their own, at most; observations of each, at least; and the least, over the
+#: median one.
+_HEIGHTS, _OF_A_HEIGHT, _MIN_NOISE = 8, 200, 0.1
+#: A residual smaller than this is no reason to drop an observation, pixels.
+MIN_LIMIT_PX = 0.4
 #: A geotag farther off than this many standard deviations pulls no harder.
 TAG_LOSS = 3.0
 
@@ -117,6 +122,11 @@ def adjust(
     sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
     # The first time for the photos' standard error, which the last residuals decide.
     for rounds, reached in ((iterations // 3, max(tolerance, ROUGH)), (iterations, tolerance)):
+        problem.linearise(state)
+        own = slice(len(block.point))
+        problem.noise[own] = relative_noise(
+            np.linalg.norm(problem.linear.residual[own], axis=1), block.point, state.points[block.point, 2]
+        )
         state = problem.solve(state, sigma, tag_loss, rounds, reached)
         sigma = max(_sigma_px(problem, state), least_sigma_px)
     _apply(block, state)
@@ -157,6 +167,28 @@ def typical_px(block: Block) -> float:
     return float(np.median(error)) if len(error) else 0.3
 
 
+def relative_noise(error_px: np.ndarray, point: np.ndarray, height_m: np.ndarray) -> np.ndarray:
+    """(M,) standard error of observations of about the same height, over that of all: crowns sway in wind, the ground
+    and the stems' feet do not.
+
+    error_px, height_m: (M,) length of the residual, and height of the point that is observed. point: (M,) its number.
+    """
+    noise, known = np.ones(len(point)), np.isfinite(error_px) & np.isfinite(height_m)
+    if known.sum() < 2 * _OF_A_HEIGHT:
+        return noise
+    views = np.bincount(point)[point]
+    # What the point itself took up: of 2 v coordinates three.
+    error_px = error_px / np.sqrt(np.maximum(2 * views - 3, 1) / (2 * views))
+    edges = np.quantile(height_m[known], np.linspace(0, 1, min(_HEIGHTS, known.sum() // _OF_A_HEIGHT) + 1))
+    layer = np.clip(np.searchsorted(edges, height_m, side="right") - 1, 0, len(edges) - 2)
+    usual = np.median(error_px[known])
+    for k in range(len(edges) - 1):
+        inside = layer == k
+        if usual > 0 and (inside & known).any():
+            noise[inside] = max(float(np.median(error_px[inside & known]) / usual), _MIN_NOISE)
+    return noise
+
+
 def _sigma_px(problem: Problem, state: State) -> float:
     """Robust standard error of a pixel coordinate: the median residual over the share of it that the fit left."""
     problem.linearise(state)
@@ -182,8 +214,10 @@ def _apply(block: Block, state: State) -> None:
 
 
 def prune(block: Block, limit_px: float) -> None:
-    """Drop observations beyond ``limit_px`` and points whose rays meet under too small an angle."""
+    """Drop observations beyond ``limit_px`` (where their height has the usual noise), and points whose rays meet under
+    too small an angle."""
     error = np.linalg.norm(block.residuals(), axis=1)
-    block.keep(np.isfinite(error) & (error <= limit_px))
+    noise = relative_noise(error, block.point, block.points[block.point, 2])
+    block.keep(np.isfinite(error) & (error <= np.maximum(limit_px * noise, min(limit_px, MIN_LIMIT_PX))))
     if len(block.point):
         block.keep(widest_angle_deg(block, block.rays())[block.point] >= MIN_ANGLE_DEG)

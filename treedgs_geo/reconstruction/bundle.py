@@ -210,8 +210,9 @@ class Problem:
             self.aimed = np.flatnonzero(~self.held & np.isfinite(known.gimbal).all(axis=(1, 2)))
 
     def _observe(self, block: Block, control: ControlPoints | None) -> None:
-        """Observations and marks of control points (``seen``), their own error beside that of all (``extra_px``, (M,));
-        where the points are (``point_xyz``), with what weight (``point_weight``, 0 for what only photos show)."""
+        """Observations and marks of control points (``seen``), their own error beside that of all (``extra_px``, (M,)),
+        that of all over the usual one (``noise``, (M,)); where the points are (``point_xyz``), with what weight
+        (``point_weight``, 0 for what only photos show)."""
         sensor, posed, pixels = block.sensor, block.is_posed, block.observed()
         image, point, points, sd = block.image, block.point, block.points, np.full((len(block.points), 3), np.inf)
         self.extra_px = np.zeros(len(image))
@@ -222,6 +223,7 @@ class Problem:
             point = np.concatenate([point, len(points) + number])
             points, sd = np.concatenate([points, control.xyz[kept]]), np.concatenate([sd, control.sd_m[kept]])
             self.extra_px = np.concatenate([self.extra_px, np.full(len(number), MARK_PX)])
+        self.noise = np.ones(len(image))
         self.seen = kernels.Seen(image, point, pixels, sensor.share(pixels[:, 1]), sensor.flight)
         self.point_weight = 1 / sd**2
         self.point_xyz = np.where(np.isfinite(sd), points, 0.0)
@@ -249,7 +251,7 @@ class Problem:
 
     def weigh(self, x: State, sigma_px: float, tag_loss: float) -> Weights:
         """Robust weights at the linearised state."""
-        variance = sigma_px**2 + self.extra_px**2
+        variance = (sigma_px * self.noise) ** 2 + self.extra_px**2
         square = np.einsum("mk,mk->m", self.linear.residual, self.linear.residual) / variance
         lost = ~np.isfinite(square)
         square[lost] = 1e6

@@ -9,14 +9,14 @@ import numpy as np
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
-from .adjustment import Adjusted, Known, adjust, adjust_roughly, prune, typical_px
+from .adjustment import MIN_LIMIT_PX, Adjusted, Known, adjust, adjust_roughly, prune, typical_px
 from .bundle import GOOD, LAST
 from .cameras import Sensor
 from .control import align_to_control
 from .covariance import posterior_of
 from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
-from .outlier_photos import leave_out, leave_out_loose, set_loose
+from .outlier_photos import leave_out, leave_out_loose, leave_out_unconfirmed, set_loose, set_unconfirmed
 from .prior_knowledge import Survey
 from .resection import (
     GIMBAL_REACH_DEG,
@@ -84,6 +84,7 @@ def join_photos(
         _refine(block, known, free, reach)
         reporter.progress(0.75 if radius > 2 else 0.85)
     loose = set_loose(block, known, guess)
+    loose |= set_unconfirmed(block, confirmed(block, store), known, guess)
     _join_loose(block, store, loose, guess, known, free, rng)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
@@ -105,7 +106,10 @@ def join_photos(
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if leave_out_loose(block, posterior_of(adjusted).poses_px, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    return Joined(block, adjusted, known, free, tested, confirmed(block, store))
+    sure = confirmed(block, store)
+    if leave_out_unconfirmed(block, sure, names, reporter):
+        adjusted = adjust(block, known, free, final=True, tolerance=LAST)
+    return Joined(block, adjusted, known, free, tested, sure)
 
 
 def _first_block(
@@ -240,7 +244,7 @@ def _refine_strictly(block: Block, known: Known, free: frozenset[str]) -> Adjust
     """The last adjustment, when every pose is good: residuals beyond three times the median of before are wrong
     matches. On ``plot_a`` it took the scatter of breast-height points from 0.10 to 0.03 px.
     """
-    limit_px = max(3.0 * typical_px(block), 0.4)
+    limit_px = max(3.0 * typical_px(block), MIN_LIMIT_PX)
     prune(block, limit_px)
     adjust(block, known, free, final=True, iterations=30, tolerance=GOOD)
     prune(block, limit_px)

@@ -20,7 +20,7 @@ from ..geotags.stations import Stations
 from .checks import check_block
 from .covariance import posterior_of
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
-from .guided_matching import Guide, match_guided
+from .guided_matching import Guide, match_guided, match_together
 from .incremental_block import Joined, from_gimbal, join_photos
 from .matching import match_all
 from .options import CONFIRMED_SHARE, ReconstructOptions
@@ -50,6 +50,8 @@ PLACED_SHARE = 0.9
 TIED_POINTS, TIED_TRACK = 100, 3.0
 #: Part of the work left that a level is where it is not enough; only the progress bar depends on it.
 FIRST_PART = 0.4
+#: Standard error of a geotag's place that is not known, and the least that is believed, metres.
+_UNKNOWN_SD_M, _MIN_SD_M = 5.0, 0.01
 #: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
 CROWNS_M, LOW_SHARE = 25.0, 0.07
 
@@ -58,28 +60,34 @@ CROWNS_M, LOW_SHARE = 25.0, 0.07
 class Level:
     """name: in ``run.json`` and the report. stage: what progress calls it. neighbours: photos that a photo is matched
     with. guided: :data:`GUIDED_FEATURES` a photo at most, matched where geotags and gimbals say, and placed by them;
-    otherwise every feature with every other, and placed by a mapper. again: guided by the block of the level before."""
+    otherwise every feature with every other, and placed by a mapper. together: matches verified by the turns that all
+    photos agree on, not pair by pair. again: guided by the block of the level before."""
 
     name: str
     stage: str
     neighbours: int
     guided: bool = False
+    together: bool = False
     again: bool = False
 
 
-def levels_of(neighbours: int, guidable: bool) -> list[Level]:
-    """The levels that a block may take, the cheapest first. guidable: :func:`.prior_knowledge.can_guide`."""
+def levels_of(neighbours: int, guidable: bool, precise: bool) -> list[Level]:
+    """The levels that a block may take, the cheapest first. guidable: :func:`.prior_knowledge.can_guide`. precise: the
+    geotags hold the photos' places while all turns are sought together."""
     full = Level("full", "without a guide", neighbours)
     fewer = min(neighbours, GUIDED_NEIGHBOURS)
     guided = Level("guided", "guided by geotags and gimbals", fewer, True)
-    fine = Level("fine", "guided by the block so far", neighbours, True, True)
-    return [guided, fine, full] if guidable else [full]
+    together = Level("together", "all photos together", neighbours, True, True)
+    fine = Level("fine", "guided by the block so far", neighbours, True, True, True)
+    if not guidable:
+        return [full]
+    return [guided, together, fine, full] if precise else [guided, fine, full]
 
 
 def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
     """Whether a level's block is better than the one of a level before: more photos, or as many from more matches of
     the same kind. How sure it is of its poses does not tell: more matches in moving crowns are less alike."""
-    return report["registered"] >= former["registered"] + (not level.again)
+    return report["registered"] >= former["registered"] + (not level.together)
 
 
 def not_enough(level: Level, report: dict[str, Any]) -> str:
@@ -146,7 +154,7 @@ def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, J
         former = found[1] if found else None
         if level.again and kept_poses(former, work.survey) is None:
             continue
-        if found and not level.again and found[2]["registered"] == found[2]["photos"]:
+        if found and not level.guided and found[2]["registered"] >= PLACED_SHARE * found[2]["photos"]:
             break  # no block without a guide is better
         if reasons:
             reporter.info(f"Photos are matched anew, {level.stage}: {reasons[-1]}.")
@@ -201,15 +209,19 @@ def at_level(
     pairs = select_pairs(survey.known.xyz, survey.rotations, survey.ground, half_field, level.neighbours)
     with reporter.stage("matching", 0.30, 0.75):
         if level.guided:
-            guide = _guide(survey, former if level.again else None)
-            match_guided(store, pairs, guide, options.seed, work.threads, reporter)
-            if not level.again:
+            guide = _guide(survey, former, level.again)
+            if level.together:
+                shift_sd_m = np.maximum(np.nan_to_num(survey.known.sd, nan=_UNKNOWN_SD_M), _MIN_SD_M)
+                guide = match_together(store, pairs, guide, shift_sd_m, work.threads, reporter)
+            else:
+                match_guided(store, pairs, guide, options.seed, work.threads, reporter)
                 guide = _as_stored(store, pairs, guide, work, reporter)
         else:
             match_all(store, stations.names, pairs, camera, database, options.seed, work.threads, reporter)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
-        if (kept := kept_poses(former, survey, level.again)) is not None:
+        alone = level.together and not level.again
+        if not alone and (kept := kept_poses(former, survey, level.again)) is not None:
             placement = kept
         elif level.guided:
             start = place_by_gimbal(camera, survey.known.xyz, guide.rotations)
@@ -280,16 +292,16 @@ def _as_stored(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work,
     return guide
 
 
-def _guide(survey: Survey, former: Joined | None = None) -> Guide:
-    """Features lie between somewhat below the take-off point and the tops of the crowns. former: a block whose sure
-    poses say more than gimbals do."""
+def _guide(survey: Survey, former: Joined | None = None, again: bool = False) -> Guide:
+    """Features lie between somewhat below the take-off point and the tops of the crowns. former: a block, which
+    tells how pictures are stored; ``again``: and whose sure poses say more than gimbals do."""
     low = survey.ground - LOW_SHARE * survey.height
     high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
     baseline_sd_m = 2**0.5 * float(np.nanmedian(survey.known.sd[:, :2]))
     guide = Guide(
         _gimbal(survey, former), survey.known.xyz, survey.calibration.camera, low, high, baseline_sd_m=baseline_sd_m
     )
-    if former is None:
+    if former is None or not again:
         return guide
     return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))
 

@@ -35,6 +35,22 @@ def set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
     return stray
 
 
+def set_unconfirmed(block: Block, sure: np.ndarray, known: Known, guess: np.ndarray) -> np.ndarray:
+    """Take out the photos that the others' points do not confirm, to be placed again as their gimbals say; (N,) bool
+    which, none where more are unsure than sure.
+
+    sure: (N,) bool of :func:`.resection.confirmed`.
+    """
+    unsure = block.is_posed & ~sure
+    if unsure.sum() > sure.sum():
+        return np.zeros(len(sure), bool)
+    if known.gimbal is not None:
+        aimed = unsure & np.isfinite(known.gimbal).all(axis=(1, 2))
+        guess[aimed] = known.gimbal[aimed]
+    block.unpose(unsure)
+    return unsure
+
+
 def strays(block: Block, known: Known) -> np.ndarray:
     """(N,) bool: posed photos that contradict a good geotag (:data:`STRAY_SD`, :data:`STRAY_M`) or their gimbal; none
     where a third would: then geotags or angles are not as good as they state, or the block is far from done.
@@ -124,3 +140,18 @@ def leave_out_loose(block: Block, poses_px: np.ndarray, names: list[str], report
         )
         block.unpose(unsure)
     return bool(unsure.any())
+
+
+def leave_out_unconfirmed(block: Block, sure: np.ndarray, names: list[str], reporter: Reporter) -> bool:
+    """Take out the photos that the others' points do not confirm; whether there were any. None where more are unsure
+    than sure: then the block as a whole is not (:data:`.options.CONFIRMED_SHARE`).
+
+    sure: (N,) bool of :func:`.resection.confirmed`.
+    """
+    unsure = block.is_posed & ~sure
+    if not unsure.any() or unsure.sum() > sure.sum():
+        return False
+    named = shorten([names[i] for i in np.flatnonzero(unsure)])
+    reporter.warn(f"{unsure.sum()} photos do not show the points of the others and are left out: {named}.")
+    block.unpose(unsure)
+    return True

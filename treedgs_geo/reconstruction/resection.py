@@ -13,7 +13,7 @@ from .adjustment import Known
 from .cameras import Sensor
 from .predicted_points import find_points, turn_to_points
 from .sift import FeatureStore
-from .tracks import Block, build_tracks, triangulate
+from .tracks import Block, build_tracks, intersect, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
 MIN_OBSERVATIONS = 12
@@ -22,8 +22,9 @@ GIMBAL_REACH_DEG = 1.5
 #: Of descriptor distances, best to second best near where a point must be.
 RATIO = 0.8
 #: A photo is confirmed when of the features that look like a point of the other photos and lie within this of where it
-#: must be, pixels, more lie so near to it than chance would put there but once in a hundred photos.
-CONFIRMED_REACH_PX, CONFIRMED_PX, CONFIRMED_CHANCE = 40.0, 4.0, 0.01
+#: must be, pixels, more lie so near to it than chance would put there but once in a million photos: some points are
+#: there because the photo's own wrong matches chose them.
+CONFIRMED_REACH_PX, CONFIRMED_PX, CONFIRMED_CHANCE = 40.0, 4.0, 1e-6
 
 
 def from_matches(
@@ -158,16 +159,17 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
 def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
     """(N,) bool: posed photos that show points which other photos made where the block says that they are.
 
-    Wrong matches that agree with each other turn a photo as they like, and its residuals are small; the points that it
-    took no part in tell.
+    Wrong matches that agree with each other turn a photo as they like, and its residuals are small; the points as the
+    others alone have them tell.
     """
     found = np.zeros(len(block.keypoints), bool)
     for i in np.flatnonzero(block.is_posed).tolist():
+        others = block.part(np.ones(len(block.points), bool))
+        others.keep(others.image != i)
+        intersect(others)
         pose = block.rotations[i], block.translations[i]
-        point, key = find_points(block, store.descriptors, i, *pose, CONFIRMED_REACH_PX, RATIO)
-        others = ~np.isin(point, block.point[block.image == i])
-        pixels = block.view(i).project(block.points[point[others]])[0]
-        off = np.linalg.norm(store.keypoints[i][key[others]] - pixels, axis=1)
+        point, key = find_points(others, store.descriptors, i, *pose, CONFIRMED_REACH_PX, RATIO)
+        off = np.linalg.norm(store.keypoints[i][key] - block.view(i).project(others.points[point])[0], axis=1)
         off = off[off < CONFIRMED_REACH_PX]
         chance = (CONFIRMED_PX / CONFIRMED_REACH_PX) ** 2
         found[i] = binom.sf(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE

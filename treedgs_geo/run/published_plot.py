@@ -35,8 +35,8 @@ from .routes import Found
 if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
     from ..reconstruction.cameras import View
-    from ..stems.splats.field import GaussianField
     from ..stems.quality.tree import Tree
+    from ..stems.splats.field import GaussianField
     from ..stems.splats.scene_start import Box
     from .settings import PhotosToDbhSettings
 

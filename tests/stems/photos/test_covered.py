@@ -15,7 +15,7 @@ from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.low_confidence import may_be_settled
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
-from treedgs_geo.stems.photos.search_steps import certain_stems
+from treedgs_geo.stems.photos.search_steps import certain_stems, why_network
 from treedgs_geo.stems.photos.tuned import COVER_CM
 from treedgs_lab.benchmarks.plot import site_of
 from treedgs_lab.simulate.settings import SimulateSettings
@@ -65,13 +65,24 @@ def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area_each_once():
     assert certain_stems([], circle, 7.5) == (0, 0)
 
 
+def test_the_network_is_asked_where_stems_are_uncertain_or_hidden():
+    options, circle = PhotoStemOptions(), Area.circle(0, 0, 5.0)
+    half = with_changes(FIT, seen=np.repeat([1.0, 0.0], 20))
+    assert why_network([half], circle, options) == ""
+    assert why_network([], circle, options) == ""
+    unsure = with_changes(half, flag="check", reasons=("ambiguous",))
+    assert "0 of 1 stems are certain" in why_network([unsure], circle, options)
+    hidden = with_changes(FIT, seen=np.repeat([1.0, 0.0], [12, 28]))
+    assert "hidden in 70 % of the photos" in why_network([hidden], circle, options)
+
+
 def test_stems_under_ivy_are_refused_and_the_others_measured_as_before(tmp_path):
     plot = tmp_path / "plot"
     simulate_plot(
         SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, ivy_stems=2, bark_variety=True, seed=12)
     )
     site = site_of(plot)
-    ways = PhotoStemOptions(most_asked=0, enough_certain=0.0), PhotoStemOptions(stem_network="off")
+    ways = PhotoStemOptions(most_asked=0, enough_certain=0.0, min_seen=0.0), PhotoStemOptions(stem_network="off")
     fits, plain = (search_photos(site.views, site.ground, site.area, options).fits for options in ways)
     with open(plot / "truth" / "looks.csv", encoding="utf-8") as stream:
         ivy = {row["tree_id"]: float(row["ivy_m"]) for row in csv.DictReader(stream)}

@@ -31,7 +31,7 @@ def scene(tmp_path_factory):
     simulate_plot(SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, bark_variety=True, seed=14))
     site = site_of(plot)
     views, ground, area = site.views, site.ground, site.area
-    options = PhotoStemOptions(most_asked=0, enough_certain=0.0)
+    options = PhotoStemOptions(most_asked=0, enough_certain=0.0, min_seen=0.0)
     searched = search_photos(views, ground, area, options)
     tile, _ = split(area, options.margin_m)[0]
     grid, stack = photos_of(views, ground, tile, options, Reporter())

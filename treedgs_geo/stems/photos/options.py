@@ -32,6 +32,9 @@ class PhotoStemOptions:
     stem_network: str = "auto"
     #: Share of the seen stems that are certain by their edges, from which the network is not asked where all stems are.
     enough_certain: float = 0.75
+    #: Nor where the stems that edges find are seen in so large a share of the photos (mean). Where the understory hides
+    #: more of them it hides others altogether: open plots 0.41 to 0.61, dense ones 0.33 to 0.35 (eleven plots).
+    min_seen: float = 0.38
     #: Stems of low confidence that the network is asked about one by one, at most; the clearest first.
     most_asked: int = 16
     #: Seed of the random places that chance is measured at.

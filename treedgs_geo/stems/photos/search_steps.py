@@ -168,14 +168,23 @@ def certain_stems(fits: list[PhotoFit], area: Area, min_dbh_cm: float) -> tuple[
     return sum(fit.flag == "ok" or small for fit, small in zip(within, thin, strict=True)), len(within)
 
 
+def why_network(fits: list[PhotoFit], area: Area, options: PhotoStemOptions) -> str:
+    """Why the network is asked for stems as well on a piece of ground whose edges gave these fits; empty: it is not."""
+    certain, seen = certain_stems(fits, area, options.min_dbh_cm)
+    shown = [float(fit.seen.mean()) for fit in fits if fit.measured]
+    if shown and np.mean(shown) < options.min_seen:
+        return f"the stems that edges find are hidden in {100 - 100 * np.mean(shown):.0f} % of the photos"
+    if certain < options.enough_certain * seen:
+        return f"{certain} of {seen} stems are certain by their edges"
+    return ""
+
+
 def _asked(search: TileSearch) -> str:
-    """What the network is asked on a piece of ground whose edges gave these fits."""
-    certain, seen = certain_stems(search.fits, search.tile, search.options.min_dbh_cm)
-    if certain >= search.options.enough_certain * seen:
+    """What the network is asked on a piece of ground that was searched by edges."""
+    why = why_network(search.fits, search.tile, search.options)
+    if not why:
         return "low-confidence"
-    search.reporter.info(
-        f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well."
-    )
+    search.reporter.info(f"The network is asked for stems as well: {why}.")
     return "full"
 
 

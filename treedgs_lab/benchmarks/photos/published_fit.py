@@ -6,8 +6,8 @@
 
 WORKSPACE is one of ``photos-to-dbh`` on PLOT (cameras and ground of our own; nothing true is given). ``pack`` writes
 the dense prior, the cameras and the photos into the folder SCENE; ``fit`` needs that folder, torch and, for a card,
-warp-lang; it leaves ``field.npy`` and ``fit.json`` there; ``measure`` samples, segments and measures them and scores the
-trees against the truth.
+warp-lang; it leaves ``field.npy`` and ``fit.json`` there; ``measure`` samples, segments and measures them and scores
+the trees against the truth.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import pickle
 import shutil
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -98,7 +99,8 @@ def main() -> None:
         if name == "measure":
             step.add_argument("--output", type=Path)
     given = vars(parser.parse_args())
-    {"pack": pack, "fit": fit, "measure": measure}[given.pop("step")](**given)
+    work: dict[str, Callable[..., None]] = {"pack": pack, "fit": fit, "measure": measure}
+    work[given.pop("step")](**given)
 
 
 if __name__ == "__main__":

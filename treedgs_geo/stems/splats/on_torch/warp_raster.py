@@ -6,7 +6,7 @@ needs ``warp-lang``; ask :func:`available` first.
 """
 
 # Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
-# mypy: disable-error-code="valid-type,misc,attr-defined"
+# mypy: disable-error-code="valid-type,misc,attr-defined,arg-type,empty-body"
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
@@ -33,7 +33,6 @@ _TOP = wp.constant(float(kernels.ALPHA_MAX))
 """)
 def _anywhere(here: bool) -> bool:
     """``here`` of any pixel of this warp of 32."""
-    ...
 
 
 @wp.func_native("""
@@ -45,7 +44,6 @@ def _anywhere(here: bool) -> bool:
 """)
 def _add(grad: wp.array2d(dtype=wp.float32), row: int, g: int, value: wp.float32):
     """Add the values of a warp's 32 pixels to grad[row, g], in one access to memory."""
-    ...
 
 
 @wp.func
@@ -192,8 +190,7 @@ def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[
 def pull_back(rows: torch.Tensor, lists: Lists, given: torch.Tensor, planes: torch.Tensor) -> torch.Tensor:
     """(15, n) gradients of :func:`composite`. given: (4 or 9, H, W) dL/d of colour, alpha, sum w d, sum w n, median
     depth. planes: as drawn."""
-    count, height, width = given.shape
-    full = count == 9
+    full = len(given) == 9
     rest = (given[:3] * planes[:3]).sum(0) + given[3] * (1 - planes[3])
     if full:
         rest = rest + given[4] * planes[4] + (given[5:8] * planes[6:9]).sum(0)
