@@ -20,6 +20,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
+import torch
 
 from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.stems.splats.field import GaussianField
@@ -55,7 +56,8 @@ def fit(scene: Path, device: str, minutes: float, tried_every: int) -> None:
     options = SceneOptions(time_limit_min=minutes, device=device, tried_every=tried_every)
     field, report = fit_scene(photos, box, points, colours, options, make_reporter("plain"))
     np.save(scene / "field.npy", field.packed.astype(np.float32))
-    write_json(scene / "fit.json", asdict(report))
+    card = torch.cuda.get_device_name() if device == "cuda" else None
+    write_json(scene / "fit.json", {"card": card, **asdict(report)})
 
 
 def measure(plot: Path, workspace: Path, scene: Path, output: Path | None) -> None:
@@ -77,9 +79,9 @@ def measure(plot: Path, workspace: Path, scene: Path, output: Path | None) -> No
     record = asdict(score(errors, np.array([row["true_cm"] for row in read]), len(counted)))
     record["n_false"] = sum(bool(row.get("false")) for row in rows)
     record["errors_cm"] = {row["tree_id"]: round(row["read_cm"] - row["true_cm"], 2) for row in read}
-    record = {"plot": plot.name, "gaussians": len(field), **record, "fit": read_json(scene / "fit.json")}
+    record = {"gaussians": len(field), "published_fit": read_json(scene / "fit.json"), **record}
     print(record)
-    write_record(output, record, seeds=[0])
+    write_record(output, {"plot": plot.name, "arms": {"paper": record}}, seeds=[0])
 
 
 def main() -> None:
