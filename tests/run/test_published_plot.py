@@ -104,7 +104,7 @@ def test_our_own_stereo_is_the_prior_where_none_is_given(tmp_path, monkeypatch):
     from treedgs_geo.stems.splats.scene_start import Box
 
     box = Box.of(site.area, site.ground)
-    found, colours, source = published_plot._prior(site, sparse, None, box, Reporter())
+    found, colours, source = published_plot.dense_start(site, sparse, None, box, Reporter())
     assert source == "multi-view stereo" and len(found) == len(colours) == 101
     assert np.array_equal(found[-1], sparse[0])  # sparse points stand in where stereo saw nothing, within the box
 

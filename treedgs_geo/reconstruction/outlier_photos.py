@@ -37,18 +37,20 @@ def set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
 
 def set_unconfirmed(block: Block, sure: np.ndarray, known: Known, guess: np.ndarray) -> np.ndarray:
     """Take out the photos that the others' points do not confirm, to be placed again as their gimbals say; (N,) bool
-    which, none where more are unsure than sure.
-
-    sure: (N,) bool of :func:`.resection.confirmed`.
-    """
-    unsure = block.is_posed & ~sure
-    if unsure.sum() > sure.sum():
-        return np.zeros(len(sure), bool)
+    which. sure: (N,) bool of :func:`.resection.confirmed`."""
+    unsure = _unconfirmed(block, sure)
     if known.gimbal is not None:
         aimed = unsure & np.isfinite(known.gimbal).all(axis=(1, 2))
         guess[aimed] = known.gimbal[aimed]
     block.unpose(unsure)
     return unsure
+
+
+def _unconfirmed(block: Block, sure: np.ndarray) -> np.ndarray:
+    """(N,) bool: posed photos that are not sure; none where they are more than the sure ones, because then the block as
+    a whole is not (:data:`.options.CONFIRMED_SHARE`)."""
+    unsure = block.is_posed & ~sure
+    return unsure if unsure.sum() <= sure.sum() else np.zeros(len(sure), bool)
 
 
 def strays(block: Block, known: Known) -> np.ndarray:
@@ -143,15 +145,13 @@ def leave_out_loose(block: Block, poses_px: np.ndarray, names: list[str], report
 
 
 def leave_out_unconfirmed(block: Block, sure: np.ndarray, names: list[str], reporter: Reporter) -> bool:
-    """Take out the photos that the others' points do not confirm; whether there were any. None where more are unsure
-    than sure: then the block as a whole is not (:data:`.options.CONFIRMED_SHARE`).
+    """Take out the photos that the others' points do not confirm; whether there were any.
 
     sure: (N,) bool of :func:`.resection.confirmed`.
     """
-    unsure = block.is_posed & ~sure
-    if not unsure.any() or unsure.sum() > sure.sum():
-        return False
-    named = shorten([names[i] for i in np.flatnonzero(unsure)])
-    reporter.warn(f"{unsure.sum()} photos do not show the points of the others and are left out: {named}.")
-    block.unpose(unsure)
-    return True
+    unsure = _unconfirmed(block, sure)
+    if unsure.any():
+        named = shorten([names[i] for i in np.flatnonzero(unsure)])
+        reporter.warn(f"{unsure.sum()} photos do not show the points of the others and are left out: {named}.")
+        block.unpose(unsure)
+    return bool(unsure.any())
