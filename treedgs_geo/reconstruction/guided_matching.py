@@ -188,18 +188,18 @@ def match_together(
             found, guide.centres, np.radians(guide.turn_sd_deg), shift_sd_m, guide.camera.fx,
             (first_px, guide.tolerance_px),
         )  # fmt: skip
+        # A ray that is turned with its photo: the photo's rotation, turned back first.
+        before, guide = guide, guide.turned(guide.rotations @ turns.transpose(0, 2, 1))
+        if coarse:
+            continue
         near = {}
         for pair, begin, end in zip(tried, starts[:-1], starts[1:], strict=True):
-            agree = np.abs(off[begin:end]) < guide.tolerance_px
-            if agree.sum() >= max(
-                _MIN_TOGETHER, guide.more_than_chance(pair[0], pair[1], end - begin, _CHANCE_SD_TOGETHER)
-            ):
+            agree = np.abs(off[begin:end]) < before.tolerance_px
+            enough = before.more_than_chance(pair[0], pair[1], end - begin, _CHANCE_SD_TOGETHER)
+            if agree.sum() >= max(_MIN_TOGETHER, enough):
                 near[pair] = rows[pair][agree]
-        # A ray that is turned with its photo: the photo's rotation, turned back first.
-        guide = guide.turned(guide.rotations @ turns.transpose(0, 2, 1))
-        if not coarse:
-            _keep(store, photos, near)
-            return guide
+        _keep(store, photos, near)
+        return guide
 
 
 def _photos(store: FeatureStore, pairs: np.ndarray, guide: Guide) -> dict[int, _Photo]:

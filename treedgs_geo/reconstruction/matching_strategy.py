@@ -220,8 +220,8 @@ def at_level(
             match_all(store, stations.names, pairs, camera, database, options.seed, work.threads, reporter)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
-        alone = level.together and not level.again
-        if not alone and (kept := kept_poses(former, survey, level.again)) is not None:
+        anew = level.together and not level.again
+        if not anew and (kept := kept_poses(former, survey, level.again)) is not None:
             placement = kept
         elif level.guided:
             start = place_by_gimbal(camera, survey.known.xyz, guide.rotations)

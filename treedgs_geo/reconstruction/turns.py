@@ -183,7 +183,8 @@ def _by_turns(pairs, starts, a, b, turns, centres, focal, off, rows):
         i, j = pairs[p, 0], pairs[p, 1]
         base = centres[j] - centres[i]
         length = np.sqrt(base[0] ** 2 + base[1] ** 2 + base[2] ** 2)
+        u = base / length
         for k in range(starts[p], starts[p + 1]):
-            off[k] = _line(a[k], b[k], turns[i], turns[j], base / length, length, focal, row)
+            off[k] = _line(a[k], b[k], turns[i], turns[j], u, length, focal, row)
             rows[0, k] = row[:3]
             rows[1, k] = row[6:9]
