@@ -13,27 +13,30 @@ the trees against the truth.
 from __future__ import annotations
 
 import argparse
-import pickle
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import torch
 
+from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import make_reporter
+from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.stems.splats.field import GaussianField
 from treedgs_geo.stems.splats.on_torch.scene_fit import fit_scene
 from treedgs_geo.stems.splats.options import SceneOptions
-from treedgs_geo.stems.splats.scene_start import WholePhotos, thinned
+from treedgs_geo.stems.splats.scene_start import Box, WholePhotos, thinned
+
+#: The arrays of a view.
+_POSE = ("rotation", "translation", "readout_travel_m")
 
 
 def pack(plot: Path, workspace: Path, scene: Path) -> None:
     """What a fit begins with, in a folder that can be carried."""
     from treedgs_geo.reconstruction.model import load_points
     from treedgs_geo.run.published_plot import dense_start
-    from treedgs_geo.stems.splats.scene_start import Box
     from treedgs_lab.benchmarks.plot import site_of
 
     site, reporter = site_of(plot, workspace), make_reporter("plain")
@@ -43,18 +46,35 @@ def pack(plot: Path, workspace: Path, scene: Path) -> None:
     scene.mkdir(parents=True, exist_ok=True)
     for view in site.views:
         shutil.copy(view.path, scene / view.name)
-    views = [replace(view, path=Path(view.name)) for view in site.views]
-    (scene / "start.pkl").write_bytes(pickle.dumps((views, box, points, colours)))
+    np.savez(scene / "start.npz", low=box.low, high=box.high, points=points, colours=colours)
+    views = [
+        {
+            "name": view.name,
+            "camera": asdict(view.camera),
+            "flight": view.flight,
+            **{key: getattr(view, key).tolist() for key in _POSE},
+        }
+        for view in site.views
+    ]
+    write_json(scene / "views.json", views)
 
 
 def fit(scene: Path, device: str, minutes: float, tried_every: int) -> None:
     """All steps, or what the minutes leave."""
-    from treedgs_geo.core.files import write_json
-
-    views, box, points, colours = pickle.loads((scene / "start.pkl").read_bytes())
-    photos = WholePhotos.load([replace(view, path=scene / view.path) for view in views])
+    views = [
+        View(
+            each["name"],
+            scene / each["name"],
+            Camera(**each["camera"]),
+            flight=each["flight"],
+            **{key: np.array(each[key]) for key in _POSE},
+        )
+        for each in read_json(scene / "views.json")
+    ]
+    start, photos = np.load(scene / "start.npz"), WholePhotos.load(views)
+    box = Box(start["low"], start["high"])
     options = SceneOptions(time_limit_min=minutes, device=device, tried_every=tried_every)
-    field, report = fit_scene(photos, box, points, colours, options, make_reporter("plain"))
+    field, report = fit_scene(photos, box, start["points"], start["colours"], options, make_reporter("plain"))
     np.save(scene / "field.npy", field.packed.astype(np.float32))
     card = torch.cuda.get_device_name() if device == "cuda" else None
     write_json(scene / "fit.json", {"card": card, **asdict(report)})
@@ -62,7 +82,6 @@ def fit(scene: Path, device: str, minutes: float, tried_every: int) -> None:
 
 def measure(plot: Path, workspace: Path, scene: Path, output: Path | None) -> None:
     """Diameters from a fitted field, scored."""
-    from treedgs_geo.core.files import read_json
     from treedgs_geo.inventory.accuracy.scores import score
     from treedgs_geo.run.published_plot import Published, trees_of_gaussians
     from treedgs_lab.benchmarks.plot import CLEAR_VIEWS, TruePlot, score_trees, site_of
