@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import configparser
 import re
+import subprocess
+from fnmatch import fnmatch
 from pathlib import Path
 
 import treedgs_geo
@@ -29,3 +31,14 @@ def test_the_plugin_states_the_size_of_the_engine_that_was_measured():
     on_disk_mb = float(re.search(r"\| the engine alone \| \d+ \| (\d+) \|", measured)[1])
     stated_gb = float(re.search(r"about ([\d.]+) GB", about)[1])
     assert abs(stated_gb * 1000 - on_disk_mb) < 150
+
+
+def test_the_wheel_takes_every_file_of_the_library():
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    for package in ("treedgs_geo", "treedgs_lab"):
+        patterns = re.findall(r'"([^"]+)"', re.search(rf'^"{package}" = \[(.+)\]', project, re.M)[1])
+        listed = subprocess.run(["git", "ls-files", package], cwd=ROOT, capture_output=True, text=True).stdout.split()
+        data = [name for name in listed if not name.endswith(".py") and "/training/" not in name]
+        assert data
+        left = [name for name in data if not any(fnmatch(name, p.replace("**", package + "*")) for p in patterns)]
+        assert left in ([], [f"{package}/py.typed"])
