@@ -155,6 +155,8 @@ class Form(QWidget):
         area.setWidgetResizable(True)
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        # The picture is as high as the room is wide: a bar that comes and goes would change that without end.
+        area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         area.setWidget(inside)
         below = QGridLayout()
         below.addWidget(self.accept, 0, 0)
