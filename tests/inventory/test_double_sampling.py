@@ -25,7 +25,7 @@ def test_the_difference_estimator_is_unbiased_over_all_samples_and_its_variance_
     for chosen in combinations(range(6), 3):
         mine = np.array(chosen)
         tapes = Tapes(np.full(3, 0.5), np.full(3, "all", object))
-        made = correct_total(tapes, X.sum(), X[mine], Y[mine])
+        made = correct_total(tapes, X.sum(), X[mine], Y[mine], np.zeros(3))
         found.append(made.total)
         variances.append(made.se**2)
     assert np.mean(found) == pytest.approx(Y.sum())
@@ -42,10 +42,22 @@ def test_the_variance_is_the_textbooks_for_a_stratified_sample():
     assert 0 < df <= 3
 
 
-def test_every_tree_taped_leaves_no_error():
-    made = correct_total(Tapes(np.ones(6), np.full(6, "all", object)), X.sum(), X, Y)
-    assert made.total == pytest.approx(Y.sum()) and made.se == 0
-    assert made.interval() == pytest.approx((Y.sum(), Y.sum()))
+def test_tapes_of_all_trees_leave_the_tapes_own_error():
+    made = correct_total(Tapes(np.ones(6), np.full(6, "all", object)), X.sum(), X, Y, np.full(6, 0.3))
+    assert made.total == pytest.approx(Y.sum()) and made.se == pytest.approx(0.3 * np.sqrt(6))
+
+
+def test_the_variance_holds_the_tapes_own_error_whatever_the_chance_of_the_draw():
+    rng = np.random.default_rng(3)
+    for n in (2, 5):
+        found, variances = [], []
+        for chosen in combinations(range(6), n):
+            mine, tapes = np.array(chosen), Tapes(np.full(n, n / 6), np.full(n, "all", object))
+            for noise in rng.normal(0, 2.0, (1500, n)):
+                made = correct_total(tapes, X.sum(), X[mine], Y[mine] + noise, np.full(n, 2.0))
+                found.append(made.total)
+                variances.append(made.se**2)
+        assert np.mean(variances) == pytest.approx(np.var(found), rel=0.04)
 
 
 def test_a_lone_tape_of_a_stratum_joins_its_neighbour_and_alone_says_nothing():

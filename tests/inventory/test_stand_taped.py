@@ -9,8 +9,9 @@ import pytest
 
 from tests.inventory.stand_helpers import Ears, make_survey
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.inventory.reviewed import TAPE_SE_CM
 from treedgs_geo.inventory.stand.run import read_stand
-from treedgs_geo.inventory.stand.tables import species_class_table
+from treedgs_geo.inventory.stand.tables import species_class_table, trees_table
 from treedgs_geo.inventory.stand.values import BA
 from treedgs_geo.verbs.stand_table import StandTableSettings, run
 from treedgs_geo.verbs.tape_sample import TapeSampleSettings
@@ -23,9 +24,8 @@ def survey(tmp_path_factory):
 
 
 def draw(survey, folder, n=20, **more):
-    sample(
-        TapeSampleSettings(trees=survey / "trees.gpkg", plots=survey / "plots.csv", n=n, output=folder, **more), Ears()
-    )
+    given = {"trees": survey / "trees.gpkg", "plots": survey / "plots.csv", "n": n, "output": folder, **more}
+    sample(TapeSampleSettings(**given), Ears())
     return pd.read_csv(folder / "tapes.csv")
 
 
@@ -36,8 +36,9 @@ def stand(survey, table, path, **more):
         "plots": survey / "plots.csv",
         "species": "PITA",
         "output": path.parent / "o",
+        **more,
     }
-    return read_stand(StandTableSettings(**given, taped=path, **more), Ears())
+    return read_stand(StandTableSettings(**given, taped=path), Ears())
 
 
 def test_all_trees_taped_give_the_tapes_own_sums(survey, tmp_path):
@@ -55,9 +56,26 @@ def test_all_trees_taped_give_the_tapes_own_sums(survey, tmp_path):
     assert found.estimates["trees"].mean == pytest.approx(len(d) / area)
     assert found.estimates["ba"].mean == pytest.approx(BA * (d**2).sum() / area)
     assert found.estimates["qmd"].mean == pytest.approx(np.sqrt((d**2).mean()))
-    # What is left is the spread of the plots; a bias that all DBHs share is none any more.
+    # What is left is the spread of the plots and the tapes' own error; a bias that all DBHs share is none any more.
     ba = found.estimates["ba"]
-    assert ba.se_taped == pytest.approx(0, abs=1e-9) and ba.se == pytest.approx(ba.se_plots) and np.isnan(ba.se_common)
+    own = np.sqrt(((2 * BA * TAPE_SE_CM * d[:-1]) ** 2).sum()) / area
+    assert ba.se_taped == pytest.approx(own, 1e-3) and ba.se == pytest.approx(np.hypot(ba.se_plots, ba.se_taped))
+    assert np.isnan(ba.se_common)
+
+
+def test_one_plot_with_all_its_trees_taped_is_no_certainty(survey, tmp_path):
+    table = draw(survey, tmp_path / "t")
+    one = table["plot_id"].iloc[0]
+    plots = pd.read_csv(survey / "plots.csv", dtype={"plot_id": str})
+    plots[plots["plot_id"] == str(one)].to_csv(tmp_path / "plots.csv", index=False)
+    table = draw(survey, tmp_path / "one", plots=tmp_path / "plots.csv")
+    table["taped_cm"] = table["dbh_cm"].fillna(20.0).round(1)
+    found = stand(survey, table, tmp_path / "filled.csv", plots=tmp_path / "plots.csv")
+    # How many trees the next plot has nobody knows; basal area has the error of the tapes at least.
+    assert np.isnan(found.estimates["trees"].se) and np.isnan(found.estimates["trees"].half_pct)
+    assert found.estimates["ba"].se > 0 and found.estimates["qmd"].se > 0
+    rows = {row["tree_id"]: row["taped_cm"] for row in trees_table(found, "metric").rows}
+    assert rows[str(table["tree_id"].iloc[0])] == pytest.approx(table["taped_cm"].iloc[0])
 
 
 @pytest.mark.parametrize("missing", ["impute", "exclude"])

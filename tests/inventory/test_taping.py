@@ -243,7 +243,7 @@ def test_tapes_written_into_the_layer_do_not_hide_the_bias(drawn, tmp_path):
     assert any("stand in the tree layer too" in note for note in ears.infos)
 
 
-def test_a_dbh_typed_before_the_draw_has_no_measured_interval(drawn, tmp_path):
+def test_a_dbh_typed_before_the_draw_is_no_measured_one(drawn, tmp_path):
     layer = gpd.read_file(drawn / "trees.gpkg", layer="trees")
     trees = pd.read_csv(drawn / "tapes" / "tapes.csv").dropna(subset="dbh_cm")["tree_id"].head(3)
     typed = layer["tree_id"].isin(trees)
@@ -258,9 +258,41 @@ def test_a_dbh_typed_before_the_draw_has_no_measured_interval(drawn, tmp_path):
     path = filled(tmp_path, tmp_path)
     found, _, ears = checked(drawn, path, tmp_path / "out", trees=tmp_path / "trees.gpkg")
     table = pd.read_csv(tmp_path / "out" / "tape_check.csv").set_index("tree_id")
-    assert table.loc[trees, ["dbh_lo_cm", "dbh_hi_cm", "inside"]].isna().all(axis=None)
-    assert found["n_intervals"] == table["dbh_lo_cm"].notna().sum() == found["n_taped"] - 3
+    measured = layer.set_index("tree_id")["dbh_cm"]
+    assert table.loc[trees, "dbh_cm"].to_numpy() == pytest.approx(measured[trees].to_numpy())
+    assert found["n_intervals"] == table["dbh_lo_cm"].notna().sum() == found["n_taped"]
     assert any("3 drawn trees had a DBH typed by a person" in note for note in ears.infos)
+
+
+def test_two_tapes_of_one_tree_are_said(drawn, tmp_path):
+    layer = gpd.read_file(drawn / "trees.gpkg", layer="trees")
+    tree = int(pd.read_csv(drawn / "tapes" / "tapes.csv").dropna(subset="dbh_cm")["tree_id"].iloc[0])
+    typed = layer["tree_id"] == tree
+    layer["rev_dbh_cm"] = (layer["dbh_cm"] + 2.0).where(typed)
+    layer["rev_flag"] = pd.Series("dbh", layer.index).where(typed, None)
+    layer.to_file(tmp_path / "trees.gpkg", layer="trees")
+    settings = TapeSampleSettings(
+        trees=tmp_path / "trees.gpkg", plots=drawn / "plots.csv", n=len(layer), output=tmp_path / "tapes"
+    )
+    sample(settings, Ears())
+    table = pd.read_csv(filled(tmp_path, tmp_path))
+    table.loc[table["tree_id"] == tree, "taped_cm"] = (layer["dbh_cm"] + 0.3)[typed].round(1).iloc[0]
+    table.to_csv(tmp_path / "other.csv", index=False)
+    _, _, ears = checked(drawn, tmp_path / "other.csv", tmp_path / "out", trees=tmp_path / "trees.gpkg")
+    assert any("another typed into the layer" in note and f"tree {tree}:" in note for note in ears.infos)
+
+
+def test_four_tapes_that_slipped_blame_no_layer(drawn, tmp_path):
+    settings = TapeSampleSettings(trees=drawn / "trees.gpkg", plots=drawn / "plots.csv", n=6, output=tmp_path / "tapes")
+    sample(settings, Ears())
+    table = pd.read_csv(filled(tmp_path, tmp_path))
+    measured = table.index[table["dbh_cm"].notna()]
+    assert len(measured) == 4
+    table.loc[measured, "taped_cm"] = np.roll(table["taped_cm"][measured], 1)
+    table.to_csv(tmp_path / "slipped.csv", index=False)
+    _, _, ears = checked(drawn, tmp_path / "slipped.csv", tmp_path / "out")
+    assert any("no better than exchanged ones" in said for said in ears.warnings)
+    assert not any("too narrow" in said for said in ears.warnings)
 
 
 def test_a_filled_in_table_is_not_written_over(drawn, tmp_path):

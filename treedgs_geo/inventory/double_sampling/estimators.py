@@ -3,8 +3,8 @@
 The measured values are known for every tree, the true ones for a probability sample. What the tapes say that the
 measured total lacks, sum((y - x) / p), is added to it (Sarndal, Swensson and Wretman 1992, Model Assisted Survey
 Sampling, 6.3). Where the measured trees stand in sample plots, tapes are the second phase (Cochran 1977, ch. 12;
-Sarndal et al., ch. 9): both variances add. Nothing is assumed of the diameters' errors: the probabilities alone carry
-the intervals.
+Sarndal et al., ch. 9): both variances add. Nothing is assumed of the errors of the measured diameters; the tapes' own
+error adds its part (Sarndal et al., ch. 16), so that tapes of all trees do not make a total certain.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ class Tapes:
         """Sum over all trees, estimated: sum(value / prob) (Horvitz and Thompson 1952)."""
         return float(np.sum(value / self.prob))
 
-    def variance(self, value: np.ndarray) -> tuple[float, float]:
+    def variance(self, value: np.ndarray, own: np.ndarray | float = 0.0) -> tuple[float, float]:
         """Variance of :meth:`total` and its degrees of freedom; NaN where one tape alone says nothing of the spread.
 
         Hajek's variance for samples of high entropy in each stratum (Hajek 1964; Brewer and Donadio 2003, Survey
         Methodology 29: 189-196); with equal probabilities it is the usual one of a stratified sample, with its finite
-        population correction. Degrees of freedom by Satterthwaite (Cochran 1977, 5.16).
+        population correction. Degrees of freedom by Satterthwaite (Cochran 1977, 5.16). own: (n,) standard errors of
+        the values by the tapes' own error; the spread holds the share (1 - prob) of their variance already.
         """
         value = np.asarray(value, float)
         total = square = tails = 0.0
@@ -54,9 +55,10 @@ class Tapes:
             parts = m / (m - 1) * c * (each - np.sum(c * each) / c.sum()) ** 2
             total, square = total + parts.sum(), square + parts.sum() ** 2 / (m - 1)
             tails += m * np.var(parts, ddof=1)
+        whole = total + float(np.sum(np.square(own) / self.prob))
         if not square:
-            return 0.0, np.inf
-        return float(total), float(min(total**2 / square, 2 * total**2 / tails if tails else np.inf))
+            return whole, np.inf
+        return whole, float(min(whole**2 / square, 2 * whole**2 / tails if tails else np.inf))
 
     def _groups(self) -> list[np.ndarray]:
         """Positions by stratum; one with a single tape of several trees joins the next one (Cochran 1977, 5A.12)."""
@@ -99,13 +101,14 @@ def without_unanswered(tapes: Tapes, answered: np.ndarray) -> Tapes:
 @dataclass(frozen=True)
 class Corrected:
     """A corrected total. measured: sum of x over all trees. total: corrected. se: of the correction, with df degrees of
-    freedom. residual: (n,) what each tape says is lacking, for further sums."""
+    freedom. residual: (n,) what each tape says is lacking, own: (n,) its standard error, for further sums."""
 
     measured: float
     total: float
     se: float
     df: float
     residual: np.ndarray
+    own: np.ndarray
 
     def interval(self, confidence: float = 0.9) -> tuple[float, float]:
         """Student's t interval; never below 0."""
@@ -120,15 +123,16 @@ def t_factor(confidence: float, df: float) -> float:
     return float(stats.t.ppf(0.5 + confidence / 2, max(df, 1.0)))
 
 
-def correct_total(tapes: Tapes, measured: float, x: np.ndarray, y: np.ndarray) -> Corrected:
+def correct_total(tapes: Tapes, measured: float, x: np.ndarray, y: np.ndarray, own: np.ndarray) -> Corrected:
     """Correct a total.
 
     measured: sum of x over all trees of the frame. x, y: (n,) measured and true value of the sampled trees (y = 0: no
-    tree stands there), trees that the layer lacks already in y (:func:`share_out`).
+    tree stands there), trees that the layer lacks already in y (:func:`share_out`). own: (n,) standard error of y by
+    the tape's own.
     """
     residual = np.asarray(y, float) - np.asarray(x, float)
-    variance, df = tapes.variance(residual)
-    return Corrected(measured, measured + tapes.total(residual), float(np.sqrt(variance)), df, residual)
+    variance, df = tapes.variance(residual, own)
+    return Corrected(measured, measured + tapes.total(residual), float(np.sqrt(variance)), df, residual, own)
 
 
 def share_out(

@@ -14,14 +14,13 @@ from .tapes import Taped
 
 #: A tape is that of its tree within this share of the DBH, this many standard errors of it, and this, cm.
 _SHARE, _SES, _MIN_CM = 0.08, 4.0, 1.0
-#: So many tapes, and this share of all, have to be off before an order is looked for in them; this share of them has to
-#: fit one, where chance would do so with this probability at most.
+#: This share of all tapes, and two, have to be off before an order is looked for in them; so many before they can tell
+#: one; this share of them has to fit it, where chance would do so with this probability at most.
 _OFF, _OFF_SHARE, _EXPLAINED, _CHANCE = 4, 0.25, 0.7, 1e-3
 #: How far a column slips, rows.
 _SLIPS = (1, -1, 2, -2, 3, -3)
-#: With so many tapes a table is refused that fits its trees no better than this share of exchanged ones, if half of it
-#: is off.
-_ENOUGH, _NO_BETTER, _DRAWS = 8, 0.05, 2000
+#: A table is refused that fits its trees no better than this share of exchanged ones, if half of it is off.
+_NO_BETTER, _DRAWS = 0.05, 2000
 #: A column that was sorted alone goes with its trees in order less than this (rank correlation).
 _ORDERED = 0.7
 #: An error this many robust standard deviations from the median one is an outlier (Iglewicz and Hoaglin 1993); and no
@@ -58,7 +57,7 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
     both = np.isfinite(taped_cm) & np.isfinite(dbh_cm)
     n = int(both.sum())
     off = both & ~_fits(taped_cm, dbh_cm, within)
-    if off.sum() < max(_OFF, _OFF_SHARE * n):
+    if off.sum() < max(2, _OFF_SHARE * n) or n < _OFF:
         return None
     t, d, w = taped_cm[both], dbh_cm[both], within[both]
     by_chance = float(np.mean(np.abs(t[:, None] - d[None]) <= w[None]))
@@ -84,13 +83,14 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
     alike = float(spearmanr(t, d).statistic)
     for name, order in (("smallest", t), ("largest", -t)):
         if (
-            alike < _ORDERED
+            off.sum() >= _OFF
+            and alike < _ORDERED
             and (np.diff(order) >= 0).all()
             and not (np.diff(d) * (1 if name == "smallest" else -1) >= 0).all()
         ):
             why = f"the taped values go from the {name} on, those measured do not: the column was sorted alone"
             return OtherTrees(why, True)
-    if n >= _ENOUGH and off.sum() >= n / 2:
+    if off.sum() >= n / 2:
         rng = np.random.default_rng(0)
         drawn = [_spread(rng.permutation(t), d) for _ in range(_DRAWS)]
         if np.mean(np.array(drawn) <= _spread(t, d)) > _NO_BETTER:

@@ -13,7 +13,7 @@ import pyogrio
 
 from ...core.columns import line_of, numbers
 from ...core.errors import InputError
-from ...core.shown import some
+from ...core.shown import count_of, some
 from ...core.tables import is_table, read_table, refuse_other_formats
 from ...core.wrong_units import wrong_unit
 from ..tree_reading import text_of, texts_of
@@ -285,8 +285,8 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
     now, then = dbh[rows], drawn["dbh_cm"].to_numpy(float)
     # A table without places does not say what was measured either.
     placed = np.isfinite(drawn["x"].to_numpy(float))
-    same = np.isclose(then, now, rtol=0, atol=SAME_CM, equal_nan=True)
-    by_tape = placed & ~same & np.isclose(drawn["taped_cm"], now, rtol=0, atol=SAME_CM)
+    same = _same(then, now)
+    by_tape = placed & ~same & _same(drawn["taped_cm"], now)
     dbh[rows] = np.where(placed & same | by_tape, then, now)
     written = int(by_tape.sum())
     changed = [
@@ -299,12 +299,27 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
             f"({some(changed, 3, '; ')}); give the layer that was drawn from, or draw and tape anew."
         )
     notes = []
+    typed = np.full(len(rows), False) if "meas_cm" not in trees else ~_same(now, trees["meas_cm"].to_numpy(float)[rows])
+    other = typed & np.isfinite(now) & drawn["taped_cm"].notna().to_numpy() & ~_same(drawn["taped_cm"], now)
+    if other.any():
+        k = np.flatnonzero(other)
+        named = some(
+            [f"tree {drawn['tree_id'].iloc[i]}: {_cm(drawn['taped_cm'].iloc[i])} and {_cm(now[i])}" for i in k], 5
+        )
+        notes.append(
+            f"{count_of(len(k), 'tree')} with one diameter in {taped.path.name} and another typed into the layer "
+            f"({named}): the table's corrects the totals; take the wrong one back."
+        )
     if written:
         notes.append(
             f"{written} of the taped DBHs stand in the tree layer too: there the measured ones count, so that the "
             "tapes speak for the trees that were not taped as well."
         )
     return rows, dbh, notes
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.isclose(a, b, rtol=0, atol=SAME_CM, equal_nan=True)
 
 
 def _cm(value: float) -> str:

@@ -56,8 +56,9 @@ def summary_table(stand: Stand, units: str) -> Table:
         rows,
         f"Interval {whose}. "
         + (
-            "Corrected by taped trees: their error and the spread between plots make the interval; a bias of all DBHs "
-            "and what is unsure of stems without a DBH are in the tapes already. "
+            "Corrected by taped trees: their error"
+            + (" and the spread between plots make" if stand.design.n > 1 else " makes")
+            + " the interval; a bias of all DBHs and what is unsure of stems without a DBH are in the tapes already. "
             if stand.taped
             else ""
         )
@@ -248,12 +249,14 @@ def trees_table(stand: Stand, units: str) -> Table:
     metric = units == "metric"
     cubic = 1 if metric else 1 / FOOT**3
     curves = {"stem": "stem_m3", "stem_se": "stem_se_m3"} if "stem_m3" in stand.trees else {}
+    tapes = {"taped_cm": stand.taped.taped_cm[tree] * d.factor} if stand.taped else {}
     column = {
         "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
         "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
         "species": _species(stand)[tree],
         "kind": listed["kind"].to_numpy(object),
         d.key: v.dbh[tree] * d.factor,
+        **tapes,
         "dbh_se": v.se[tree] * d.factor,
         h.key: v.height[tree] * h.factor,
         "height_source": v.height_source[tree],
@@ -277,6 +280,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("species", "Species"),
             Column("kind", "Counts as"),
             Column(d.key, d.heading, 1),
+            *([Column("taped_cm", f"Taped, {d.unit}", 1)] if tapes else []),
             Column("dbh_se", f"s.e., {d.unit}", 2),
             Column(h.key, h.heading, 1),
             Column("height_source", "Height from"),
@@ -291,7 +295,8 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("note", "Note"),
         ],
         pd.DataFrame(column).replace("", None).to_dict("records"),
-        "Basal area, volume and biomass of each tree are corrected for its DBH error.",
+        "Basal area, volume and biomass of each tree are corrected for its DBH error"
+        + (", and by one factor for what all tapes together say; its DBH is as measured." if tapes else "."),
     )
 
 

@@ -18,6 +18,7 @@ from ...core.shown import count_of
 from ...report.blocks import known
 from ..double_sampling.estimators import Corrected, Tapes, correct_total, more_tapes_to_halve, share_out, t_factor
 from ..double_sampling.tapes import Taped
+from ..reviewed import TAPE_SE_CM
 from .estimate import Design, Estimate
 from .expansion import Expanded
 from .sample import first_plot
@@ -40,11 +41,13 @@ class TapeInput:
 
 @dataclass
 class TapedTotals:
-    """What the tapes did. before: the estimates without them; found: quantity -> correction per hectare."""
+    """What the tapes did. taped_cm: (T,) by tree of the list, NaN: not taped. before: the estimates without them;
+    found: quantity -> correction per hectare."""
 
     n: int
     n_frame: int
     n_extra: int
+    taped_cm: np.ndarray
     before: dict[str, Estimate] = field(default_factory=dict)
     found: dict[str, Corrected] = field(default_factory=dict)
 
@@ -66,7 +69,7 @@ def with_taped_rows(table: pd.DataFrame, given: TapeInput) -> pd.DataFrame:
     common = table["species"].mode()
     extra["species"] = given.species or (common.iloc[0] if len(common) else None)
     more = pd.concat([drawn, extra], ignore_index=True).assign(
-        dbh_se_cm=0.0, dead=False, in_table=False, in_curve=False
+        dbh_se_cm=TAPE_SE_CM, height_se_m=0.0, dead=False, in_table=False, in_curve=False
     )
     return pd.concat([table.assign(in_curve=True), more], ignore_index=True).astype(
         {"dead": bool, "in_table": bool, "in_curve": bool}
@@ -106,7 +109,9 @@ def correct_estimates(
     taped = given.taped
     tapes, mine = taped.sample(), taped.answered
     n_list = len(values.dbh) - len(taped.trees) - len(taped.extra)
-    made = TapedTotals(int(mine.sum()), taped.n_frame, len(taped.extra), dict(estimates))
+    by_tree = np.full(n_list, np.nan)
+    by_tree[given.rows] = taped.trees["taped_cm"]
+    made = TapedTotals(int(mine.sum()), taped.n_frame, len(taped.extra), by_tree, dict(estimates))
     area = design.areas.sum()
     listed = expanded.of("measured", "missing", "small")
     reach = np.bincount(listed["tree"].to_numpy(int), listed["weight"].to_numpy(float), minlength=n_list) / area
@@ -118,15 +123,21 @@ def correct_estimates(
     changed = dict(estimates)
     for name in CORRECTED:
         unit, before = 1000.0 if name == "biomass" else 1.0, estimates[name]
-        each = np.ones(len(values.dbh)) if name == "trees" else values.value[name] / unit
+        each, sd = np.ones(len(values.dbh)), np.zeros(len(values.dbh))
+        if name != "trees":
+            # What a tape read counts as read: the sum is one that a crew can check.
+            each = np.concatenate([values.value[name][:n_list], values.raw[name][n_list:]]) / unit
+            sd = values.sd[name] / unit
         x = _as_counted(rows, expanded, each, n_list) / area
-        y = np.where(counts, reach[given.rows] * each[n_list : n_list + len(taped.trees)], 0.0)
+        y, own = (
+            np.where(counts, reach[given.rows] * part[n_list : n_list + len(taped.trees)], 0.0) for part in (each, sd)
+        )
         extra = _extra(taped, each[n_list + len(taped.trees) :], given, reach, area, set(members))
         total = y[mine] + share_out(ids, plot_of, members, extra)
         if not (np.isfinite(before.mean) and np.isfinite(total).all()):
             changed[name] = Estimate() if np.isfinite(before.mean) and name != "trees" else before
             continue
-        found = correct_total(tapes, before.mean, x[given.rows][mine], total)
+        found = correct_total(tapes, before.mean, x[given.rows][mine], total, np.nan_to_num(own[mine]))
         made.found[name] = found
         factor = found.total / before.mean if before.mean > 0 else 1.0
         changed[name] = _combine(design, found.total, before.se_plots * factor, found.se, found.df)
@@ -171,10 +182,11 @@ def _extra(
 
 
 def _combine(design: Design, mean: float, se_plots: float, se_taped: float, df_taped: float) -> Estimate:
-    """Both phases; of one plot, or a census, only the tapes' error is known (and none other is there)."""
+    """Both phases; of a census only the tapes' error is there. Of one plot it is all that is known: none is nothing."""
     sampled = np.isfinite(se_plots) and not design.census
     parts = [(se_taped, df_taped)] + ([(se_plots, design.n - 1.0)] if sampled else [])
-    if not all(np.isfinite(se) for se, _ in parts):
+    blind = not np.isfinite(se_plots) and not design.census and not se_taped
+    if blind or not all(np.isfinite(se) for se, _ in parts):
         return Estimate(mean, se_plots if sampled else np.nan, se_taped=se_taped)
     se = float(np.sqrt(sum(part**2 for part, _ in parts)))
     fourth = sum(part**4 / df for part, df in parts if np.isfinite(df) and part > 0)
@@ -192,7 +204,7 @@ def _mean_diameter(design: Design, before: Estimate, made: TapedTotals, tapes: T
     square = ba.total / BA / trees.total
     if not square > 0:
         return Estimate()
-    variance, df = tapes.variance((ba.residual / BA - square * trees.residual) / trees.total)
+    variance, df = tapes.variance((ba.residual / BA - square * trees.residual) / trees.total, ba.own / BA / trees.total)
     q = float(np.sqrt(square))
     return _combine(design, q, before.se_plots, float(np.sqrt(variance)) / (2 * q), df)
 
@@ -228,7 +240,7 @@ def taped_sentences(made: TapedTotals, estimates: dict[str, Estimate], units: st
     whole, q = estimates["ba"], UNITS[units]["ba"]
     if not np.isfinite(whole.se_taped):
         sentences.append("Too few trees of a stratum were taped to know the tapes' error: no interval is given.")
-    elif whole.se_taped > 0:
+    elif whole.se_taped > 0 and made.more_to_halve:
         half = (
             f"{made.more_to_halve} more tapes would halve their part of the error of basal area "
             f"({whole.se_taped * q.factor:.2f} {q.unit})"

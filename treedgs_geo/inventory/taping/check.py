@@ -36,6 +36,7 @@ from ..double_sampling.estimators import (
 )
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import SAME_CM, Taped, join, read_taped
+from ..reviewed import TAPE_SE_CM
 from ..stand.values import BA
 from .frame import Frame, read_frame
 
@@ -62,8 +63,10 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
     Raises:
         InputError: fewer than two trees have both a measured and a taped DBH.
     """
+    now, measured = (frame.trees[name].to_numpy()[rows] for name in ("dbh_cm", "meas_cm"))
+    typed = np.isclose(dbh_cm[rows], now, rtol=0, atol=SAME_CM) & ~np.isclose(now, measured, rtol=0, atol=SAME_CM)
     table = taped.trees.assign(
-        dbh_cm=dbh_cm[rows],
+        dbh_cm=np.where(typed, measured, dbh_cm[rows]),
         **{name: frame.trees[name].to_numpy()[rows] for name in ("qc_flag", "plot_id")},
         **{f"dbh_{end}_cm": frame.trees[f"meas_{end}_cm"].to_numpy()[rows] for end in ("lo", "hi")},
     )
@@ -74,10 +77,8 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
             f"{taped.path}: {count_of(int(both.sum()), 'tree')} with both a measured and a taped DBH, expected at "
             f"least 2."
         )
-    now, measured = (frame.trees[name].to_numpy()[rows] for name in ("dbh_cm", "meas_cm"))
-    typed = np.isclose(dbh_cm[rows], now, rtol=0, atol=SAME_CM) & ~np.isclose(now, measured, rtol=0, atol=SAME_CM)
-    # An interval is that of the DBH that was measured, not of one that a person typed instead.
-    own = ~typed & (table["dbh_lo_cm"] <= table["dbh_cm"] + 1e-6) & (table["dbh_hi_cm"] >= table["dbh_cm"] - 1e-6)
+    # An interval that does not hold its own DBH is that of another one.
+    own = (table["dbh_lo_cm"] <= table["dbh_cm"] + 1e-6) & (table["dbh_hi_cm"] >= table["dbh_cm"] - 1e-6)
     ends = ["dbh_lo_cm", "dbh_hi_cm"]
     table[ends] = table[ends].where(own)
     known = both & own.to_numpy()
@@ -87,8 +88,8 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
     if typed.any():
         named = some(table["tree_id"][typed], 10)
         made.notes.append(
-            f"{count_of(int(typed.sum()), 'drawn tree')} had a DBH typed by a person ({named}): it stands for the "
-            "measured one here, and has no interval."
+            f"{count_of(int(typed.sum()), 'drawn tree')} had a DBH typed by a person ({named}): errors are those of "
+            "the measured one."
         )
     answered = taped.answered
     if taped.n_frame:
@@ -114,13 +115,13 @@ def _errors(made: Checked, tapes: Tapes, answered: np.ndarray, both: np.ndarray,
     has = both[answered].astype(float)
     count = tapes.total(has)
 
-    def mean(value: np.ndarray) -> tuple[float, float, float]:
+    def mean(value: np.ndarray, slope: np.ndarray | float) -> tuple[float, float, float]:
         middle = tapes.total(value * has) / count
-        variance, df = tapes.variance((value - middle) * has / count)
+        variance, df = tapes.variance((value - middle) * has / count, TAPE_SE_CM * slope * has / count)
         return middle, float(np.sqrt(variance)), t_factor(confidence, df)
 
-    bias, se, t = mean(error)
-    square, se_square, t_square = mean(error**2)
+    bias, se, t = mean(error, 1.0)
+    square, se_square, t_square = mean(error**2, 2 * error)
     spread = t_square * se_square / square if square > 0 else 0.0
     made.figures |= {
         "n_taped": int(both.sum()),
@@ -133,7 +134,7 @@ def _errors(made: Checked, tapes: Tapes, answered: np.ndarray, both: np.ndarray,
         # On the log scale, so that no limit falls below 0.
         "rmse_lo_cm": np.sqrt(square * np.exp(-spread)),
         "rmse_hi_cm": np.sqrt(square * np.exp(spread)),
-        "mae_cm": mean(np.abs(error))[0],
+        "mae_cm": mean(np.abs(error), 1.0)[0],
         "sd_cm": np.sqrt(max(square - bias**2, 0.0)),
     }
 
@@ -167,18 +168,18 @@ def _totals(
     x_ba = np.where(has, BA * dbh_cm**2, frame.trees["size"].to_numpy(float))
     mine, table = taped.answered, made.trees
     live = (table["state"] == "taped").to_numpy()[mine]
-    y_ba = np.where(live, BA * table["taped_cm"].to_numpy(float)[mine] ** 2, 0.0)
+    y_cm = np.where(live, table["taped_cm"].to_numpy(float)[mine], 0.0)
     ids, plots = table["tree_id"].to_numpy(object)[mine], table["plot_id"].to_numpy(object)[mine]
     keys = [(row.plot_id, None if pd.isna(row.near_id) else row.near_id) for row in taped.extra.itertuples()]
     worth = BA * taped.extra["taped_cm"].to_numpy(float) ** 2
     members = frame.trees["plot_id"].value_counts().to_dict()
     halve = more_tapes_to_halve(int(mine.sum()), taped.n_frame)
-    for name, x, y, extra in (
-        ("trees", np.ones(len(dbh_cm)), live.astype(float), np.ones(len(keys))),
-        ("ba_m2", x_ba, y_ba, worth),
+    for name, x, y, own, extra in (
+        ("trees", np.ones(len(dbh_cm)), live.astype(float), 0.0 * y_cm, np.ones(len(keys))),
+        ("ba_m2", x_ba, BA * y_cm**2, 2 * BA * y_cm * TAPE_SE_CM, worth),
     ):
         shared = share_out(ids, plots, members, [(*key, w) for key, w in zip(keys, extra, strict=True)])
-        found = correct_total(tapes, float(x.sum()), x[rows][mine], y + shared)
+        found = correct_total(tapes, float(x.sum()), x[rows][mine], y + shared, own)
         made.totals[name] = found
         low, high = found.interval(confidence)
         made.figures[name] = {
