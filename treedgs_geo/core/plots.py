@@ -69,8 +69,8 @@ def plot_names(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> l
     twice = cells.duplicated()
     if twice.any():
         raise InputError(
-            f"{path}, {line_of(twice)}: {column.name} {cells[twice.idxmax()]!r} appears twice; give every plot its own "
-            "id."
+            f"{path}, {line_of(twice)}: {column.name} {cells[twice.idxmax()]!r} appears twice; a row is a plot, not a "
+            "tree: give every plot its own id."
         )
     return [str(cell) for cell in cells]
 
