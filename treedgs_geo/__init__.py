@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .stems.quality.tree import Tree
     from .terrain.dtm import Dtm, read_dtm
 
-__version__ = "0.2.0"
+__version__ = "1.0.0"
 
 #: Function -> verb, in the order of the work; a room has the plain name of two. ``photos-to-dbh`` and
 #: ``pointcloud-to-dbh`` are measure_photos and measure_cloud.
