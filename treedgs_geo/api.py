@@ -42,7 +42,7 @@ def measure_photos(
     output: str | Path | None = None,
     reporter: Reporter | None = None,
     **settings: Any,
-) -> gpd.GeoDataFrame:
+) -> gpd.GeoDataFrame | Result:
     """Measure the trees of a plot from drone photos: the verb ``photos-to-dbh``.
 
     Args:
@@ -53,12 +53,12 @@ def measure_photos(
         output: tree layer to write (.gpkg, .shp, .geojson, .csv); ``None`` = ``trees.gpkg`` in the workspace.
         reporter: where progress, warnings and results go; ``None`` = nowhere.
         settings: further fields of :class:`~treedgs_geo.run.settings.PhotosToDbhSettings` by name (``plots``,
-            ``gcp``, ``dtm``, ``preset``, ``fit``, ``bh_m``).
+            ``gcp``, ``dtm``, ``preset``, ``at``, ``bh_m``).
 
     Returns:
-        One row a stem found, in ``crs``: the columns of the tree layer
-        (:class:`~treedgs_geo.stems.quality.tree.Tree`), DBH and its errors in cm, lengths in m. Stems without a DBH
-        have their reason in ``qc_reason``.
+        With ``dry_run=True`` what the run would meet and need, as the other verbs give it (:class:`Result`); else one
+        row a stem found, in ``crs``: the columns of the tree layer (:class:`~treedgs_geo.stems.quality.tree.Tree`), DBH
+        and its errors in cm, lengths in m. Stems without a DBH have their reason in ``qc_reason``.
 
     Raises:
         TreeDGSError: one sentence with the file, what was found, what was expected and what to do.
@@ -74,14 +74,13 @@ def measure_photos(
         []
     """
     from .inventory.tree_reading import read_trees
-    from .run.photos import run_chain
 
     output = Path(workspace) / "trees.gpkg" if output is None else Path(output)
     given = {"photos": photos, "workspace": workspace, "crs": crs, "geotags": geotags, "output": output, **settings}
     chosen = build(PhotosToDbhSettings, given)
     with checked_paths(chosen):
-        run_chain(chosen, reporter or Reporter())
-    return read_trees(output)
+        found = get_command("photos-to-dbh").run(chosen, reporter or Reporter())
+    return Result(found) if chosen.dry_run else read_trees(output)
 
 
 def measure_cloud(
@@ -91,7 +90,7 @@ def measure_cloud(
     crs: str | None = None,
     reporter: Reporter | None = None,
     **settings: Any,
-) -> gpd.GeoDataFrame:
+) -> gpd.GeoDataFrame | Result:
     """Find and measure every stem of a LiDAR cloud: the verb ``pointcloud-to-dbh`` without its files.
 
     Args:
@@ -103,7 +102,8 @@ def measure_cloud(
             ``bh_m``, ``min_dbh_cm``, ``max_dbh_cm``, ``method``, ``source`` ...).
 
     Returns:
-        One row a stem found, in the cloud's CRS: the columns of the tree layer, DBH and its errors in cm.
+        With ``dry_run=True`` (of a file) what the run would meet and need (:class:`Result`); else one row a stem found,
+        in the cloud's CRS: the columns of the tree layer, DBH and its errors in cm.
 
     Raises:
         TreeDGSError: one sentence with the file, what was found, what was expected and what to do.
@@ -140,6 +140,8 @@ def measure_cloud(
         )
     path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)
     given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
+    if given.dry_run:
+        return Result(get_command("pointcloud-to-dbh").run(given, reporter))
     if isinstance(cloud, PointCloud):
         points, extent = checked(cloud, path, reporter, dtm=given.dtm, crs=crs)
     else:

@@ -84,3 +84,15 @@ def test_verbs_in_a_row_write_only_what_is_asked_for(tmp_path):
         drawn.n_tree  # noqa: B018
     with pytest.raises(tg.TreeDGSError, match="'tree' is unknown; did you mean 'trees'"):
         tg.stand_table(tree=path)
+
+
+def test_a_dry_run_measures_nothing_and_names_that_are_wrong_are_said(simulated_plot, tmp_path):
+    given = {"geotags": simulated_plot, "crs": "EPSG:6344", "plots": simulated_plot / "plots.csv"}
+    found = tg.measure_photos(simulated_plot / "images", tmp_path / "work", dry_run=True, **given)
+    assert found.n_photos and found.predicted_s and not (tmp_path / "work").exists()
+    with pytest.raises(tg.TreeDGSError, match="'nonsense' is no reason"):
+        tg.explain("nonsense")
+    with pytest.raises(tg.TreeDGSError, match="wrok: not found"):
+        tg.open(tmp_path / "wrok")
+    with pytest.raises(tg.TreeDGSError, match="has no column x"):
+        tg.read_trees(simulated_plot / "plots.csv")

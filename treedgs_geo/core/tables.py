@@ -112,6 +112,8 @@ def read_rows(
     refuse_other_formats(path)
     try:
         text = decoded(path.read_bytes())
+    except FileNotFoundError:
+        raise InputError(f"{path}: not found; give a table that is there.") from None
     except (OSError, ValueError) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); save it as CSV UTF-8.") from None
     text, skipped, separator = _separator(text.replace("\r\n", "\n").replace("\r", "\n"))

@@ -53,6 +53,8 @@ def read_trees(path: Path, as_written: bool = False) -> gpd.GeoDataFrame:
     try:
         if path.suffix.lower() == ".csv":
             cells = read_table(path, as_written=True).reset_index(drop=True)
+            if lacking := [name for name in "xy" if name not in cells]:
+                raise InputError(f"{path}: has no column {lacking[0]}, found {', '.join(cells)}; give a tree layer.")
             points = gpd.points_from_xy(*(pd.to_numeric(cells[name]) for name in "xy"))
             table = gpd.GeoDataFrame(cells, geometry=points)
         else:

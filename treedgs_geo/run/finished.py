@@ -152,6 +152,8 @@ def open(workspace: str | Path, photos: str | Path | None = None) -> FinishedRun
         True
     """
     folder = Path(workspace)
+    if not folder.exists():
+        raise InputError(f"{folder}: not found; give the workspace of photos-to-dbh.")
     if folder.is_dir() and not os.access(folder, os.R_OK | os.X_OK):
         raise InputError(f"{folder}: may not be read; ask its owner for the right to, or copy the whole folder.")
     if read_record(folder) is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ...core.errors import InputError
+
 #: reason -> (what it means, what to do about it)
 REASONS: dict[str, tuple[str, str]] = {
     "few_views": ("too few photos see the stem at breast height", "fly more oblique photos over this part of the plot"),
@@ -68,6 +70,9 @@ def split_reasons(reasons: object) -> list[str]:
 def explain(reasons: str) -> str:
     """``"few_views,lean"`` -> the sentences a forester reads.
 
+    Raises:
+        InputError: a word that is no reason.
+
     Examples:
         >>> import treedgs_geo as tg
         >>> tg.explain("too_large")
@@ -75,6 +80,8 @@ def explain(reasons: str) -> str:
     """
     parts = []
     for reason in split_reasons(reasons):
+        if reason not in REASONS:
+            raise InputError(f"{reason!r} is no reason of a tree layer; expected some of {', '.join(REASONS)}.")
         meaning, action = REASONS[reason]
         parts.append(f"{meaning}: {action}")
     return "; ".join(parts)
