@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import subprocess
 
 import pytest
+from qgis_driver import ROOT
 from qgis_helpers import HOSTILE, review_trees_layer
 
 from treedgs_geo.inventory.reviewed import reviewed
@@ -88,3 +90,29 @@ def test_it_comes_and_goes_with_its_layer_and_its_plugin(sitting):
     seen, _ = sitting
     assert "workspace was not found" in seen["no workspace"]
     assert seen["gone"]["tree"] is None and seen["closed"] is False and seen["unloaded"] == [True, True]
+
+
+def test_no_size_of_the_panel_makes_the_sheet_resize_without_end(qgis, tmp_path):
+    """A scroll bar that comes and goes with the picture's height recursed until QGIS died (signal 11)."""
+    code = """
+import sys
+from qgis.PyQt.QtGui import QPixmap
+from qgis.PyQt.QtWidgets import QApplication
+application = QApplication([])
+from treedgs_qgis.review.widgets import Form
+form, sheet, path = Form(), QPixmap(1600, 1200), sys.argv[1]
+sheet.fill()
+sheet.save(path)
+form.sheet.show_sheet(path)
+form.show()
+for width in (400, 500, 560):
+    for height in range(500, 1300):
+        form.resize(width, height)
+        application.processEvents()
+print("whole", form.sheet.pixmap().width())
+"""
+    done = subprocess.run(
+        ["/usr/bin/python3", "-c", code, str(tmp_path / "sheet.png")],
+        env=qgis.environment(PYTHONPATH=ROOT), cwd=tmp_path, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0 and "whole 5" in done.stdout, done.stdout + done.stderr
