@@ -21,13 +21,20 @@ from qgis.PyQt.QtGui import QIcon
 
 from . import checks, engine, i18n, layers, loading, pages
 from .listener import Listener, duration, is_cancelled
-from .parameters import DESTINATIONS, engine_values, help_text, label, make_outputs, make_parameter, result_values
+from .parameters import (
+    DESTINATIONS,
+    PAGES,
+    engine_values,
+    help_text,
+    label,
+    make_outputs,
+    make_parameter,
+    result_values,
+)
 from .words import declarations, in_qgis_words, qgis_name
 
 ICONS = Path(__file__).with_name("icons")
 ICON = ICONS / "treedgs.svg"
-#: Results that are a page to read, the first one there is.
-PAGES = ("REPORT", "PAGE")
 
 
 def unknown_name(algorithm: QgsProcessingAlgorithm, parameters: dict) -> str:
@@ -305,7 +312,7 @@ class EngineAlgorithm(BaseAlgorithm):
 
     def postProcessAlgorithm(self, context: QgsProcessingContext, feedback: QgsProcessingFeedback) -> dict:
         """Offer the page that was written, in the message bar."""
-        page = next((self._results[key] for key in PAGES if self._results.get(key)), "")
+        page = next(filter(None, (self._results.get(qgis_name(key)) for key in PAGES)), "")
         if page and self.offer() is not None:
             title, found, done = self.displayName(), self._results.get("N_TREES"), self._results.get("N_MEASURED")
             if found is not None and done is not None:

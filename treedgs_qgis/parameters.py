@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from qgis.core import (
+    QgsProcessingOutputHtml,
     QgsProcessingOutputNumber,
     QgsProcessingOutputString,
     QgsProcessingParameterBoolean,
@@ -32,6 +33,8 @@ from .words import in_qgis_words, qgis_name
 #: What some verbs take instead of a CRS: metres without a place on the map.
 LOCAL = "local"
 DESTINATIONS = ("output_file", "output_folder")
+#: Results that are pages to read, the one to open first: QGIS lists them in its Results Viewer.
+PAGES = ("report", "page", "paper")
 
 _WORDS = {
     "dtm": "DTM",
@@ -171,7 +174,10 @@ def make_outputs(declaration: dict[str, Any]) -> list[Any]:
     for key, text in declaration["outputs"].items():
         if key in named:
             continue
-        if _NUMBER.match(key):
+        if key in PAGES:
+            # The Results Viewer shows the description alone, in a narrow list.
+            outputs.append(QgsProcessingOutputHtml(qgis_name(key), tr(declaration["title"])))
+        elif _NUMBER.match(key):
             outputs.append(QgsProcessingOutputNumber(qgis_name(key), tr(text)))
         else:
             outputs.append(QgsProcessingOutputString(qgis_name(key), tr(text)))

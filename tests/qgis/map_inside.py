@@ -6,6 +6,7 @@ Not imported by anything.
 import os
 
 from inside import click, rest, seen, start, wait
+from processing.core.ProcessingResults import resultsList
 from processing.tools.general import createAlgorithmDialog
 from qgis.core import QgsExpressionContext, QgsExpressionContextUtils, QgsProject, QgsRectangle, QgsSymbol
 from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
@@ -71,13 +72,18 @@ def main():
     iface.mainWindow().grab().save(f"{folder}/window.png")
     click(buttons()["Open the report"])
     iface.messageBar().clearWidgets()
-    processing.runAndLoadResults(
-        "treedgs:standtable",
-        {"TREES": f"{folder}/trees.gpkg", "PLOTS": f"{folder}/plots.csv", "OUTPUT": f"{folder}/stand"},
-    )
-    rest()
-    seen["stand"] = [name for name in names() if name not in seen["trees"]]
-    iface.mainWindow().grab().save(f"{folder}/stand.png")
+    for name in ("stand", "stand 2"):
+        given = {"TREES": f"{folder}/trees.gpkg", "PLOTS": f"{folder}/plots.csv", "OUTPUT": f"{folder}/{name}"}
+        dialog = createAlgorithmDialog("treedgs:standtable", given)
+        dialog.show()
+        rest()
+        click(dialog.runButton())
+        wait(dialog.results)
+        dialog.close()
+        rest()
+        seen[name] = [layer for layer in names() if layer not in seen["trees"]]
+        iface.mainWindow().grab().save(f"{folder}/{name}.png")
+    seen["viewer"] = [[result.name, result.filename] for result in resultsList.getResults()]
 
 
 start(main, f"{folder}/seen.json")

@@ -111,7 +111,7 @@ for alg in provider.algorithms():
     found[alg.name()] = {
         "parameters": {d.name(): [d.help(), bool(d.flags() & d.FlagAdvanced)]
                        for d in made.parameterDefinitions()},
-        "outputs": [o.name() for o in made.outputDefinitions()],
+        "outputs": {o.name(): o.type() for o in made.outputDefinitions()},
         "help": alg.shortHelpString(), "short": alg.shortDescription(), "title": alg.displayName(),
         "group": [alg.group(), alg.groupId()], "icon": alg.icon().isNull(), "svg": alg.svgIconPath(),
         "tags": alg.tags(), "url": alg.helpUrl(),
@@ -138,7 +138,10 @@ def test_parameters_have_the_command_lines_names(described):
 
 def test_results_are_declared(described):
     for name, entry in DECLARED.items():
-        assert {key.upper() for key in entry["outputs"]} <= set(described[name]["outputs"]), name
+        outputs = described[name]["outputs"]
+        assert {key.upper() for key in entry["outputs"]} <= set(outputs), name
+        pages = {key for key, text in entry["outputs"].items() if re.search("page|report", text) and key[:2] != "n_"}
+        assert {key for key in outputs if outputs[key] == "outputHtml"} == {key.upper() for key in pages}, name
 
 
 def test_everything_is_described(described):
