@@ -175,6 +175,7 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
         Of layers that come together the topmost is then active: map tips and the list of stems follow it, and QGIS puts
         the next results above it.
         """
+        tell_apart(layer)
         layer.loadDefaultStyle()
         if isinstance(layer, QgsVectorLayer):
             in_the_users_language(layer)
@@ -188,6 +189,16 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
             show_on_map(layer)
         if os.path.basename(layer.source()).endswith("|layername=field_trees") or layers.holds_pairs(layer):
             snap_to_trees(QgsProject.instance())
+
+
+def tell_apart(layer: QgsMapLayer) -> None:
+    """Where the project has that name of a layer from another file: add the folder's name in brackets, or all of its
+    path where that is there too."""
+    path, name = layer.source().partition("|")[0], layer.name()
+    others = [each for each in QgsProject.instance().mapLayers().values() if each.source().partition("|")[0] != path]
+    taken, folder = {each.name() for each in others}, os.path.dirname(path)
+    names = (name, f"{name} ({os.path.basename(folder)})", f"{name} ({folder})")
+    layer.setName(next((each for each in names if each not in taken), name))
 
 
 def show_on_map(layer: QgsMapLayer) -> None:

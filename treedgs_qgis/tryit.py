@@ -12,6 +12,7 @@ from . import sample
 from .compat import LOG_WARNING
 from .engine import PLUGIN_ROOT, EngineError
 from .i18n import tr
+from .loading import tell_apart
 
 MEASURE = "treedgs:photostodbh"
 HILLSHADE = PLUGIN_ROOT / "treedgs_geo" / "core" / "styles" / "dtm.qml"
@@ -40,6 +41,7 @@ def _show(iface: Any, folder: Path) -> None:
     plots = QgsVectorLayer(source, tr("Plots"), "delimitedtext")
     fresh = [layer for layer in (terrain, plots) if layer.isValid() and layer.source() not in there]
     for layer in fresh:
+        tell_apart(layer)
         project.addMapLayer(layer)
     if fresh and terrain.isValid():
         if len(project.mapLayers()) == len(fresh):

@@ -24,6 +24,7 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     assert seen["active"] == "Trees"
     assert seen["filled_in"] == [True, str(tmp_path / "stand")]
     assert seen["in_view"] and seen["opened"] == [str(tmp_path / "run.html")]
-    assert sorted(seen["stand"]) == ["Stand by plot", "Trees of the stand table"]
+    assert seen["stand"] == ["Trees of the stand table", "Stand by plot"]
+    assert seen["stand 2"] == ["Trees of the stand table (stand 2)", "Stand by plot (stand 2)", *seen["stand"]]
     title = "Stand table and report"
     assert seen["viewer"] == [[title, str(tmp_path / name / "report.html")] for name in ("stand", "stand 2")]
