@@ -317,5 +317,6 @@ class EngineAlgorithm(BaseAlgorithm):
             title, found, done = self.displayName(), self._results.get("N_TREES"), self._results.get("N_MEASURED")
             if found is not None and done is not None:
                 title = self.tr("{done} of {all} stems measured.").format(done=done, all=found)
-            self.offer().page(page, title)
+            written = str(self._results.get("OUTPUT") or page)
+            self.offer().page(page, title, written if os.path.isdir(written) else os.path.dirname(written))
         return {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Sequence
 from typing import Any, ClassVar
@@ -108,6 +109,17 @@ def load_folder(results: dict[str, Any], context: QgsProcessingContext) -> None:
                     details = QgsProcessingContext.LayerDetails(tr(title), project, tr(title))
                     _in_order(details, sources, rank - len(GROUND))
                     context.addLayerToLoadOnCompletion(sources[rank], details)
+
+
+def load_again(algorithm: Any, results: dict[str, Any]) -> None:
+    """Bring the results of a former run of an algorithm (of :mod:`.algorithm`) into the project, as the run did."""
+    project, context, name = QgsProject.instance(), QgsProcessingContext(), tr(algorithm.LAYER_NAME)
+    context.setProject(project)
+    context.addLayerToLoadOnCompletion(results["OUTPUT"], QgsProcessingContext.LayerDetails(name, project, "OUTPUT"))
+    load_results(results, name, context)
+    load_folder(results, context)
+    # QGIS' own package, which has the name of our own folder.
+    importlib.import_module("processing.gui.Postprocessing").handleAlgorithmResults(algorithm, context)
 
 
 def _add_companion(

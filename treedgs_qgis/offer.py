@@ -6,6 +6,7 @@ Only in the graphical QGIS. The set-up itself is the algorithm ``treedgs:setupen
 from __future__ import annotations
 
 import functools
+import html
 import importlib
 from typing import Any, ClassVar
 
@@ -169,7 +170,7 @@ class Offer(QObject):
         self.iface = iface
         self.job = Job()
         self.so_far = StemsSoFar(iface)
-        self.pages: list[tuple[str, str]] = []
+        self.pages: list[tuple[str, str, str]] = []
         self.missed.connect(self.show)
         QgsApplication.taskManager().statusChanged.connect(self.task_ended)
 
@@ -210,10 +211,10 @@ class Offer(QObject):
         item.layout().addWidget(Controls(self.job, item, label, values))
         bar.pushWidget(item, LOG_WARNING)
 
-    def page(self, path: str, title: str) -> None:
-        """On the main window's message bar: the page that a run wrote, with a button that opens it; once QGIS has said
-        that its task is complete, which would cover it."""
-        self.pages.append((path, title))
+    def page(self, path: str, title: str, folder: str) -> None:
+        """On the main window's message bar: the page that a run wrote, with a button that opens it, and the folder of
+        its results; once QGIS has said that its task is complete, which would cover it."""
+        self.pages.append((path, title, folder))
         if not QgsApplication.taskManager().countActiveTasks():
             self.show_pages()
 
@@ -224,8 +225,9 @@ class Offer(QObject):
     def show_pages(self) -> None:
         """The messages of :meth:`page`."""
         bar = self.iface.messageBar()
-        for path, title in self.pages:
-            item = bar.createMessage("TreeDGS", title)
+        for path, title, folder in self.pages:
+            link = f'<a href="{html.escape(QUrl.fromLocalFile(folder).toString())}">{html.escape(folder)}</a>'
+            item = bar.createMessage("TreeDGS", f"{html.escape(title)} {link}")
             button = QPushButton(tr("Open the report"), item)
             button.clicked.connect(functools.partial(self.open_page, path))
             item.layout().addWidget(button)

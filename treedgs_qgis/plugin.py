@@ -89,7 +89,7 @@ class TreeDGSPlugin:
 
         self.offer = Offer(self.iface)
         text = f"{i18n.tr('Try it with a sample flight')} …"
-        self.add_entry(text, "tryit", lambda *_: begin(self.iface, self.open_dialog))
+        self.add_entry(text, "tryit", lambda *_: begin(self.iface, self.open_dialog, self.offer))
         if self.provider is not None:
             self.provider.offer = self.offer
             self.provider.open_panel = partial(self.action.setChecked, True)

@@ -52,3 +52,10 @@ def job_values(folder: Path) -> dict[str, Any]:
         "WORKSPACE": str(folder / "work"),
         "OUTPUT": str(folder / "trees.gpkg"),
     }
+
+
+def results(folder: Path) -> dict[str, Any]:
+    """What measuring it has given, as far as it is there."""
+    values = job_values(folder)
+    found = {name: values[name] for name in ("WORKSPACE", "OUTPUT")} | {"REPORT": str(folder / "work" / "report.html")}
+    return {name: path for name, path in found.items() if Path(path).exists()}

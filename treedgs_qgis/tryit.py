@@ -1,32 +1,41 @@
-"""**Try it with a sample flight**: puts it where it can be written, shows it, and opens the dialog filled in."""
+"""**Try it with a sample flight**: puts it where it can be written, shows it, and opens the dialog filled in; what was
+measured before is shown instead."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from qgis.core import QgsProject, QgsRasterLayer, QgsVectorLayer
+from qgis.core import QgsApplication, QgsProject, QgsRasterLayer, QgsVectorLayer
 from qgis.PyQt.QtCore import QUrl
 
 from . import sample
 from .compat import LOG_WARNING
 from .engine import PLUGIN_ROOT, EngineError
 from .i18n import tr
-from .loading import tell_apart
+from .loading import load_again, tell_apart
 
 MEASURE = "treedgs:photostodbh"
 HILLSHADE = PLUGIN_ROOT / "treedgs_geo" / "core" / "styles" / "dtm.qml"
 
 
-def begin(iface: Any, open_dialog: Any) -> None:
-    """The menu entry. open_dialog: shows an algorithm's dialog with values."""
+def begin(iface: Any, open_dialog: Any, offer: Any) -> None:
+    """The menu entry. open_dialog: shows an algorithm's dialog with values; offer: the plugin's."""
     try:
         folder = sample.copy(sample.default_folder())
     except EngineError as problem:
         iface.messageBar().pushMessage("TreeDGS", str(problem), LOG_WARNING, 0)
         return
     _show(iface, folder)
-    open_dialog(MEASURE, sample.job_values(folder))
+    results = sample.results(folder)
+    if "OUTPUT" not in results:
+        open_dialog(MEASURE, sample.job_values(folder))
+        return
+    layers = QgsProject.instance().mapLayers().values()
+    if not any(layer.source().partition("|")[0] == results["OUTPUT"] for layer in layers):
+        load_again(QgsApplication.processingRegistry().createAlgorithmById(MEASURE), results)
+    if "REPORT" in results:
+        offer.page(results["REPORT"], tr("The sample flight was measured before."), str(folder))
 
 
 def _show(iface: Any, folder: Path) -> None:

@@ -4,6 +4,8 @@ Not imported by anything.
 """
 
 import os
+import sys
+from pathlib import Path
 
 from inside import click, rest, seen, start, wait
 from processing.core.ProcessingResults import resultsList
@@ -12,7 +14,7 @@ from qgis.core import QgsExpressionContext, QgsExpressionContextUtils, QgsProjec
 from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.PyQt.QtWidgets import QPushButton
-from qgis.utils import iface
+from qgis.utils import iface, plugins
 
 import processing
 
@@ -84,6 +86,20 @@ def main():
         seen[name] = [layer for layer in names() if layer not in seen["trees"]]
         iface.mainWindow().grab().save(f"{folder}/{name}.png")
     seen["viewer"] = [[result.name, result.filename] for result in resultsList.getResults()]
+    # The sample flight, once it was measured.
+    QgsProject.instance().clear()
+    iface.messageBar().clearWidgets()
+    sample = sys.modules["treedgs.treedgs_qgis.sample"]
+    sample.SOURCE, sample.default_folder = Path(folder, "flight"), lambda: Path(folder)
+    plugins["treedgs"].opened = None
+    for _ in range(2):
+        next(entry for entry in plugins["treedgs"].entries if entry.objectName() == "TreeDGS-tryit").trigger()
+        wait(lambda: "Open the report" in buttons())
+        rest()
+    seen["sample"] = [names(), iface.messageBar().currentItem().text(), plugins["treedgs"].opened]
+    iface.mainWindow().grab().save(f"{folder}/sample.png")
+    iface.messageBar().popWidget()
+    click(buttons()["Open the report"])
 
 
 start(main, f"{folder}/seen.json")

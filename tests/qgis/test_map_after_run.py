@@ -16,6 +16,9 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     write_cloud(tmp_path / "cloud.laz", PointCloud(xyz, pyproj.CRS.from_epsg(32617)))
     (tmp_path / "plots.csv").write_text("plot_id,easting,northing,radius_m\nA,500006,3450006,4.5\n")
     (tmp_path / "tmp").mkdir()
+    (tmp_path / "flight" / "images").mkdir(parents=True)
+    (tmp_path / "flight" / "work").mkdir()
+    (tmp_path / "flight" / "work" / "report.html").touch()
     # Elsewhere than the results, which are temporary to QGIS otherwise, and named in another way.
     seen = qgis.windows("map_inside.py", tmp_path / "seen.json", TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
     assert seen["trees"] == ["Trees", "Stem sections", "Plots searched"]
@@ -23,8 +26,11 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     assert seen["opacity"] == [100, 35], "a tree outside the plots is pale"
     assert seen["active"] == "Trees"
     assert seen["filled_in"] == [True, str(tmp_path / "stand")]
-    assert seen["in_view"] and seen["opened"] == [str(tmp_path / "run.html")]
+    assert seen["in_view"] and seen["opened"] == [str(tmp_path / "run.html"), str(tmp_path / "work" / "report.html")]
     assert seen["stand"] == ["Trees of the stand table", "Stand by plot"]
     assert seen["stand 2"] == ["Trees of the stand table (stand 2)", "Stand by plot (stand 2)", *seen["stand"]]
     title = "Stand table and report"
     assert seen["viewer"] == [[title, str(tmp_path / name / "report.html")] for name in ("stand", "stand 2")]
+    layers, words, dialog = seen["sample"]
+    assert layers[:3] == seen["trees"] and len(layers) == 4, "the trees of the sample flight, and its plots"
+    assert "The sample flight was measured before." in words and f">{tmp_path}</a>" in words and dialog is None

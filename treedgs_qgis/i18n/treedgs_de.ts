@@ -1456,6 +1456,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Bisherige Stämme</translation>
     </message>
     <message>
+      <source>The sample flight was measured before.</source>
+      <translation>Der Beispielflug wurde schon gemessen.</translation>
+    </message>
+    <message>
       <source>Plan the flight</source>
       <translation>Flug planen</translation>
     </message>

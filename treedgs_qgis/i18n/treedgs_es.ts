@@ -1454,6 +1454,10 @@ cero.&lt;/p&gt;
       <translation>Troncos hasta ahora</translation>
     </message>
     <message>
+      <source>The sample flight was measured before.</source>
+      <translation>El vuelo de ejemplo ya se midió.</translation>
+    </message>
+    <message>
       <source>Plan the flight</source>
       <translation>Planificar el vuelo</translation>
     </message>
