@@ -8,6 +8,7 @@ import geopandas
 import numpy as np
 import pytest
 import rasterio
+from qgis_driver import ROOT
 from shapely.geometry import Point, box
 
 from treedgs_geo.stems.quality.tree import Tree
@@ -195,3 +196,27 @@ print("ORDER", [node.name() for node in project.layerTreeRoot().findLayers()])
     )
     assert "LOADED ['Ground', 'Orthophoto of the ground']" in done.stdout, done.stdout + done.stderr
     assert "ORDER ['Trees', 'Orthophoto of the ground', 'Ground']" in done.stdout, done.stdout + done.stderr
+
+
+def test_rejected_trees_and_plots_are_cased_and_trees_to_tape_have_a_colour_of_their_own(qgis):
+    done = qgis.python(
+        """
+import json
+from qgis.core import QgsVectorLayer
+def look(kind, name):
+    layer = QgsVectorLayer(kind + "?crs=EPSG:32617", name, "memory")
+    assert layer.loadNamedStyle(sys.argv[1] + "/" + name + ".qml")[1]
+    return layer.renderer().clone()
+trees, tapes = look("PointZ", "trees").categories(), look("Point", "tapes").categories()
+plots = look("Polygon", "searched")
+casings = [next(c for c in trees if c.value() == "out").symbol(), plots.symbol()]
+print("SEEN" + json.dumps({
+    "casings": [[part.strokeColor().name() for part in symbol.symbolLayers()] for symbol in casings],
+    "trees": [c.symbol().color().name() for c in trees], "to tape": tapes[0].symbol().color().name(),
+}))
+""",
+        ROOT / "treedgs_geo" / "core" / "styles",
+    )
+    seen = json.loads(done.stdout.partition("SEEN")[2])
+    assert all(casing[0] == "#ffffff" != casing[1] for casing in seen["casings"])
+    assert seen["to tape"] not in seen["trees"]

@@ -23,7 +23,7 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     seen = qgis.windows("map_inside.py", tmp_path / "seen.json", TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
     assert seen["trees"] == ["Trees", "Stem sections", "Plots searched"]
     assert seen["columns"][:6] == ["tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag"]
-    assert seen["opacity"] == [100, 35], "a tree outside the plots is pale"
+    assert seen["opacity"] == [100, 65], "a tree outside the plots is pale"
     assert seen["active"] == "Trees"
     assert seen["filled_in"] == [True, str(tmp_path / "stand")]
     assert seen["in_view"] and seen["opened"] == [str(tmp_path / "run.html"), str(tmp_path / "work" / "report.html")]

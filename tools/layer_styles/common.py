@@ -14,6 +14,7 @@ from qgis.core import (
     QgsMarkerSymbol,
     QgsPalLayerSettings,
     QgsProperty,
+    QgsSymbol,
     QgsSymbolLayer,
     QgsTextBufferSettings,
     QgsTextFormat,
@@ -22,11 +23,16 @@ from qgis.core import (
     QgsVectorLayerSimpleLabeling,
     QgsWkbTypes,
 )
+from qgis.PyQt.QtCore import Qt
 from qgis.PyQt.QtGui import QColor, QFont
 
 ROOT = Path(__file__).resolve().parents[2]
 
 GREEN, AMBER, RED, GREY, BLUE = "#2e8b3d", "#f2a10d", "#c62828", "#7a7a7a", "#1f4e9c"
+#: Trees to tape: apart from the colours of quality for colour-blind eyes too (Okabe and Ito).
+SKY = "#56b4e9"
+#: Wider than a line by this, mm: its white casing, which dark ground needs.
+CASING_MM = 0.8
 #: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be distinguished on a screen.
 TREE_SIZE = 'max(coalesce("dbh_cm", 0) * 10 / @map_scale, 1.4 + coalesce("dbh_cm", 15) * 0.05)'
 #: Languages of the map tips; the catalogues are the plugin's.
@@ -99,6 +105,16 @@ def marker(size_property: str | None = None, **properties: str) -> QgsMarkerSymb
         symbol.symbolLayer(0).setDataDefinedProperty(
             QgsSymbolLayer.PropertySize, QgsProperty.fromExpression(size_property)
         )
+    return symbol
+
+
+def cased(symbol: QgsSymbol) -> QgsSymbol:
+    """The symbol on a wider, white and solid copy of itself: seen on any ground."""
+    below = symbol.symbolLayer(0).clone()
+    below.setStrokeColor(QColor("white"))
+    below.setStrokeStyle(Qt.SolidLine)
+    below.setStrokeWidth(below.strokeWidth() + CASING_MM)
+    symbol.insertSymbolLayer(0, below)
     return symbol
 
 

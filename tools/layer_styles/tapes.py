@@ -11,7 +11,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 
-from .common import AMBER, GREEN, GREY, RED, labels, marker, memory_layer, said, write_on_top
+from .common import GREEN, GREY, RED, SKY, labels, marker, memory_layer, said, write_on_top
 from .pairs import DELTAS
 
 TAPES = {
@@ -59,12 +59,12 @@ STATES = {"": "", "taped": "taped", "none": "none (no tree there)", "dead": "dea
 
 
 def tapes() -> QgsVectorLayer:
-    """Trees to tape: open ones amber, filled-in ones green, as diamonds, which the measured trees below are not; the
+    """Trees to tape: open ones sky blue, filled-in ones green, as diamonds, which the measured trees below are not; the
     crew's fields on top of the form."""
     layer = memory_layer(TAPES, "tapes", "Point")
     look = {"name": "diamond", "outline_width": "0.5", "size": "4.6"}
     looks = {
-        "open": ("to tape", AMBER, "#5a3a00"),
+        "open": ("to tape", SKY, "#0b3c5d"),
         "taped": ("taped", GREEN, "#12401a"),
         "none": ("no tree there", "255,255,255,0", RED),
         "dead": ("dead", GREY, "#333333"),

@@ -14,6 +14,8 @@ from qgis.core import (
     QgsRendererRange,
     QgsSingleSymbolRenderer,
     QgsSymbol,
+    QgsSymbolLayer,
+    QgsSymbolLayerUtils,
     QgsVectorLayer,
 )
 
@@ -27,6 +29,7 @@ from .common import (
     ROOT,
     TREE_SIZE,
     begin_with,
+    cased,
     file_url,
     in_language,
     labels,
@@ -99,8 +102,10 @@ def one(expression: str) -> str:
 
 #: Columns that the attribute table begins with.
 FIRST_COLUMNS = ("tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag", "qc_reason", "species", "status")
-#: Opacity, per cent: trees outside the plots are pale, where there are plots.
-PALE_OUTSIDE = """if(coalesce("plot_id", '') = '' AND coalesce(maximum("plot_id"), '') <> '', 35, 100)"""
+#: Trees outside the plots, where there are plots, are pale: white, edged in the colour of their quality, and of this
+#: opacity, per cent.
+OUTSIDE = """(coalesce("plot_id", '') = '' AND coalesce(maximum("plot_id"), '') <> '')"""
+PALE_PCT = 65
 #: How a tree is drawn: by its quality, or by what a person decided.
 DRAWN_AS = (
     """CASE WHEN "rev_flag" IN ('reject', 'merge') THEN 'out' WHEN "rev_dbh_cm" IS NOT NULL THEN 'decided' """
@@ -170,6 +175,19 @@ def sheet_tip() -> str:
     return f"[% coalesce(with_variable('sheet', {path}, {shown}), '') %]"
 
 
+def pale_outside(symbol: QgsSymbol) -> None:
+    """Let a tree outside the plots be pale; a dark edge, as filled ones have it, takes the fill's colour there."""
+    layer = symbol.symbolLayer(0)
+    filled, edge = layer.fillColor(), layer.strokeColor()
+    pale_edge = filled if filled.alpha() and edge.lightness() < 80 and edge.name() != BLUE else edge
+    for target, where, pale, usual in (
+        (layer, QgsSymbolLayer.PropertyFillColor, "'#ffffff'", quoted(QgsSymbolLayerUtils.encodeColor(filled))),
+        (layer, QgsSymbolLayer.PropertyStrokeColor, quoted(pale_edge.name()), quoted(edge.name())),
+        (symbol, QgsSymbol.PropertyOpacity, PALE_PCT, 100),
+    ):
+        target.setDataDefinedProperty(where, QgsProperty.fromExpression(f"if({OUTSIDE}, {pale}, {usual})"))
+
+
 def trees() -> QgsVectorLayer:
     """Trees: size by DBH, colour by quality, hollow when rejected."""
     layer = memory_layer(TREES, "trees")
@@ -188,13 +206,13 @@ def trees() -> QgsVectorLayer:
             "by hand: no DBH",
             marker("2.6", color="255,255,255,0", outline_color=BLUE, outline_width="0.7"),
         ),
-        "out": ("by hand: no tree", marker("2.6", name="cross2", outline_color=GREY)),
+        "out": ("by hand: no tree", cased(marker("2.6", name="cross2", outline_color=GREY, outline_width="0.5"))),
     }
     # Before a renderer has them: what it hands out are copies.
     for _, symbol in looks.values():
-        symbol.setDataDefinedProperty(QgsSymbol.PropertyOpacity, QgsProperty.fromExpression(PALE_OUTSIDE))
-    pale = marker("2.6", color=GREEN, outline_color="#12401a")
-    pale.setOpacity(0.35)
+        pale_outside(symbol)
+    pale = marker("2.6", color="#ffffff", outline_color=GREEN)
+    pale.setOpacity(PALE_PCT / 100)
     # No tree is drawn as this: it is a line of the legend.
     looks["outside"] = ("pale: outside the plots", pale)
     layer.setRenderer(
@@ -263,7 +281,7 @@ def searched() -> QgsVectorLayer:
     """Where stems were looked for: the plots' outlines, dashed, with nothing inside."""
     layer = memory_layer(SEARCHED, "searched", "MultiPolygon")
     outline = {"style": "no", "outline_color": GREY, "outline_style": "dash", "outline_width": "0.5"}
-    layer.setRenderer(QgsSingleSymbolRenderer(QgsFillSymbol.createSimple(outline)))
+    layer.setRenderer(QgsSingleSymbolRenderer(cased(QgsFillSymbol.createSimple(outline))))
     layer.setDisplayExpression(f"""{said("Plot")} || ' ' || "plot_id\"""")
     layer.setMapTipTemplate(
         f"""<b>[% {said("Plot")} %] [% "plot_id" %]</b>"""

@@ -24,7 +24,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
+                <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), 65, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -76,6 +76,16 @@
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
               <Option type="Map" name="properties">
+                <Option type="Map" name="fillColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '46,139,61,255')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="outlineColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#2e8b3d', '#12401a')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
                 <Option type="Map" name="size">
                   <Option type="bool" name="active" value="true"/>
                   <Option type="QString" name="expression" value="max(coalesce(&quot;dbh_cm&quot;, 0) * 10 / @map_scale, 1.4 + coalesce(&quot;dbh_cm&quot;, 15) * 0.05)"/>
@@ -94,7 +104,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
+                <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), 65, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -146,6 +156,16 @@
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
               <Option type="Map" name="properties">
+                <Option type="Map" name="fillColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '242,161,13,255')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="outlineColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#f2a10d', '#7a4b00')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
                 <Option type="Map" name="size">
                   <Option type="bool" name="active" value="true"/>
                   <Option type="QString" name="expression" value="max(coalesce(&quot;dbh_cm&quot;, 0) * 10 / @map_scale, 1.4 + coalesce(&quot;dbh_cm&quot;, 15) * 0.05)"/>
@@ -164,7 +184,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
+                <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), 65, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -216,6 +236,16 @@
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
               <Option type="Map" name="properties">
+                <Option type="Map" name="fillColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '255,255,255,0')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="outlineColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#c62828', '#c62828')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
                 <Option type="Map" name="size">
                   <Option type="bool" name="active" value="true"/>
                   <Option type="QString" name="expression" value="2.6"/>
@@ -234,7 +264,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
+                <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), 65, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -286,6 +316,16 @@
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
               <Option type="Map" name="properties">
+                <Option type="Map" name="fillColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '46,139,61,255')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="outlineColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#1f4e9c', '#1f4e9c')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
                 <Option type="Map" name="size">
                   <Option type="bool" name="active" value="true"/>
                   <Option type="QString" name="expression" value="max(coalesce(coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;), 0) * 10 / @map_scale, 1.4 + coalesce(coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;), 15) * 0.05)"/>
@@ -304,7 +344,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
+                <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), 65, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -356,6 +396,16 @@
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
               <Option type="Map" name="properties">
+                <Option type="Map" name="fillColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '255,255,255,0')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="outlineColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#1f4e9c', '#1f4e9c')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
                 <Option type="Map" name="size">
                   <Option type="bool" name="active" value="true"/>
                   <Option type="QString" name="expression" value="2.6"/>
@@ -374,7 +424,7 @@
             <Option type="Map" name="properties">
               <Option type="Map" name="alpha">
                 <Option type="bool" name="active" value="true"/>
-                <Option type="QString" name="expression" value="if(coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> '', 35, 100)"/>
+                <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), 65, 100)"/>
                 <Option type="int" name="type" value="3"/>
               </Option>
             </Option>
@@ -392,9 +442,74 @@
             <Option type="QString" name="offset" value="0,0"/>
             <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
             <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="255,255,255,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="1.3"/>
+            <Option type="QString" name="outline_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="scale_method" value="diameter"/>
+            <Option type="QString" name="size" value="2"/>
+            <Option type="QString" name="size_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="size_unit" value="MM"/>
+            <Option type="QString" name="vertical_anchor_point" value="1"/>
+          </Option>
+          <prop k="angle" v="0"/>
+          <prop k="cap_style" v="square"/>
+          <prop k="color" v="255,0,0,255"/>
+          <prop k="horizontal_anchor_point" v="1"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="name" v="cross2"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="255,255,255,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="1.3"/>
+          <prop k="outline_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="scale_method" v="diameter"/>
+          <prop k="size" v="2"/>
+          <prop k="size_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="size_unit" v="MM"/>
+          <prop k="vertical_anchor_point" v="1"/>
+          <data_defined_properties>
+            <Option type="Map">
+              <Option type="QString" name="name" value=""/>
+              <Option type="Map" name="properties">
+                <Option type="Map" name="fillColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '255,0,0,255')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="outlineColor">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="if((coalesce(&quot;plot_id&quot;, '') = '' AND coalesce(maximum(&quot;plot_id&quot;), '') &lt;> ''), '#ffffff', '#ffffff')"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+                <Option type="Map" name="size">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="2.6"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+              </Option>
+              <Option type="QString" name="type" value="collection"/>
+            </Option>
+          </data_defined_properties>
+        </layer>
+        <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+          <Option type="Map">
+            <Option type="QString" name="angle" value="0"/>
+            <Option type="QString" name="cap_style" value="square"/>
+            <Option type="QString" name="color" value="255,0,0,255"/>
+            <Option type="QString" name="horizontal_anchor_point" value="1"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="name" value="cross2"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
             <Option type="QString" name="outline_color" value="122,122,122,255"/>
             <Option type="QString" name="outline_style" value="solid"/>
-            <Option type="QString" name="outline_width" value="0.3"/>
+            <Option type="QString" name="outline_width" value="0.5"/>
             <Option type="QString" name="outline_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
             <Option type="QString" name="outline_width_unit" value="MM"/>
             <Option type="QString" name="scale_method" value="diameter"/>
@@ -414,7 +529,7 @@
           <prop k="offset_unit" v="MM"/>
           <prop k="outline_color" v="122,122,122,255"/>
           <prop k="outline_style" v="solid"/>
-          <prop k="outline_width" v="0.3"/>
+          <prop k="outline_width" v="0.5"/>
           <prop k="outline_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
           <prop k="outline_width_unit" v="MM"/>
           <prop k="scale_method" v="diameter"/>
@@ -437,7 +552,7 @@
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="0.35" name="6">
+      <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="0.65" name="6">
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
@@ -449,14 +564,14 @@
           <Option type="Map">
             <Option type="QString" name="angle" value="0"/>
             <Option type="QString" name="cap_style" value="square"/>
-            <Option type="QString" name="color" value="46,139,61,255"/>
+            <Option type="QString" name="color" value="255,255,255,255"/>
             <Option type="QString" name="horizontal_anchor_point" value="1"/>
             <Option type="QString" name="joinstyle" value="bevel"/>
             <Option type="QString" name="name" value="circle"/>
             <Option type="QString" name="offset" value="0,0"/>
             <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
             <Option type="QString" name="offset_unit" value="MM"/>
-            <Option type="QString" name="outline_color" value="18,64,26,255"/>
+            <Option type="QString" name="outline_color" value="46,139,61,255"/>
             <Option type="QString" name="outline_style" value="solid"/>
             <Option type="QString" name="outline_width" value="0.3"/>
             <Option type="QString" name="outline_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
@@ -469,14 +584,14 @@
           </Option>
           <prop k="angle" v="0"/>
           <prop k="cap_style" v="square"/>
-          <prop k="color" v="46,139,61,255"/>
+          <prop k="color" v="255,255,255,255"/>
           <prop k="horizontal_anchor_point" v="1"/>
           <prop k="joinstyle" v="bevel"/>
           <prop k="name" v="circle"/>
           <prop k="offset" v="0,0"/>
           <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
           <prop k="offset_unit" v="MM"/>
-          <prop k="outline_color" v="18,64,26,255"/>
+          <prop k="outline_color" v="46,139,61,255"/>
           <prop k="outline_style" v="solid"/>
           <prop k="outline_width" v="0.3"/>
           <prop k="outline_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
