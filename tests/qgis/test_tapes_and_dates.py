@@ -1,6 +1,8 @@
 """The tape verbs and two dates in real QGIS: drawn, filled in as in the layer's form, checked, corrected, compared."""
 
+import ast
 import json
+import re
 import subprocess
 
 import geopandas as gpd
@@ -28,6 +30,10 @@ for feature in layer.getFeatures():
 setup = layer.editorWidgetSetup(names.indexOf("state"))
 assert layer.commitChanges(), layer.commitErrors()
 print("SAVED", setup.type(), json.dumps(setup.config()))
+table, form = layer.attributeTableConfig(), layer.editFormConfig()
+print("HIDDEN", [column.name for column in table.columns() if column.name and column.hidden], table.sortExpression())
+print("WRITTEN", sorted(names[i].name() for i in names.allAttributesList() if not form.readOnly(i)))
+print("WIDTH", next(column.width for column in table.columns() if column.name == "walk"))
 """
 
 
@@ -45,6 +51,9 @@ def test_from_the_draw_to_the_corrected_table(qgis, tmp_path):
     typed[next(iter(typed))] = None
     said = edit_in_qgis(FILL_IN, folder / "tapes" / "tapes.gpkg", typed)
     assert "ValueMap" in said and "not reached" in said
+    assert """HIDDEN ['fid'] "walk\"""" in said and int(re.search(r"WIDTH (\d+)", said)[1]) > 120, said
+    written = ast.literal_eval(re.search("WRITTEN (.*)", said)[1])
+    assert written == ["fid", "near_id", "plot_id", "second_taped_cm", "state", "tape_note", "taped_cm"]
     taped = folder / "tapes" / "tapes.gpkg"
     done = qgis.run("tapecheck", None, **shared, TAPED=taped, OUTPUT=folder / "check")
     assert done.returncode == 0, done.stdout

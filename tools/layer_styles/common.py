@@ -35,6 +35,8 @@ SKY = "#56b4e9"
 CASING_MM = 0.8
 #: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be distinguished on a screen.
 TREE_SIZE = 'max(coalesce("dbh_cm", 0) * 10 / @map_scale, 1.4 + coalesce("dbh_cm", 15) * 0.05)'
+#: Of headings in attribute tables: a letter's width, and the least that a column has, pixels.
+LETTER_PX, MIN_COLUMN_PX = 8, 70
 #: Languages of the map tips; the catalogues are the plugin's.
 LANGUAGES = ("de", "es")
 
@@ -149,13 +151,22 @@ def labels(expression: str, colour: str, least_scale: int, middle: bool = False)
     return QgsVectorLayerSimpleLabeling(settings)
 
 
-def begin_with(layer: QgsVectorLayer, names: tuple[str, ...]) -> None:
-    """The columns that the attribute table begins with; the others follow in their order."""
+def begin_with(layer: QgsVectorLayer, names: tuple[str, ...], order: str = "") -> None:
+    """The columns that the attribute table begins with; the others follow in their order, each as wide as its heading
+    in the longest language. The file's own key is hidden. order: a column that rows are sorted by."""
     config = QgsAttributeTableConfig()
     config.update(layer.fields())
-    columns = config.columns()
+    columns, aliases = config.columns(), {field.name(): field.alias() for field in layer.fields()}
+    for column in columns:
+        alias = aliases.get(column.name, "")
+        headings = [alias, *(translations(language).get(alias, "") for language in LANGUAGES)]
+        column.width = max(MIN_COLUMN_PX, LETTER_PX * max(map(len, headings)))
+    key = QgsAttributeTableConfig.ColumnConfig()
+    key.name, key.hidden = "fid", True
     first = [column for name in names for column in columns if column.name == name]
-    config.setColumns(first + [column for column in columns if column.name not in names])
+    config.setColumns(first + [column for column in columns if column.name not in names] + [key])
+    if order:
+        config.setSortExpression(f'"{order}"')
     layer.setAttributeTableConfig(config)
 
 
@@ -170,4 +181,12 @@ def write_on_top(layer: QgsVectorLayer, fields: list[str], title: str, written: 
         for name in names:
             box.addChildElement(QgsAttributeEditorField(name, fields.index(name), box))
         form.addTab(box)
+    layer.setEditFormConfig(form)
+
+
+def only_editable(layer: QgsVectorLayer, names: tuple[str, ...]) -> None:
+    """All other fields are read-only, in the form and in the table."""
+    form = layer.editFormConfig()
+    for index, field in enumerate(layer.fields()):
+        form.setReadOnly(index, field.name() not in names)
     layer.setEditFormConfig(form)

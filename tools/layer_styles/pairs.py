@@ -19,7 +19,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 
-from .common import AMBER, GREEN, GREY, RED, labels, marker, memory_layer, said, write_on_top
+from .common import AMBER, GREEN, GREY, RED, labels, marker, memory_layer, only_editable, said, write_on_top
 
 #: Also the layer of suggestions.
 PAIRS = {
@@ -142,10 +142,7 @@ def pairs() -> QgsVectorLayer:
             True,
         ),
     )
-    form = layer.editFormConfig()
-    for index, name in enumerate(PAIRS):
-        form.setReadOnly(index, name not in ("pair_status", "note"))
-    layer.setEditFormConfig(form)
+    only_editable(layer, ("pair_status", "note"))
     write_on_top(layer, list(PAIRS), "Your decision", ("pair_status", "note"), "The two trees")
     layer.setEditorWidgetSetup(
         list(PAIRS).index("note"), QgsEditorWidgetSetup("TextEdit", {"IsMultiline": True, "UseHtml": False})

@@ -11,7 +11,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 
-from .common import GREEN, GREY, RED, SKY, labels, marker, memory_layer, said, write_on_top
+from .common import GREEN, GREY, RED, SKY, begin_with, labels, marker, memory_layer, only_editable, said, write_on_top
 from .pairs import DELTAS
 
 TAPES = {
@@ -93,6 +93,9 @@ def tapes() -> QgsVectorLayer:
         QgsEditorWidgetSetup("ValueMap", {"map": [{text: value} for value, text in STATES.items()]}),
     )
     crew = ("taped_cm", "second_taped_cm", "state", "tape_note")
+    begin_with(layer, ("walk", "plot_id", "tree_id", *crew), "walk")
+    # Of a tree that the map lacks the crew says the plot, or the drawn tree beside it.
+    only_editable(layer, (*crew, "plot_id", "near_id"))
     write_on_top(layer, list(TAPES), "Filled in by the crew", crew, "Drawn tree")
     return layer
 

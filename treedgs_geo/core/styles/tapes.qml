@@ -679,8 +679,33 @@
     <constraint desc="" field="frame" exp=""/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+  <attributetableconfig sortOrder="0" sortExpression="&quot;walk&quot;" actionWidgetStyle="dropDown">
+    <columns>
+      <column type="field" name="walk" hidden="0" width="168"/>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="tree_id" hidden="0" width="70"/>
+      <column type="field" name="taped_cm" hidden="0" width="168"/>
+      <column type="field" name="second_taped_cm" hidden="0" width="144"/>
+      <column type="field" name="state" hidden="0" width="70"/>
+      <column type="field" name="tape_note" hidden="0" width="72"/>
+      <column type="field" name="near_id" hidden="0" width="176"/>
+      <column type="field" name="about_cm" hidden="0" width="216"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="azim_deg" hidden="0" width="224"/>
+      <column type="field" name="dist_m" hidden="0" width="240"/>
+      <column type="field" name="x" hidden="0" width="88"/>
+      <column type="field" name="y" hidden="0" width="96"/>
+      <column type="field" name="lon" hidden="0" width="104"/>
+      <column type="field" name="lat" hidden="0" width="96"/>
+      <column type="field" name="dbh_cm" hidden="0" width="152"/>
+      <column type="field" name="stratum" hidden="0" width="70"/>
+      <column type="field" name="prob" hidden="0" width="240"/>
+      <column type="field" name="n_frame" hidden="0" width="248"/>
+      <column type="field" name="design" hidden="0" width="72"/>
+      <column type="field" name="frame" hidden="0" width="136"/>
+      <column type="actions" hidden="1" width="70"/>
+      <column type="field" name="fid" hidden="1" width="-1"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>
@@ -722,7 +747,30 @@
       <attributeEditorField name="frame" showLabel="1" index="21"/>
     </attributeEditorContainer>
   </attributeEditorForm>
-  <editable/>
+  <editable>
+    <field editable="0" name="about_cm"/>
+    <field editable="0" name="azim_deg"/>
+    <field editable="0" name="dbh_cm"/>
+    <field editable="0" name="design"/>
+    <field editable="0" name="dist_m"/>
+    <field editable="0" name="frame"/>
+    <field editable="0" name="lat"/>
+    <field editable="0" name="lon"/>
+    <field editable="0" name="n_frame"/>
+    <field editable="1" name="near_id"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="0" name="prob"/>
+    <field editable="0" name="qc_flag"/>
+    <field editable="1" name="second_taped_cm"/>
+    <field editable="1" name="state"/>
+    <field editable="0" name="stratum"/>
+    <field editable="1" name="tape_note"/>
+    <field editable="1" name="taped_cm"/>
+    <field editable="0" name="tree_id"/>
+    <field editable="0" name="walk"/>
+    <field editable="0" name="x"/>
+    <field editable="0" name="y"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -1143,40 +1143,41 @@
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
     <columns>
-      <column type="field" name="tree_id" hidden="0" width="-1"/>
-      <column type="field" name="plot_id" hidden="0" width="-1"/>
-      <column type="field" name="dbh_cm" hidden="0" width="-1"/>
-      <column type="field" name="dbh_se_cm" hidden="0" width="-1"/>
-      <column type="field" name="height_m" hidden="0" width="-1"/>
-      <column type="field" name="qc_flag" hidden="0" width="-1"/>
-      <column type="field" name="qc_reason" hidden="0" width="-1"/>
-      <column type="field" name="species" hidden="0" width="-1"/>
-      <column type="field" name="status" hidden="0" width="-1"/>
-      <column type="field" name="x" hidden="0" width="-1"/>
-      <column type="field" name="y" hidden="0" width="-1"/>
-      <column type="field" name="z_ground" hidden="0" width="-1"/>
-      <column type="field" name="dbh_lo_cm" hidden="0" width="-1"/>
-      <column type="field" name="dbh_hi_cm" hidden="0" width="-1"/>
-      <column type="field" name="bh_m" hidden="0" width="-1"/>
-      <column type="field" name="height_se_m" hidden="0" width="-1"/>
-      <column type="field" name="height_why" hidden="0" width="-1"/>
-      <column type="field" name="ba_m2" hidden="0" width="-1"/>
-      <column type="field" name="lean_deg" hidden="0" width="-1"/>
-      <column type="field" name="arc_deg" hidden="0" width="-1"/>
-      <column type="field" name="n_pts" hidden="0" width="-1"/>
-      <column type="field" name="n_views" hidden="0" width="-1"/>
-      <column type="field" name="n_slices" hidden="0" width="-1"/>
-      <column type="field" name="opac_mean" hidden="0" width="-1"/>
-      <column type="field" name="taper_cm_m" hidden="0" width="-1"/>
-      <column type="field" name="method" hidden="0" width="-1"/>
-      <column type="field" name="run_id" hidden="0" width="-1"/>
-      <column type="field" name="note" hidden="0" width="-1"/>
-      <column type="field" name="rev_flag" hidden="0" width="-1"/>
-      <column type="field" name="rev_dbh_cm" hidden="0" width="-1"/>
-      <column type="field" name="rev_note" hidden="0" width="-1"/>
-      <column type="field" name="rev_by" hidden="0" width="-1"/>
-      <column type="field" name="rev_at" hidden="0" width="-1"/>
-      <column type="actions" hidden="1" width="-1"/>
+      <column type="field" name="tree_id" hidden="0" width="70"/>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="dbh_cm" hidden="0" width="70"/>
+      <column type="field" name="dbh_se_cm" hidden="0" width="216"/>
+      <column type="field" name="height_m" hidden="0" width="160"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="qc_reason" hidden="0" width="70"/>
+      <column type="field" name="species" hidden="0" width="70"/>
+      <column type="field" name="status" hidden="0" width="120"/>
+      <column type="field" name="x" hidden="0" width="240"/>
+      <column type="field" name="y" hidden="0" width="248"/>
+      <column type="field" name="z_ground" hidden="0" width="160"/>
+      <column type="field" name="dbh_lo_cm" hidden="0" width="392"/>
+      <column type="field" name="dbh_hi_cm" hidden="0" width="392"/>
+      <column type="field" name="bh_m" hidden="0" width="208"/>
+      <column type="field" name="height_se_m" hidden="0" width="288"/>
+      <column type="field" name="height_why" hidden="0" width="192"/>
+      <column type="field" name="ba_m2" hidden="0" width="128"/>
+      <column type="field" name="lean_deg" hidden="0" width="120"/>
+      <column type="field" name="arc_deg" hidden="0" width="280"/>
+      <column type="field" name="n_pts" hidden="0" width="136"/>
+      <column type="field" name="n_views" hidden="0" width="208"/>
+      <column type="field" name="n_slices" hidden="0" width="152"/>
+      <column type="field" name="opac_mean" hidden="0" width="192"/>
+      <column type="field" name="taper_cm_m" hidden="0" width="144"/>
+      <column type="field" name="method" hidden="0" width="72"/>
+      <column type="field" name="run_id" hidden="0" width="72"/>
+      <column type="field" name="note" hidden="0" width="72"/>
+      <column type="field" name="rev_flag" hidden="0" width="96"/>
+      <column type="field" name="rev_dbh_cm" hidden="0" width="168"/>
+      <column type="field" name="rev_note" hidden="0" width="70"/>
+      <column type="field" name="rev_by" hidden="0" width="120"/>
+      <column type="field" name="rev_at" hidden="0" width="160"/>
+      <column type="actions" hidden="1" width="70"/>
+      <column type="field" name="fid" hidden="1" width="-1"/>
     </columns>
   </attributetableconfig>
   <conditionalstyles>
