@@ -387,8 +387,9 @@ def _totals_table(checked: Checked, level: str) -> Table:
             Column("more_tapes_to_halve_se", "Tapes more that halve the s.e.", 0),
         ],
         rows,
-        "Design-based: the chances of the draw alone make the standard errors, nothing is assumed of the errors of the "
-        "diameters. Stems without a DBH count as the median tree until tapes say more. Difference "
+        f"Design-based: the chances of the draw and the tapes' own error ({TAPE_SE_CM:g} cm each) make the standard "
+        "errors, nothing is assumed of the errors of the measured diameters. Stems without a DBH count as the median "
+        "tree until tapes say more. Difference "
         "estimator: Särndal, Swensson and Wretman 1992, 6.3; Cochran 1977, ch. 12. Per hectare, with volume and "
         "biomass: stand-table, which takes this tape table.",
     )
