@@ -204,13 +204,17 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
 
 
 def tell_apart(layer: QgsMapLayer) -> None:
-    """Where the project has that name of a layer from another file: add the folder's name in brackets, or all of its
-    path where that is there too."""
-    path, name = layer.source().partition("|")[0], layer.name()
-    others = [each for each in QgsProject.instance().mapLayers().values() if each.source().partition("|")[0] != path]
-    taken, folder = {each.name() for each in others}, os.path.dirname(path)
-    names = (name, f"{name} ({os.path.basename(folder)})", f"{name} ({folder})")
-    layer.setName(next((each for each in names if each not in taken), name))
+    """Where the project has that name of a layer from another file: add in brackets the folder's name, or the file's
+    where the folder is the same."""
+
+    def place(one: QgsMapLayer) -> tuple[str, str]:
+        return os.path.split(one.source().partition("|")[0])
+
+    others = [one for one in QgsProject.instance().mapLayers().values() if place(one) != place(layer)]
+    alike = [place(one)[0] for one in others if one.name().partition(" (")[0] == layer.name()]
+    if alike:
+        folder, file = place(layer)
+        layer.setName(f"{layer.name()} ({file if folder in alike else os.path.basename(folder)})")
 
 
 def show_on_map(layer: QgsMapLayer) -> None:

@@ -279,8 +279,9 @@ ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "")
         tmp_path,
     )
     three = ["Trees", "Stem sections", "Plots searched"]
-    assert f"ORDER {['Own 1', *three, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
-    assert f"GROUP {three} 12" in done.stdout, done.stdout + done.stderr
+    second = [f"{name} (trees1.gpkg)" for name in three]
+    assert f"ORDER {['Own 1', *second, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
+    assert f"GROUP {[name.replace('1', '2') for name in second]} 12" in done.stdout, done.stdout + done.stderr
 
 
 def test_terrain_opens_as_a_hillshade(qgis, tmp_path):
