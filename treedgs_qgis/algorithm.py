@@ -31,7 +31,7 @@ from .parameters import (
     make_parameter,
     result_values,
 )
-from .words import declarations, in_qgis_words, qgis_name
+from .words import declarations, in_labels, in_qgis_words, qgis_name
 
 ICONS = Path(__file__).with_name("icons")
 ICON = ICONS / "treedgs.svg"
@@ -88,12 +88,16 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
             return False, unknown
         problem = self.problem(parameters, context)
         if problem:
-            return False, problem
+            return False, self.in_words(problem)
         return super().checkParameterValues(parameters, context)
 
     def problem(self, parameters: dict, context: QgsProcessingContext) -> str:
         """The sentence that says what is wrong with the values, or ''."""
         return ""
+
+    def in_words(self, text: str) -> str:
+        """A sentence in the words of what the user looks at."""
+        return text
 
 
 class EngineAlgorithm(BaseAlgorithm):
@@ -188,6 +192,12 @@ class EngineAlgorithm(BaseAlgorithm):
             return self.offer() is not None, str(problem)
         return True, ""
 
+    def in_words(self, text: str) -> str:
+        """With the names of ``qgis_process``; in windows, which show labels, with these."""
+        text = in_qgis_words(text, self.declaration["known"])
+        labels = {qgis_name(p["name"]): self.tr(label(p)).partition(" [")[0] for p in self.declaration["parameters"]}
+        return text if self.offer() is None else in_labels(text, labels)
+
     def offer(self) -> Any:
         """The plugin's :class:`treedgs_qgis.offer.Offer`; ``None`` without windows."""
         return getattr(self.provider(), "offer", None)
@@ -275,7 +285,7 @@ class EngineAlgorithm(BaseAlgorithm):
             so_far = self.offer() and self.offer().so_far
             listener = Listener(
                 feedback,
-                lambda text: in_qgis_words(text, self.declaration["known"]),
+                self.in_words,
                 so_far and partial(so_far.found.emit, str(job_dir)),
             )
             # QGIS's file dialog asked already; for folders nobody did.
@@ -290,7 +300,7 @@ class EngineAlgorithm(BaseAlgorithm):
         except (engine.EngineError, OSError) as problem:
             if isinstance(problem, engine.EngineMissing) and self.offer() is not None:
                 self.offer().missed.emit(problem)
-            raise QgsProcessingException(in_qgis_words(str(problem), self.declaration["known"])) from None
+            raise QgsProcessingException(self.in_words(str(problem))) from None
         feedback.pushInfo(self.tr("Done in {time}.").format(time=duration(outcome.seconds)))
         if values.get("dry_run"):
             # Nothing was written, so there is nothing to load.

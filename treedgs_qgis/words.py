@@ -41,7 +41,7 @@ def qgis_name(name: str) -> str:
 
 def in_qgis_words(text: str, known: Container[str]) -> str:
     """The engine's sentence with ``--some-option`` as QGIS names it: ``SOME_OPTION``, with the algorithm where only
-    another one has it."""
+    another one has it; and with a verb, such as ``tape-check``, by its title in the toolbox."""
 
     def named(found: re.Match) -> str:
         name, value = found.group(1).replace("-", "_"), found.group(2)
@@ -52,4 +52,19 @@ def in_qgis_words(text: str, known: Container[str]) -> str:
         return qgis_name(name) + (f"={value}" if value else "") + elsewhere
 
     # With a value that can only be one: --crs EPSG:6344, --crs local, --dbh-unit cm is left as two words.
-    return re.sub(r"--([a-z](?:[a-z0-9-]*[a-z0-9])?)(?: (EPSG:\w+|local)\b)?", named, text)
+    text = re.sub(r"--([a-z](?:[a-z0-9-]*[a-z0-9])?)(?: (EPSG:\w+|local)\b)?", named, text)
+    # Verbs of one word are words of sentences too; a command line and a file's name stay.
+    verbs = "|".join(name for name in declarations() if "-" in name)
+    return re.sub(
+        rf"(?<![\w/.-])(?<!treedgs )(?:{verbs})(?![\w/-]|\.\w)",
+        lambda found: f"'{tr(declarations()[found[0]]['title'])}'",
+        text,
+    )
+
+
+def in_labels(text: str, labels: dict[str, str]) -> str:
+    """A sentence for a window, which shows labels: ``PLOTS`` becomes 'Plots'. labels: of the parameters, by name."""
+    shown = {name: f"'{words}'" for name, words in labels.items() if words != name}
+    # Not in a path, nor a value.
+    names = r"(?<![\w/.='-])[A-Z][A-Z0-9_]+(?![\w/.-]\w)"
+    return re.sub(names, lambda found: shown.get(found[0], found[0]), text)

@@ -11,7 +11,7 @@ import pytest
 from treedgs_geo.core.command import OPTION, with_verbs
 from treedgs_geo.core.settings import params_of
 from treedgs_geo.verbs import all_commands
-from treedgs_qgis.words import declarations, in_qgis_words
+from treedgs_qgis.words import declarations, in_labels, in_qgis_words
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The command's own switches, and modules that write the command lines of other programs.
@@ -69,6 +69,11 @@ def test_in_words() -> None:
     photos = declarations()["photos-to-dbh"]["known"]
     assert in_qgis_words("give --geotags-crs EPSG:7912.", photos) == "give GEOTAGS_CRS=EPSG:7912."
     assert in_qgis_words("name it with --base.", photos) == "name it with BASE (Geotag drone photos)."
+    said = "run tape-check; treedgs stand-table, docs/stand-table.md and stand-table.csv stay."
+    assert in_qgis_words(said, photos) == said.replace("tape-check", "'Check diameters against tapes'")
+    labels = {"PLOTS": "Plots", "TAPED": "Taped trees", "CRS": "CRS"}
+    said = in_labels("TAPED: /data/PLOTS/TAPED.csv; give PLOTS, or CRS=EPSG:6344.", labels)
+    assert said == "'Taped trees': /data/PLOTS/TAPED.csv; give 'Plots', or CRS=EPSG:6344."
     chain = next(command for command in all_commands() if command.name == "photos-to-dbh")
     assert with_verbs("name it with --base.", chain, all_commands()) == "name it with --base (treedgs geotag)."
     assert with_verbs("run geotag --base B", chain, all_commands()) == "run geotag --base B"

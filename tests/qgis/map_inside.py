@@ -10,7 +10,15 @@ from pathlib import Path
 from inside import click, rest, seen, start, wait
 from processing.core.ProcessingResults import resultsList
 from processing.tools.general import createAlgorithmDialog
-from qgis.core import QgsExpressionContext, QgsExpressionContextUtils, QgsProject, QgsRectangle, QgsSymbol
+from qgis.core import (
+    QgsApplication,
+    QgsExpressionContext,
+    QgsExpressionContextUtils,
+    QgsProcessingContext,
+    QgsProject,
+    QgsRectangle,
+    QgsSymbol,
+)
 from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.PyQt.QtWidgets import QPushButton
@@ -86,6 +94,9 @@ def main():
         seen[name] = [layer for layer in names() if layer not in seen["trees"]]
         iface.mainWindow().grab().save(f"{folder}/{name}.png")
     seen["viewer"] = [[result.name, result.filename] for result in resultsList.getResults()]
+    given["TAPED"] = f"{folder}/TAPED.csv"
+    made = QgsApplication.processingRegistry().createAlgorithmById("treedgs:standtable")
+    seen["refused"] = made.checkParameterValues(given, QgsProcessingContext())[1]
     # The sample flight, once it was measured.
     QgsProject.instance().clear()
     iface.messageBar().clearWidgets()

@@ -34,3 +34,4 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     layers, words, dialog = seen["sample"]
     assert layers[:3] == seen["trees"] and len(layers) == 4, "the trees of the sample flight, and its plots"
     assert "The sample flight was measured before." in words and f">{tmp_path}</a>" in words and dialog is None
+    assert seen["refused"].startswith("'Taped trees (table)': ") and "TAPED.csv" in seen["refused"], "labels in windows"
