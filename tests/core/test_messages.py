@@ -69,7 +69,7 @@ def test_in_words() -> None:
     photos = declarations()["photos-to-dbh"]["known"]
     assert in_qgis_words("give --geotags-crs EPSG:7912.", photos) == "give GEOTAGS_CRS=EPSG:7912."
     assert in_qgis_words("name it with --base.", photos) == "name it with BASE (Geotag drone photos)."
-    said = "run tape-check; treedgs stand-table, docs/stand-table.md and stand-table.csv stay."
+    said = "run tape-check; treedgs stand-table, docs/technician/stand-table.md and stand-table.csv stay."
     assert in_qgis_words(said, photos) == said.replace("tape-check", "'Check diameters against tapes'")
     labels = {"PLOTS": "Plots", "TAPED": "Taped trees", "CRS": "CRS"}
     said = in_labels("TAPED: /data/PLOTS/TAPED.csv; give PLOTS, or CRS=EPSG:6344.", labels)

@@ -27,10 +27,14 @@ def test_first_stems_are_drawn_while_the_rest_is_measured(qgis, simulated_plot, 
     assert "Trees" in seen["after"] and "Stems so far" not in seen["after"]
     assert seen["on_top"] == ["Open the report"]
     assert seen["tapes"] == values["PLOTS"], "a dialog opens with the run's plots"
-    trees = read_trees(tmp_path / "trees.gpkg").dropna(subset="dbh_cm")
+    # In the end some have none: what all stems together tell is not known before.
+    trees, kept = read_trees(tmp_path / "trees.gpkg"), 0
     for x, y, dbh_cm in seen["stems"]:
         away = np.hypot(trees.x - x, trees.y - y)
-        assert away.min() < 0.2 and abs(trees.dbh_cm[away.idxmin()] - dbh_cm) < 2.0
+        measured = trees.dbh_cm[away.idxmin()]
+        assert away.min() < 0.2 and (np.isnan(measured) or abs(measured - dbh_cm) < 2.0)
+        kept += np.isfinite(measured)
+    assert kept >= 2
     tree, cm, x = seen["before"]
     assert f"Tree {tree} is being measured" in seen["said"]
     assert seen["again"][0] == tree and abs(seen["again"][1] - cm) < 1.0 and seen["given"] == [1, 0]
