@@ -84,7 +84,8 @@ def parse_value(name: str, spec: Param, value: Any) -> Any:
     option = f"--{name.replace('_', '-')}"
     if spec.kind in ("file", "folder", "files", "output_file", "output_folder"):
         if not isinstance(value, (str, Path)) or "\0" in str(value):
-            raise InputError(f"{option}: found {value!r}, expected a path.")
+            found = repr(value) if isinstance(value, str) else f"a {type(value).__name__}"
+            raise InputError(f"{option}: found {found}, expected a path.")
         if str(value) == "":
             return None
         # os.path.expanduser leaves an unknown ~user as it is; Path.expanduser raises.
