@@ -119,7 +119,8 @@ def test_the_zip_is_what_the_plugin_repository_takes(installed):
     assert not suffixes & {".sh", ".bat", ".exe", ".dll", ".so", ".pyc", ".whl", ".ipynb"}
     left_out = {"tests", "__pycache__", ".git", "training"}
     assert not any(left_out & set(path.parts) for path in names)
-    assert sum(path.stat().st_size for path in names) < 25e6
+    # Beside the sample flight, which is in it where it was made; the zip itself is weighed by tools/package.py.
+    assert sum(path.stat().st_size for path in names if folder / "sample" not in path.parents) < 25e6
     assert not (folder / "processing" / "__init__.py").exists()
     assert len(list((folder / "treedgs_qgis" / "models").glob("*.model3"))) == 3
     assert (folder / "treedgs_qgis" / "i18n" / "treedgs_de.qm").exists()
