@@ -60,11 +60,11 @@ def summary_table(stand: Stand, units: str) -> Table:
             + (" and the spread between plots make" if stand.design.n > 1 else " makes")
             + " the interval; a bias of all DBHs and what is unsure of stems without a DBH are in the tapes already. "
             if stand.taped
-            else ""
+            else "The spread between plots holds the errors of the trees' own DBHs already; the bias that all DBHs may "
+            "share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, and of which "
+            "diameter. "
         )
-        + "The spread between plots holds the errors of the trees' own DBHs already; the bias that "
-        "all DBHs may share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, "
-        "and of which diameter. Errors of heights and of the volume and biomass equations themselves are not known "
+        + "Errors of heights and of the volume and biomass equations themselves are not known "
         "here and not in it.",
     )
 
