@@ -61,8 +61,8 @@ def summary_table(stand: Stand, units: str) -> Table:
             + " the interval; a bias of all DBHs and what is unsure of stems without a DBH are in the tapes already. "
             if stand.taped
             else "The spread between plots holds the errors of the trees' own DBHs already; the bias that all DBHs may "
-            "share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, and of which "
-            "diameter. "
+            "share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, and of "
+            "which diameter. "
         )
         + "Errors of heights and of the volume and biomass equations themselves are not known "
         "here and not in it.",
