@@ -114,7 +114,7 @@ def cased(symbol: QgsSymbol) -> QgsSymbol:
     """The symbol on a wider, white and solid copy of itself: seen on any ground."""
     below = symbol.symbolLayer(0).clone()
     below.setStrokeColor(QColor("white"))
-    below.setStrokeStyle(Qt.SolidLine)
+    below.setStrokeStyle(Qt.PenStyle.SolidLine)
     below.setStrokeWidth(below.strokeWidth() + CASING_MM)
     symbol.insertSymbolLayer(0, below)
     return symbol
