@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from ...core.errors import InputError
-
 #: reason -> (what it means, what to do about it)
 REASONS: dict[str, tuple[str, str]] = {
     "few_views": ("too few photos see the stem at breast height", "fly more oblique photos over this part of the plot"),
@@ -78,6 +76,9 @@ def explain(reasons: str) -> str:
         >>> tg.explain("too_large")
         'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real'
     """
+    # Not above: PyQGIS reads this file alone, for the styles.
+    from ...core.errors import InputError
+
     parts = []
     for reason in split_reasons(reasons):
         if reason not in REASONS:
