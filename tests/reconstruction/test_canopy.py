@@ -11,7 +11,7 @@ from treedgs_geo.reconstruction.canopy import surface_of, volume_of
 from treedgs_geo.reconstruction.multi_view_correlation import pictures_of
 
 #: A crown (a level square, texture on top): half width, middle, height above the ground, metres; a smaller one.
-CROWNS = ((1.5, (2.0, 1.0), 12.0), (0.5, (-4.0, -2.0), 7.0))
+CROWNS = ((1.5, (2.0, 1.0), 12.0), (1.0, (-4.0, -2.0), 7.0))
 GROUND_Z = 3.0
 ABOUT = np.array([0.0, 0.0, GROUND_Z + 8])
 
