@@ -220,3 +220,43 @@ print("SEEN" + json.dumps({
     seen = json.loads(done.stdout.partition("SEEN")[2])
     assert all(casing[0] == "#ffffff" != casing[1] for casing in seen["casings"])
     assert seen["to tape"] not in seen["trees"]
+
+
+def test_a_dbh_keeps_its_label_among_other_layers_and_a_rejected_tree_shows_its_number(qgis):
+    done = qgis.python(
+        """
+import json
+from qgis.core import (
+    QgsFeature, QgsGeometry, QgsMapRendererSequentialJob, QgsMapSettings, QgsPointXY, QgsRectangle, QgsVectorLayer
+)
+from qgis.PyQt.QtCore import QSize
+def layer(name, **values):
+    kinds = {key: "string" if isinstance(value, str) else "double" for key, value in values.items()}
+    fields = "".join(f"&field={key}:{kind}" for key, kind in kinds.items())
+    made = QgsVectorLayer(f"Point?crs=EPSG:32617&field=tree_id:integer{fields}", name, "memory")
+    assert made.loadNamedStyle(sys.argv[1] + "/" + name + ".qml")[1]
+    for number in range(1, 26):
+        feature, refused = QgsFeature(made.fields()), number == 25 and name == "trees"
+        feature.setAttributes([number, *(None if refused and key == "dbh_cm" else values[key] for key in values)])
+        place = QgsPointXY(8, 2) if refused else QgsPointXY(number % 5, number // 5)
+        feature.setGeometry(QgsGeometry.fromPointXY(place))
+        made.dataProvider().addFeature(feature)
+    return made
+trees = layer("trees", dbh_cm=30.5, rev_dbh_cm=None, rev_flag="", qc_flag="ok", plot_id="")
+others = [layer("tape_check", error_cm=1.5), layer("tapes", state=""), layer("field_trees", field_id="F1")]
+settings = QgsMapSettings()
+settings.setLayers([*others, trees])
+settings.setDestinationCrs(trees.crs())
+settings.setExtent(QgsRectangle(-1, -1, 9, 6))
+settings.setOutputSize(QSize(400, 280))
+job = QgsMapRendererSequentialJob(settings)
+job.start()
+job.waitForFinished()
+placed = job.takeLabelingResults().labelsWithinRect(settings.extent())
+print("SEEN" + json.dumps([[one.labelText for one in placed if one.layerID == own.id()] for own in (trees, *others)]))
+""",
+        ROOT / "treedgs_geo" / "core" / "styles",
+    )
+    trees, *others = json.loads(done.stdout.partition("SEEN")[2])
+    assert sorted(trees) == ["25", *["30.5"] * 24]
+    assert any(len(texts) < 25 for texts in others), "there is no room for all"

@@ -79,7 +79,7 @@ def tapes() -> QgsVectorLayer:
             ],
         )
     )
-    layer.setLabeling(labels('"tree_id"', "#1b1b1b", 2500))
+    layer.setLabeling(labels('"tree_id"', "#0b3c5d", 2500))
     layer.setLabelsEnabled(True)
     layer.setDisplayExpression(f"""{said("Tree")} || ' ' || coalesce("tree_id", '-')""")
     layer.setMapTipTemplate(

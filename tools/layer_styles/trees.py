@@ -9,6 +9,7 @@ from qgis.core import (
     QgsEditorWidgetSetup,
     QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
+    QgsPalLayerSettings,
     QgsProperty,
     QgsRendererCategory,
     QgsRendererRange,
@@ -17,6 +18,7 @@ from qgis.core import (
     QgsSymbolLayer,
     QgsSymbolLayerUtils,
     QgsVectorLayer,
+    QgsVectorLayerSimpleLabeling,
 )
 
 from .common import (
@@ -221,7 +223,17 @@ def trees() -> QgsVectorLayer:
         )
     )
     begin_with(layer, FIRST_COLUMNS)
-    layer.setLabeling(labels(f"{one(COUNTED)}", "#1b1b1b", 3000))
+    # A DBH goes before the labels of all other layers; a tree without one has its number, pale, which gives way.
+    labelled = labels(f"""coalesce({one(COUNTED)}, "tree_id")""", "#1b1b1b", 3000)
+    settings = labelled.settings()
+    own = settings.dataDefinedProperties()
+    for where, with_dbh, without in (
+        (QgsPalLayerSettings.Color, "'#1b1b1b'", quoted(GREY)),
+        (QgsPalLayerSettings.Priority, 10, 2),
+    ):
+        own.setProperty(where, QgsProperty.fromExpression(f"if(({COUNTED}) IS NULL, {without}, {with_dbh})"))
+    settings.setDataDefinedProperties(own)
+    layer.setLabeling(QgsVectorLayerSimpleLabeling(settings))
     layer.setLabelsEnabled(True)
     layer.setDisplayExpression(
         f"""{said("Tree")} || ' ' || "tree_id" || coalesce(': ' || {one(COUNTED)} || ' cm', """

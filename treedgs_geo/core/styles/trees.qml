@@ -622,7 +622,7 @@
   </renderer-v2>
   <labeling type="simple">
     <settings calloutType="simple">
-      <text-style fieldName="format_number(round(CASE WHEN &quot;rev_flag&quot; IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;) END, 1), 1)" fontWeight="50" useSubstitutions="0" capitalization="0" fontSizeMapUnitScale="3x:0,0,0,0,0,0" textOrientation="horizontal" legendString="Aa" textColor="27,27,27,255" fontSize="8" fontUnderline="0" fontStrikeout="0" fontLetterSpacing="0" textOpacity="1" blendMode="0" fontItalic="0" fontWordSpacing="0" fontSizeUnit="Point" previewBkgrdColor="255,255,255,255" fontKerning="1" fontFamily="Sans" allowHtml="0" isExpression="1" namedStyle="" multilineHeight="1">
+      <text-style fieldName="coalesce(format_number(round(CASE WHEN &quot;rev_flag&quot; IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;) END, 1), 1), &quot;tree_id&quot;)" fontWeight="50" useSubstitutions="0" capitalization="0" fontSizeMapUnitScale="3x:0,0,0,0,0,0" textOrientation="horizontal" legendString="Aa" textColor="27,27,27,255" fontSize="8" fontUnderline="0" fontStrikeout="0" fontLetterSpacing="0" textOpacity="1" blendMode="0" fontItalic="0" fontWordSpacing="0" fontSizeUnit="Point" previewBkgrdColor="255,255,255,255" fontKerning="1" fontFamily="Sans" allowHtml="0" isExpression="1" namedStyle="" multilineHeight="1">
         <families/>
         <text-buffer bufferJoinStyle="128" bufferSize="0.69999999999999996" bufferSizeMapUnitScale="3x:0,0,0,0,0,0" bufferDraw="1" bufferBlendMode="0" bufferNoFill="1" bufferColor="255,255,255,255" bufferOpacity="1" bufferSizeUnits="MM"/>
         <text-mask maskOpacity="1" maskedSymbolLayers="" maskSizeUnits="MM" maskJoinStyle="128" maskType="0" maskSizeMapUnitScale="3x:0,0,0,0,0,0" maskEnabled="0" maskSize="1.5"/>
@@ -686,7 +686,18 @@
       <dd_properties>
         <Option type="Map">
           <Option type="QString" name="name" value=""/>
-          <Option name="properties"/>
+          <Option type="Map" name="properties">
+            <Option type="Map" name="Color">
+              <Option type="bool" name="active" value="true"/>
+              <Option type="QString" name="expression" value="if((CASE WHEN &quot;rev_flag&quot; IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;) END) IS NULL, '#7a7a7a', '#1b1b1b')"/>
+              <Option type="int" name="type" value="3"/>
+            </Option>
+            <Option type="Map" name="Priority">
+              <Option type="bool" name="active" value="true"/>
+              <Option type="QString" name="expression" value="if((CASE WHEN &quot;rev_flag&quot; IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;) END) IS NULL, 2, 10)"/>
+              <Option type="int" name="type" value="3"/>
+            </Option>
+          </Option>
           <Option type="QString" name="type" value="collection"/>
         </Option>
       </dd_properties>
