@@ -17,8 +17,10 @@ import pytest
 from inventory.stand_helpers import CRS, figures, html_tables, make_survey, number, report
 from shared_data import needs_shared
 
+import treedgs_geo as tg
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.settings import build
+from treedgs_geo.inventory.review.apply import Decision
 from treedgs_geo.inventory.searched import searched_table
 from treedgs_geo.inventory.stand.files import CSV_TABLES, csv_name, tree_layer, write_shapefiles
 from treedgs_geo.inventory.stand.tables import cross_table, species_class_table
@@ -171,12 +173,17 @@ def test_fvs(written):
     assert groups.Groups.tolist() == ["All_Stands", "All_Plots"]
 
 
-def test_the_year_for_fvs_is_that_of_the_flight(tmp_path):
+def test_the_day_of_the_flight_and_who_decided_are_said_where_known(tmp_path):
     folder = make_survey(tmp_path)
     stand = gpd.read_file(folder / "stand.gpkg")
     area = searched_table(stand.geometry.iloc[0], [], CRS, datetime.date(2025, 5, 14))
+    facts = dict(html_tables(report(folder)[2] / "report.html")[0]["about"])
+    assert "Day of the photos or points" not in facts and "Decided by" not in facts
     area.to_file(folder / "trees.gpkg", layer="searched", driver="GPKG")
+    tg.review_trees(folder / "trees.gpkg", [Decision(0, "accept", 1, by="Bea"), Decision(1, "accept", 2, by="Ada")])
     _, _, out = report(folder)
+    facts = dict(html_tables(out / "report.html")[0]["about"])
+    assert facts["Day of the photos or points"] == "2025-05-14" and facts["Decided by"] == "Ada, Bea"
     with sqlite3.connect(out / "FVS_Data.db") as connection:
         assert connection.execute("SELECT DISTINCT Inv_Year FROM FVS_StandInit").fetchall() == [(2025,)]
     connection.close()

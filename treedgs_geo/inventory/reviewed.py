@@ -12,7 +12,7 @@ import pandas as pd
 from ..core.errors import InputError
 from ..core.intervals import HALF_WIDTH_SE
 from ..core.wrong_units import wrong_unit
-from .tree_reading import text_of
+from .tree_reading import text_of, texts_of
 
 #: decision (``rev_flag``) -> what it means
 DECISIONS = {
@@ -36,7 +36,8 @@ _Table = TypeVar("_Table", bound=pd.DataFrame)
 
 @dataclass(frozen=True)
 class Reviewed:
-    """How many trees of a layer a person decided on, by decision. left_out: numbers of those that count nowhere."""
+    """How many trees of a layer a person decided on, by decision. left_out: numbers of those that count nowhere. by:
+    who decided, where the layer says it."""
 
     accepted: int = 0
     rejected: int = 0
@@ -44,6 +45,7 @@ class Reviewed:
     merged: int = 0
     stems: int = 0
     left_out: frozenset[int] = frozenset()
+    by: tuple[str, ...] = ()
 
     @property
     def total(self) -> int:
@@ -112,7 +114,8 @@ def reviewed(table: _Table, name: str | Path = "the tree layer") -> tuple[_Table
     out = flag.isin(NO_TREE).to_numpy()
     n = {word: int(counts.get(word, 0)) for word in DECISIONS}
     gone = frozenset(int(tree) for tree in made.loc[out, "tree_id"])
-    review = Reviewed(n["accept"], n["reject"], n["dbh"], n["merge"], n["stem"], gone)
+    by = tuple(sorted(set(texts_of(made["rev_by"][flag.ne("")]).dropna()))) if "rev_by" in made else ()
+    review = Reviewed(n["accept"], n["reject"], n["dbh"], n["merge"], n["stem"], gone, by)
     return made[~out].reset_index(drop=True), review
 
 

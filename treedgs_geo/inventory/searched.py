@@ -73,14 +73,19 @@ def read_searched(path: Path) -> gpd.GeoDataFrame | None:
     return read_if_there(path, SEARCHED, COLUMNS)
 
 
-def flown_on(path: Path) -> datetime.date | None:
-    """The day (the middle one of several) on which a tree layer's photos or points were taken; ``None`` where it does
-    not say."""
+def flown_days(path: Path) -> list[datetime.date]:
+    """The day on which a tree layer's photos or points were taken, plot by plot, in order; none where it does not
+    say."""
     table = read_searched(path)
     if table is None or "flown" not in table:
-        return None
-    days = pd.to_datetime(table["flown"], errors="coerce").dropna()
-    return days.sort_values().iloc[len(days) // 2].date() if len(days) else None
+        return []
+    return sorted(day.date() for day in pd.to_datetime(table["flown"], errors="coerce").dropna())
+
+
+def flown_on(path: Path) -> datetime.date | None:
+    """The middle one of these days; ``None`` where there is none."""
+    days = flown_days(path)
+    return days[len(days) // 2] if days else None
 
 
 def searched_area(path: Path, crs: pyproj.CRS | None) -> BaseGeometry | None:

@@ -18,7 +18,7 @@ from ...core.folder_lock import one_writer
 from ...core.map_scale import check_place
 from ...core.plots import Plot
 from ...core.progress import Reporter
-from ...core.shown import count_of
+from ...core.shown import count_of, some
 from ...core.tables import is_table
 from ...report.blocks import Document, known
 from ...report.html import write_html
@@ -26,7 +26,7 @@ from ...report.pdf import write_pdf
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import join, read_taped
 from ..field_trees import place
-from ..searched import flown_on
+from ..searched import flown_days, flown_on
 from .crew import measured_trees
 from .document import make_document
 from .equations import read_equations
@@ -247,6 +247,10 @@ def _facts(settings: Any, stand: Stand) -> dict[str, str]:
     facts = {"Inputs": ", ".join(f"{Path(p).name} ({fingerprint([Path(p)])})" for p in inputs)}
     if "run_id" in stand.trees:
         facts["Measured in run"] = ", ".join(sorted(set(stand.trees["run_id"].dropna().astype(str))))
+    if settings.trees and (days := dict.fromkeys(flown_days(settings.trees))):
+        facts["Day of the photos or points"] = some(days, 8)
+    if stand.review.by:
+        facts["Decided by"] = some(stand.review.by, 8)
     facts["Coordinates"] = stand.crs.name if stand.crs is not None else "none"
     facts["Smallest DBH that counts"] = f"{settings.min_dbh_cm:g} cm" if settings.min_dbh_cm else "none"
     facts["Stems without a DBH"] = {"impute": "imputed", "exclude": "left out"}[settings.missing]
