@@ -197,8 +197,7 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
         top = next((loaded[source] for source in reversed(self.sources) if source in loaded), None)
         if top is not None and qgis.utils.iface is not None:
             qgis.utils.iface.setActiveLayer(top)
-        if layer.source().partition("|layername=")[2] in IN_VIEW:
-            show_on_map(layer)
+        show_on_map(layer)
         if os.path.basename(layer.source()).endswith("|layername=field_trees") or layers.holds_pairs(layer):
             snap_to_trees(QgsProject.instance())
 
@@ -218,8 +217,9 @@ def tell_apart(layer: QgsMapLayer) -> None:
 
 
 def show_on_map(layer: QgsMapLayer) -> None:
-    """Zoom the map, where there is one, to a layer and what stands about it."""
-    if qgis.utils.iface is None or layer.extent().isEmpty():
+    """Zoom the map, where there is one, to a layer of :data:`IN_VIEW` and what stands about it."""
+    wanted = layer.source().partition("|layername=")[2] in IN_VIEW
+    if not wanted or qgis.utils.iface is None or layer.extent().isEmpty():
         return
     canvas = qgis.utils.iface.mapCanvas()
     extent = canvas.mapSettings().layerExtentToOutputExtent(layer, layer.extent())

@@ -13,7 +13,7 @@ from . import sample
 from .compat import LOG_WARNING
 from .engine import PLUGIN_ROOT, EngineError
 from .i18n import tr
-from .loading import load_again, tell_apart
+from .loading import load_again, show_on_map, tell_apart
 
 MEASURE = "treedgs:photostodbh"
 HILLSHADE = PLUGIN_ROOT / "treedgs_geo" / "core" / "styles" / "dtm.qml"
@@ -32,7 +32,10 @@ def begin(iface: Any, open_dialog: Any, offer: Any) -> None:
         open_dialog(MEASURE, sample.job_values(folder))
         return
     layers = QgsProject.instance().mapLayers().values()
-    if not any(layer.source().partition("|")[0] == results["OUTPUT"] for layer in layers):
+    loaded = [layer for layer in layers if layer.source().partition("|")[0] == results["OUTPUT"]]
+    for layer in loaded:
+        show_on_map(layer)
+    if not loaded:
         load_again(QgsApplication.processingRegistry().createAlgorithmById(MEASURE), results)
     if "REPORT" in results:
         offer.page(results["REPORT"], tr("The sample flight was measured before."), str(folder))
@@ -57,3 +60,4 @@ def _show(iface: Any, folder: Path) -> None:
             project.setCrs(terrain.crs())
         iface.setActiveLayer(terrain)
         iface.zoomToActiveLayer()
+        iface.setActiveLayer(fresh[-1])  # QGIS puts the trees above it

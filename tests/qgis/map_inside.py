@@ -52,6 +52,11 @@ def buttons():
     return {found.text(): found for found in bar.findChildren(QPushButton) if found.isVisible()}
 
 
+def plot_in_view():
+    extent, plot = iface.mapCanvas().extent(), layer("Plots searched").extent()
+    return QgsRectangle(extent).contains(plot) and extent.width() < 4 * plot.width()
+
+
 def main():
     browser = Browser()
     QDesktopServices.setUrlHandler("file", browser.opened)
@@ -76,8 +81,7 @@ def main():
     seen["active"] = iface.activeLayer().name()
     given = createAlgorithmDialog("treedgs:standtable").createProcessingParameters()
     seen["filled_in"] = [given["TREES"] == trees.id(), given["OUTPUT"]]
-    extent, plot = iface.mapCanvas().extent(), layer("Plots searched").extent()
-    seen["in_view"] = QgsRectangle(extent).contains(plot) and extent.width() < 4 * plot.width()
+    seen["in_view"] = [plot_in_view()]
     iface.mapCanvas().saveAsImage(f"{folder}/map.png")
     iface.mainWindow().grab().save(f"{folder}/window.png")
     click(buttons()["Open the report"])
@@ -107,8 +111,10 @@ def main():
         next(entry for entry in plugins["treedgs"].entries if entry.objectName() == "TreeDGS-tryit").trigger()
         wait(lambda: "Open the report" in buttons())
         rest()
+        seen["in_view"].append(plot_in_view())
+        iface.mainWindow().grab().save(f"{folder}/sample.png")
+        iface.mapCanvas().zoomToFullExtent()
     seen["sample"] = [names(), iface.messageBar().currentItem().text(), plugins["treedgs"].opened]
-    iface.mainWindow().grab().save(f"{folder}/sample.png")
     iface.messageBar().popWidget()
     click(buttons()["Open the report"])
 
