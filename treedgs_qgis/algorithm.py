@@ -177,7 +177,8 @@ class EngineAlgorithm(BaseAlgorithm):
         """Declare parameters and outputs."""
         # What has to be given comes first; otherwise the verb's own order.
         for entry in sorted(self.declaration["parameters"], key=lambda entry: not entry["required"]):
-            self.addParameter(make_parameter(entry))
+            # A page's own output would be called by its parameter in the Results Viewer.
+            self.addParameter(make_parameter(entry), entry["name"] not in PAGES)
         for output in make_outputs(self.declaration):
             self.addOutput(output)
 

@@ -172,11 +172,11 @@ def make_outputs(declaration: dict[str, Any]) -> list[Any]:
     named = {entry["name"] for entry in declaration["parameters"] if entry["kind"] in DESTINATIONS}
     outputs = []
     for key, text in declaration["outputs"].items():
-        if key in named:
-            continue
         if key in PAGES:
             # The Results Viewer shows the description alone, in a narrow list.
             outputs.append(QgsProcessingOutputHtml(qgis_name(key), tr(declaration["title"])))
+        elif key in named:
+            continue
         elif _NUMBER.match(key):
             outputs.append(QgsProcessingOutputNumber(qgis_name(key), tr(text)))
         else:

@@ -112,6 +112,7 @@ for alg in provider.algorithms():
         "parameters": {d.name(): [d.help(), bool(d.flags() & d.FlagAdvanced)]
                        for d in made.parameterDefinitions()},
         "outputs": {o.name(): o.type() for o in made.outputDefinitions()},
+        "pages": [o.description() for o in made.outputDefinitions() if o.type() == "outputHtml"],
         "help": alg.shortHelpString(), "short": alg.shortDescription(), "title": alg.displayName(),
         "group": [alg.group(), alg.groupId()], "icon": alg.icon().isNull(), "svg": alg.svgIconPath(),
         "tags": alg.tags(), "url": alg.helpUrl(),
@@ -142,6 +143,7 @@ def test_results_are_declared(described):
         assert {key.upper() for key in entry["outputs"]} <= set(outputs), name
         pages = {key for key, text in entry["outputs"].items() if re.search("page|report", text) and key[:2] != "n_"}
         assert {key for key in outputs if outputs[key] == "outputHtml"} == {key.upper() for key in pages}, name
+        assert set(described[name]["pages"]) <= {entry["title"]}, f"{name}: what the Results Viewer lists"
 
 
 def test_everything_is_described(described):
