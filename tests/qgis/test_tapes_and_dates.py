@@ -33,6 +33,7 @@ print("SAVED", setup.type(), json.dumps(setup.config()))
 table, form = layer.attributeTableConfig(), layer.editFormConfig()
 print("HIDDEN", [column.name for column in table.columns() if column.name and column.hidden], table.sortExpression())
 print("WRITTEN", sorted(names[i].name() for i in names.allAttributesList() if not form.readOnly(i)))
+print("KEY", layer.editorWidgetSetup(names.indexOf("fid")).type())
 print("WIDTH", next(column.width for column in table.columns() if column.name == "walk"))
 """
 
@@ -52,8 +53,9 @@ def test_from_the_draw_to_the_corrected_table(qgis, tmp_path):
     said = edit_in_qgis(FILL_IN, folder / "tapes" / "tapes.gpkg", typed)
     assert "ValueMap" in said and "not reached" in said
     assert """HIDDEN ['fid'] "walk\"""" in said and int(re.search(r"WIDTH (\d+)", said)[1]) > 120, said
+    assert "KEY Hidden" in said, "in the form and in the table's filters"
     written = ast.literal_eval(re.search("WRITTEN (.*)", said)[1])
-    assert written == ["fid", "near_id", "plot_id", "second_taped_cm", "state", "tape_note", "taped_cm"]
+    assert written == ["near_id", "plot_id", "second_taped_cm", "state", "tape_note", "taped_cm"]
     taped = folder / "tapes" / "tapes.gpkg"
     done = qgis.run("tapecheck", None, **shared, TAPED=taped, OUTPUT=folder / "check")
     assert done.returncode == 0, done.stdout

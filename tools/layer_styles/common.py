@@ -11,6 +11,7 @@ from qgis.core import (
     QgsAttributeEditorField,
     QgsAttributeTableConfig,
     QgsEditFormConfig,
+    QgsEditorWidgetSetup,
     QgsMarkerSymbol,
     QgsPalLayerSettings,
     QgsProperty,
@@ -35,6 +36,8 @@ SKY = "#56b4e9"
 CASING_MM = 0.8
 #: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be distinguished on a screen.
 TREE_SIZE = 'max(coalesce("dbh_cm", 0) * 10 / @map_scale, 1.4 + coalesce("dbh_cm", 15) * 0.05)'
+#: A GeoPackage's own key.
+KEY = "fid"
 #: Of headings in attribute tables: a letter's width, and the least that a column has, pixels.
 LETTER_PX, MIN_COLUMN_PX = 8, 70
 #: Languages of the map tips; the catalogues are the plugin's.
@@ -92,11 +95,13 @@ def file_url(path: str) -> str:
 
 
 def memory_layer(fields: dict[str, tuple[str, str]], name: str, geometry: str = "PointZ") -> QgsVectorLayer:
-    """An empty layer with the fields and their aliases."""
+    """An empty layer with the fields and their aliases, and the file's own key, hidden in table, filters and form."""
     columns = "&".join(f"field={field}:{kind}" for field, (kind, _) in fields.items())
-    layer = QgsVectorLayer(f"{geometry}?crs=EPSG:32615&{columns}", name, "memory")
+    layer = QgsVectorLayer(f"{geometry}?crs=EPSG:32615&{columns}&field={KEY}:integer", name, "memory")
     for index, (_, alias) in enumerate(fields.values()):
         layer.setFieldAlias(index, alias)
+    layer.setEditorWidgetSetup(len(fields), QgsEditorWidgetSetup("Hidden", {}))
+    begin_with(layer, ())
     return layer
 
 
@@ -153,7 +158,7 @@ def labels(expression: str, colour: str, least_scale: int, middle: bool = False)
 
 def begin_with(layer: QgsVectorLayer, names: tuple[str, ...], order: str = "") -> None:
     """The columns that the attribute table begins with; the others follow in their order, each as wide as its heading
-    in the longest language. The file's own key is hidden. order: a column that rows are sorted by."""
+    in the longest language. order: a column that rows are sorted by."""
     config = QgsAttributeTableConfig()
     config.update(layer.fields())
     columns, aliases = config.columns(), {field.name(): field.alias() for field in layer.fields()}
@@ -161,10 +166,9 @@ def begin_with(layer: QgsVectorLayer, names: tuple[str, ...], order: str = "") -
         alias = aliases.get(column.name, "")
         headings = [alias, *(translations(language).get(alias, "") for language in LANGUAGES)]
         column.width = max(MIN_COLUMN_PX, LETTER_PX * max(map(len, headings)))
-    key = QgsAttributeTableConfig.ColumnConfig()
-    key.name, key.hidden = "fid", True
+        column.hidden = column.name == KEY
     first = [column for name in names for column in columns if column.name == name]
-    config.setColumns(first + [column for column in columns if column.name not in names] + [key])
+    config.setColumns(first + [column for column in columns if column.name not in names])
     if order:
         config.setSortExpression(f'"{order}"')
     layer.setAttributeTableConfig(config)

@@ -691,6 +691,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -708,6 +715,7 @@
     <alias name="Distance after co-registration [m]" field="dist_m" index="12"/>
     <alias name="Easting [m]" field="x" index="13"/>
     <alias name="Northing [m]" field="y" index="14"/>
+    <alias name="" field="fid" index="15"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -725,6 +733,7 @@
     <default expression="" field="dist_m" applyOnUpdate="0"/>
     <default expression="" field="x" applyOnUpdate="0"/>
     <default expression="" field="y" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -742,6 +751,7 @@
     <constraint unique_strength="0" exp_strength="0" field="dist_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="x" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="y" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -759,10 +769,29 @@
     <constraint desc="" field="dist_m" exp=""/>
     <constraint desc="" field="x" exp=""/>
     <constraint desc="" field="y" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="before_id" hidden="0" width="208"/>
+      <column type="field" name="after_id" hidden="0" width="216"/>
+      <column type="field" name="fate" hidden="0" width="70"/>
+      <column type="field" name="dbh1_cm" hidden="0" width="224"/>
+      <column type="field" name="dbh2_cm" hidden="0" width="232"/>
+      <column type="field" name="growth_cm" hidden="0" width="128"/>
+      <column type="field" name="growth_se" hidden="0" width="256"/>
+      <column type="field" name="grow_lo" hidden="0" width="304"/>
+      <column type="field" name="grow_hi" hidden="0" width="304"/>
+      <column type="field" name="grow_cm_a" hidden="0" width="184"/>
+      <column type="field" name="ba_growth" hidden="0" width="248"/>
+      <column type="field" name="dist_m" hidden="0" width="272"/>
+      <column type="field" name="x" hidden="0" width="88"/>
+      <column type="field" name="y" hidden="0" width="96"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -86,34 +86,52 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Tree" field="tree_id" index="0"/>
     <alias name="DBH [cm]" field="dbh_cm" index="1"/>
     <alias name="DBH standard error [cm]" field="dbh_se_cm" index="2"/>
     <alias name="Quality" field="qc_flag" index="3"/>
+    <alias name="" field="fid" index="4"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
     <default expression="" field="dbh_cm" applyOnUpdate="0"/>
     <default expression="" field="dbh_se_cm" applyOnUpdate="0"/>
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dbh_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dbh_se_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
     <constraint desc="" field="dbh_cm" exp=""/>
     <constraint desc="" field="dbh_se_cm" exp=""/>
     <constraint desc="" field="qc_flag" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="tree_id" hidden="0" width="70"/>
+      <column type="field" name="dbh_cm" hidden="0" width="70"/>
+      <column type="field" name="dbh_se_cm" hidden="0" width="216"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

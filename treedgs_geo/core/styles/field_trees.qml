@@ -486,6 +486,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -499,6 +506,7 @@
     <alias name="Northing as surveyed [m]" field="y_field" index="8"/>
     <alias name="Paired" field="paired" index="9"/>
     <alias name="Measured tree" field="tree_id" index="10"/>
+    <alias name="" field="fid" index="11"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -512,6 +520,7 @@
     <default expression="" field="y_field" applyOnUpdate="0"/>
     <default expression="" field="paired" applyOnUpdate="0"/>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -525,6 +534,7 @@
     <constraint unique_strength="0" exp_strength="0" field="y_field" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="paired" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -538,10 +548,25 @@
     <constraint desc="" field="y_field" exp=""/>
     <constraint desc="" field="paired" exp=""/>
     <constraint desc="" field="tree_id" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="field_id" hidden="0" width="112"/>
+      <column type="field" name="dbh_cm" hidden="0" width="136"/>
+      <column type="field" name="status" hidden="0" width="70"/>
+      <column type="field" name="species" hidden="0" width="70"/>
+      <column type="field" name="x" hidden="0" width="208"/>
+      <column type="field" name="y" hidden="0" width="216"/>
+      <column type="field" name="x_field" hidden="0" width="216"/>
+      <column type="field" name="y_field" hidden="0" width="224"/>
+      <column type="field" name="paired" hidden="0" width="80"/>
+      <column type="field" name="tree_id" hidden="0" width="120"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

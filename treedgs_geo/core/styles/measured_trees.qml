@@ -213,6 +213,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Measured tree" field="tree_id" index="0"/>
@@ -226,6 +233,7 @@
     <alias name="Decision" field="rev_flag" index="8"/>
     <alias name="Paired" field="paired" index="9"/>
     <alias name="In the plot's circle" field="in_plot" index="10"/>
+    <alias name="" field="fid" index="11"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -239,6 +247,7 @@
     <default expression="" field="rev_flag" applyOnUpdate="0"/>
     <default expression="" field="paired" applyOnUpdate="0"/>
     <default expression="" field="in_plot" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
@@ -252,6 +261,7 @@
     <constraint unique_strength="0" exp_strength="0" field="rev_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="paired" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="in_plot" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
@@ -265,10 +275,25 @@
     <constraint desc="" field="rev_flag" exp=""/>
     <constraint desc="" field="paired" exp=""/>
     <constraint desc="" field="in_plot" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="tree_id" hidden="0" width="120"/>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="field_id" hidden="0" width="112"/>
+      <column type="field" name="x" hidden="0" width="88"/>
+      <column type="field" name="y" hidden="0" width="96"/>
+      <column type="field" name="dbh_cm" hidden="0" width="152"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="meas_cm" hidden="0" width="168"/>
+      <column type="field" name="rev_flag" hidden="0" width="96"/>
+      <column type="field" name="paired" hidden="0" width="80"/>
+      <column type="field" name="in_plot" hidden="0" width="256"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -72,26 +72,42 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Photo" field="photo" index="0"/>
     <alias name="Ground sample distance in the middle [cm]" field="gsd_cm" index="1"/>
+    <alias name="" field="fid" index="2"/>
   </aliases>
   <defaults>
     <default expression="" field="photo" applyOnUpdate="0"/>
     <default expression="" field="gsd_cm" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="photo" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="gsd_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="photo" exp=""/>
     <constraint desc="" field="gsd_cm" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="photo" hidden="0" width="70"/>
+      <column type="field" name="gsd_cm" hidden="0" width="328"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -97,22 +97,37 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Line" field="leg" index="0"/>
+    <alias name="" field="fid" index="1"/>
   </aliases>
   <defaults>
     <default expression="" field="leg" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="leg" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="leg" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="leg" hidden="0" width="70"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -343,6 +343,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Photo" field="photo" index="0"/>
@@ -360,6 +367,7 @@
     <alias name="Photo width [px]" field="width_px" index="12"/>
     <alias name="Photo height [px]" field="height_px" index="13"/>
     <alias name="Focal length [px]" field="focal_px" index="14"/>
+    <alias name="" field="fid" index="15"/>
   </aliases>
   <defaults>
     <default expression="" field="photo" applyOnUpdate="0"/>
@@ -377,6 +385,7 @@
     <default expression="" field="width_px" applyOnUpdate="0"/>
     <default expression="" field="height_px" applyOnUpdate="0"/>
     <default expression="" field="focal_px" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="photo" notnull_strength="0" constraints="0"/>
@@ -394,6 +403,7 @@
     <constraint unique_strength="0" exp_strength="0" field="width_px" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="height_px" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="focal_px" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="photo" exp=""/>
@@ -411,10 +421,29 @@
     <constraint desc="" field="width_px" exp=""/>
     <constraint desc="" field="height_px" exp=""/>
     <constraint desc="" field="focal_px" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="photo" hidden="0" width="70"/>
+      <column type="field" name="leg" hidden="0" width="70"/>
+      <column type="field" name="pattern" hidden="0" width="70"/>
+      <column type="field" name="yaw_deg" hidden="0" width="256"/>
+      <column type="field" name="yaw_true" hidden="0" width="232"/>
+      <column type="field" name="pitch_deg" hidden="0" width="88"/>
+      <column type="field" name="h_m" hidden="0" width="320"/>
+      <column type="field" name="over_m" hidden="0" width="224"/>
+      <column type="field" name="above_m" hidden="0" width="200"/>
+      <column type="field" name="speed_m_s" hidden="0" width="312"/>
+      <column type="field" name="clear" hidden="0" width="328"/>
+      <column type="field" name="camera" hidden="0" width="70"/>
+      <column type="field" name="width_px" hidden="0" width="168"/>
+      <column type="field" name="height_px" hidden="0" width="160"/>
+      <column type="field" name="focal_px" hidden="0" width="160"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -300,6 +300,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -309,6 +316,7 @@
     <alias name="Share of the stems with a DBH expected" field="exp_share" index="4"/>
     <alias name="Standard error of DBH expected, median [cm]" field="exp_err_cm" index="5"/>
     <alias name="Photos that show it" field="n_photos" index="6"/>
+    <alias name="" field="fid" index="7"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -318,6 +326,7 @@
     <default expression="" field="exp_share" applyOnUpdate="0"/>
     <default expression="" field="exp_err_cm" applyOnUpdate="0"/>
     <default expression="" field="n_photos" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -327,6 +336,7 @@
     <constraint unique_strength="0" exp_strength="0" field="exp_share" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="exp_err_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="n_photos" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -336,10 +346,21 @@
     <constraint desc="" field="exp_share" exp=""/>
     <constraint desc="" field="exp_err_cm" exp=""/>
     <constraint desc="" field="n_photos" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="radius_m" hidden="0" width="80"/>
+      <column type="field" name="exp_stems" hidden="0" width="128"/>
+      <column type="field" name="exp_views" hidden="0" width="264"/>
+      <column type="field" name="exp_share" hidden="0" width="328"/>
+      <column type="field" name="exp_err_cm" hidden="0" width="368"/>
+      <column type="field" name="n_photos" hidden="0" width="168"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -278,6 +278,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -297,6 +304,7 @@
     <alias name="Radius [m]" field="radius_m" index="14"/>
     <alias name="Easting of the centre, co-registered [m]" field="x" index="15"/>
     <alias name="Northing of the centre, co-registered [m]" field="y" index="16"/>
+    <alias name="" field="fid" index="17"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -316,6 +324,7 @@
     <default expression="" field="radius_m" applyOnUpdate="0"/>
     <default expression="" field="x" applyOnUpdate="0"/>
     <default expression="" field="y" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -335,6 +344,7 @@
     <constraint unique_strength="0" exp_strength="0" field="radius_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="x" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="y" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -354,10 +364,31 @@
     <constraint desc="" field="radius_m" exp=""/>
     <constraint desc="" field="x" exp=""/>
     <constraint desc="" field="y" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="status" hidden="0" width="70"/>
+      <column type="field" name="reason" hidden="0" width="70"/>
+      <column type="field" name="offset_e_m" hidden="0" width="184"/>
+      <column type="field" name="offset_n_m" hidden="0" width="192"/>
+      <column type="field" name="rot_deg" hidden="0" width="232"/>
+      <column type="field" name="ratio" hidden="0" width="368"/>
+      <column type="field" name="margin" hidden="0" width="424"/>
+      <column type="field" name="residual_m" hidden="0" width="224"/>
+      <column type="field" name="share" hidden="0" width="384"/>
+      <column type="field" name="n_field" hidden="0" width="128"/>
+      <column type="field" name="n_measured" hidden="0" width="232"/>
+      <column type="field" name="n_pairs" hidden="0" width="70"/>
+      <column type="field" name="n_sugg" hidden="0" width="88"/>
+      <column type="field" name="radius_m" hidden="0" width="80"/>
+      <column type="field" name="x" hidden="0" width="320"/>
+      <column type="field" name="y" hidden="0" width="328"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

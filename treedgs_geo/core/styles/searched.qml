@@ -140,6 +140,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -149,6 +156,7 @@
     <alias name="Area searched [m²]" field="area_m2" index="4"/>
     <alias name="Share of the plot searched" field="share" index="5"/>
     <alias name="Day of the photos or points" field="flown" index="6"/>
+    <alias name="" field="fid" index="7"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -158,6 +166,7 @@
     <default expression="" field="area_m2" applyOnUpdate="0"/>
     <default expression="" field="share" applyOnUpdate="0"/>
     <default expression="" field="flown" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -167,6 +176,7 @@
     <constraint unique_strength="0" exp_strength="0" field="area_m2" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="share" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="flown" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -176,10 +186,21 @@
     <constraint desc="" field="area_m2" exp=""/>
     <constraint desc="" field="share" exp=""/>
     <constraint desc="" field="flown" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="x" hidden="0" width="200"/>
+      <column type="field" name="y" hidden="0" width="208"/>
+      <column type="field" name="radius_m" hidden="0" width="80"/>
+      <column type="field" name="area_m2" hidden="0" width="184"/>
+      <column type="field" name="share" hidden="0" width="232"/>
+      <column type="field" name="flown" hidden="0" width="256"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

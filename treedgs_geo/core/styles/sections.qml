@@ -290,6 +290,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Tree" field="tree_id" index="0"/>
@@ -299,6 +306,7 @@
     <alias name="Roughness, rms [cm]" field="rms_cm" index="4"/>
     <alias name="Points" field="n_pts" index="5"/>
     <alias name="Circumference seen [°]" field="arc_deg" index="6"/>
+    <alias name="" field="fid" index="7"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -308,6 +316,7 @@
     <default expression="" field="rms_cm" applyOnUpdate="0"/>
     <default expression="" field="n_pts" applyOnUpdate="0"/>
     <default expression="" field="arc_deg" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
@@ -317,6 +326,7 @@
     <constraint unique_strength="0" exp_strength="0" field="rms_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="n_pts" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="arc_deg" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
@@ -326,10 +336,21 @@
     <constraint desc="" field="rms_cm" exp=""/>
     <constraint desc="" field="n_pts" exp=""/>
     <constraint desc="" field="arc_deg" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="tree_id" hidden="0" width="70"/>
+      <column type="field" name="height_m" hidden="0" width="200"/>
+      <column type="field" name="d_cm" hidden="0" width="128"/>
+      <column type="field" name="d_se_cm" hidden="0" width="288"/>
+      <column type="field" name="rms_cm" hidden="0" width="152"/>
+      <column type="field" name="n_pts" hidden="0" width="70"/>
+      <column type="field" name="arc_deg" hidden="0" width="192"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

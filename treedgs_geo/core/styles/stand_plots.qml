@@ -259,6 +259,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -276,6 +283,7 @@
     <alias name="Dominant height [m]" field="dominant_m" index="12"/>
     <alias name="Volume [m³/ha]" field="vol_m3_ha" index="13"/>
     <alias name="Biomass above ground [t/ha]" field="bio_t_ha" index="14"/>
+    <alias name="" field="fid" index="15"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -293,6 +301,7 @@
     <default expression="" field="dominant_m" applyOnUpdate="0"/>
     <default expression="" field="vol_m3_ha" applyOnUpdate="0"/>
     <default expression="" field="bio_t_ha" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -310,6 +319,7 @@
     <constraint unique_strength="0" exp_strength="0" field="dominant_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="vol_m3_ha" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="bio_t_ha" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -327,10 +337,29 @@
     <constraint desc="" field="dominant_m" exp=""/>
     <constraint desc="" field="vol_m3_ha" exp=""/>
     <constraint desc="" field="bio_t_ha" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="shape" hidden="0" width="70"/>
+      <column type="field" name="edge" hidden="0" width="136"/>
+      <column type="field" name="area_ha" hidden="0" width="120"/>
+      <column type="field" name="expansion" hidden="0" width="352"/>
+      <column type="field" name="n_trees" hidden="0" width="70"/>
+      <column type="field" name="n_missing" hidden="0" width="152"/>
+      <column type="field" name="n_dead" hidden="0" width="120"/>
+      <column type="field" name="trees_ha" hidden="0" width="160"/>
+      <column type="field" name="ba_m2_ha" hidden="0" width="152"/>
+      <column type="field" name="qmd_cm" hidden="0" width="360"/>
+      <column type="field" name="lorey_m" hidden="0" width="200"/>
+      <column type="field" name="dominant_m" hidden="0" width="160"/>
+      <column type="field" name="vol_m3_ha" hidden="0" width="120"/>
+      <column type="field" name="bio_t_ha" hidden="0" width="224"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -390,6 +390,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -408,6 +415,7 @@
     <alias name="Quality" field="qc_flag" index="13"/>
     <alias name="Reasons" field="qc_reason" index="14"/>
     <alias name="Note" field="note" index="15"/>
+    <alias name="" field="fid" index="16"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -426,6 +434,7 @@
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
     <default expression="" field="qc_reason" applyOnUpdate="0"/>
     <default expression="" field="note" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -444,6 +453,7 @@
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_reason" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -462,10 +472,30 @@
     <constraint desc="" field="qc_flag" exp=""/>
     <constraint desc="" field="qc_reason" exp=""/>
     <constraint desc="" field="note" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="tree_id" hidden="0" width="70"/>
+      <column type="field" name="species" hidden="0" width="70"/>
+      <column type="field" name="counts_as" hidden="0" width="88"/>
+      <column type="field" name="dbh_cm" hidden="0" width="70"/>
+      <column type="field" name="dbh_se_cm" hidden="0" width="216"/>
+      <column type="field" name="height_m" hidden="0" width="80"/>
+      <column type="field" name="height_src" hidden="0" width="152"/>
+      <column type="field" name="weight" hidden="0" width="70"/>
+      <column type="field" name="tph" hidden="0" width="280"/>
+      <column type="field" name="ba_m2" hidden="0" width="128"/>
+      <column type="field" name="volume_m3" hidden="0" width="96"/>
+      <column type="field" name="biomass_kg" hidden="0" width="208"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="qc_reason" hidden="0" width="70"/>
+      <column type="field" name="note" hidden="0" width="72"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -565,6 +565,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Photo" field="name" index="0"/>
@@ -585,6 +592,7 @@
     <alias name="Velocity north [m/s]" field="v_n_m_s" index="15"/>
     <alias name="Velocity up [m/s]" field="v_u_m_s" index="16"/>
     <alias name="Source of the velocity" field="v_source" index="17"/>
+    <alias name="" field="fid" index="18"/>
   </aliases>
   <defaults>
     <default expression="" field="name" applyOnUpdate="0"/>
@@ -605,6 +613,7 @@
     <default expression="" field="v_n_m_s" applyOnUpdate="0"/>
     <default expression="" field="v_u_m_s" applyOnUpdate="0"/>
     <default expression="" field="v_source" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="name" notnull_strength="0" constraints="0"/>
@@ -625,6 +634,7 @@
     <constraint unique_strength="0" exp_strength="0" field="v_n_m_s" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="v_u_m_s" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="v_source" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="name" exp=""/>
@@ -645,10 +655,32 @@
     <constraint desc="" field="v_n_m_s" exp=""/>
     <constraint desc="" field="v_u_m_s" exp=""/>
     <constraint desc="" field="v_source" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="name" hidden="0" width="70"/>
+      <column type="field" name="path" hidden="0" width="70"/>
+      <column type="field" name="quality" hidden="0" width="176"/>
+      <column type="field" name="sd_e_m" hidden="0" width="224"/>
+      <column type="field" name="sd_n_m" hidden="0" width="232"/>
+      <column type="field" name="sd_u_m" hidden="0" width="256"/>
+      <column type="field" name="utc" hidden="0" width="120"/>
+      <column type="field" name="utc_unix" hidden="0" width="232"/>
+      <column type="field" name="flight" hidden="0" width="70"/>
+      <column type="field" name="yaw_deg" hidden="0" width="72"/>
+      <column type="field" name="pitch_deg" hidden="0" width="88"/>
+      <column type="field" name="roll_deg" hidden="0" width="88"/>
+      <column type="field" name="rel_alt_m" hidden="0" width="224"/>
+      <column type="field" name="note" hidden="0" width="72"/>
+      <column type="field" name="v_e_m_s" hidden="0" width="200"/>
+      <column type="field" name="v_n_m_s" hidden="0" width="208"/>
+      <column type="field" name="v_u_m_s" hidden="0" width="232"/>
+      <column type="field" name="v_source" hidden="0" width="224"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

@@ -195,6 +195,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -212,6 +219,7 @@
     <alias name="Log-odds against the next best pairing" field="margin" index="12"/>
     <alias name="Pair status" field="pair_status" index="13"/>
     <alias name="Note" field="note" index="14"/>
+    <alias name="" field="fid" index="15"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -229,6 +237,7 @@
     <default expression="" field="margin" applyOnUpdate="0"/>
     <default expression="" field="pair_status" applyOnUpdate="0"/>
     <default expression="" field="note" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -246,6 +255,7 @@
     <constraint unique_strength="0" exp_strength="0" field="margin" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="pair_status" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -263,10 +273,29 @@
     <constraint desc="" field="margin" exp=""/>
     <constraint desc="" field="pair_status" exp=""/>
     <constraint desc="" field="note" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="field_id" hidden="0" width="112"/>
+      <column type="field" name="tree_id" hidden="0" width="120"/>
+      <column type="field" name="field_cm" hidden="0" width="136"/>
+      <column type="field" name="dbh_cm" hidden="0" width="152"/>
+      <column type="field" name="delta_cm" hidden="0" width="208"/>
+      <column type="field" name="dbh_lo_cm" hidden="0" width="392"/>
+      <column type="field" name="dbh_hi_cm" hidden="0" width="392"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="meas_cm" hidden="0" width="168"/>
+      <column type="field" name="rev_flag" hidden="0" width="96"/>
+      <column type="field" name="dist_m" hidden="0" width="272"/>
+      <column type="field" name="margin" hidden="0" width="456"/>
+      <column type="field" name="pair_status" hidden="0" width="128"/>
+      <column type="field" name="note" hidden="0" width="72"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

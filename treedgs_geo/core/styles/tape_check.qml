@@ -515,6 +515,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Tree" field="tree_id" index="0"/>
@@ -531,6 +538,7 @@
     <alias name="Note" field="note" index="11"/>
     <alias name="Easting [m]" field="x" index="12"/>
     <alias name="Northing [m]" field="y" index="13"/>
+    <alias name="" field="fid" index="14"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -547,6 +555,7 @@
     <default expression="" field="note" applyOnUpdate="0"/>
     <default expression="" field="x" applyOnUpdate="0"/>
     <default expression="" field="y" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
@@ -563,6 +572,7 @@
     <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="x" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="y" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
@@ -579,10 +589,28 @@
     <constraint desc="" field="note" exp=""/>
     <constraint desc="" field="x" exp=""/>
     <constraint desc="" field="y" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
-    <columns/>
+    <columns>
+      <column type="field" name="tree_id" hidden="0" width="70"/>
+      <column type="field" name="plot_id" hidden="0" width="88"/>
+      <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="dbh_cm" hidden="0" width="152"/>
+      <column type="field" name="dbh_lo_cm" hidden="0" width="392"/>
+      <column type="field" name="dbh_hi_cm" hidden="0" width="392"/>
+      <column type="field" name="taped_cm" hidden="0" width="168"/>
+      <column type="field" name="error_cm" hidden="0" width="216"/>
+      <column type="field" name="inside" hidden="0" width="208"/>
+      <column type="field" name="state" hidden="0" width="70"/>
+      <column type="field" name="outlier" hidden="0" width="152"/>
+      <column type="field" name="note" hidden="0" width="72"/>
+      <column type="field" name="x" hidden="0" width="88"/>
+      <column type="field" name="y" hidden="0" width="96"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
+    </columns>
   </attributetableconfig>
   <conditionalstyles>
     <rowstyles/>

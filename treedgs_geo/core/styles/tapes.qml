@@ -581,6 +581,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Place in the walk" field="walk" index="0"/>
@@ -605,6 +612,7 @@
     <alias name="Trees that were drawn from" field="n_frame" index="19"/>
     <alias name="Design" field="design" index="20"/>
     <alias name="Mark of the list" field="frame" index="21"/>
+    <alias name="" field="fid" index="22"/>
   </aliases>
   <defaults>
     <default expression="" field="walk" applyOnUpdate="0"/>
@@ -629,6 +637,7 @@
     <default expression="" field="n_frame" applyOnUpdate="0"/>
     <default expression="" field="design" applyOnUpdate="0"/>
     <default expression="" field="frame" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="walk" notnull_strength="0" constraints="0"/>
@@ -653,6 +662,7 @@
     <constraint unique_strength="0" exp_strength="0" field="n_frame" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="design" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="frame" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="walk" exp=""/>
@@ -677,6 +687,7 @@
     <constraint desc="" field="n_frame" exp=""/>
     <constraint desc="" field="design" exp=""/>
     <constraint desc="" field="frame" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="&quot;walk&quot;" actionWidgetStyle="dropDown">
@@ -703,8 +714,8 @@
       <column type="field" name="n_frame" hidden="0" width="248"/>
       <column type="field" name="design" hidden="0" width="72"/>
       <column type="field" name="frame" hidden="0" width="136"/>
-      <column type="actions" hidden="1" width="70"/>
-      <column type="field" name="fid" hidden="1" width="-1"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
     </columns>
   </attributetableconfig>
   <conditionalstyles>
@@ -753,6 +764,7 @@
     <field editable="0" name="dbh_cm"/>
     <field editable="0" name="design"/>
     <field editable="0" name="dist_m"/>
+    <field editable="0" name="fid"/>
     <field editable="0" name="frame"/>
     <field editable="0" name="lat"/>
     <field editable="0" name="lon"/>

@@ -1010,6 +1010,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="fid" configurationFlags="None">
+      <editWidget type="Hidden">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Tree" field="tree_id" index="0"/>
@@ -1045,6 +1052,7 @@
     <alias name="Why" field="rev_note" index="30"/>
     <alias name="Decided by" field="rev_by" index="31"/>
     <alias name="Decided at (UTC)" field="rev_at" index="32"/>
+    <alias name="" field="fid" index="33"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -1080,6 +1088,7 @@
     <default expression="" field="rev_note" applyOnUpdate="0"/>
     <default expression="" field="rev_by" applyOnUpdate="0"/>
     <default expression="" field="rev_at" applyOnUpdate="0"/>
+    <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
@@ -1115,6 +1124,7 @@
     <constraint unique_strength="0" exp_strength="0" field="rev_note" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="rev_by" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="rev_at" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
@@ -1150,6 +1160,7 @@
     <constraint desc="" field="rev_note" exp=""/>
     <constraint desc="" field="rev_by" exp=""/>
     <constraint desc="" field="rev_at" exp=""/>
+    <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
@@ -1187,8 +1198,8 @@
       <column type="field" name="rev_note" hidden="0" width="70"/>
       <column type="field" name="rev_by" hidden="0" width="120"/>
       <column type="field" name="rev_at" hidden="0" width="160"/>
-      <column type="actions" hidden="1" width="70"/>
-      <column type="field" name="fid" hidden="1" width="-1"/>
+      <column type="field" name="fid" hidden="1" width="70"/>
+      <column type="actions" hidden="0" width="70"/>
     </columns>
   </attributetableconfig>
   <conditionalstyles>
