@@ -101,6 +101,7 @@ def memory_layer(fields: dict[str, tuple[str, str]], name: str, geometry: str = 
     for index, (_, alias) in enumerate(fields.values()):
         layer.setFieldAlias(index, alias)
     layer.setEditorWidgetSetup(len(fields), QgsEditorWidgetSetup("Hidden", {}))
+    only_editable(layer, tuple(fields))  # the table's quick field bar begins with the first that can be edited
     begin_with(layer, ())
     return layer
 

@@ -805,7 +805,24 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="after_id"/>
+    <field editable="1" name="ba_growth"/>
+    <field editable="1" name="before_id"/>
+    <field editable="1" name="dbh1_cm"/>
+    <field editable="1" name="dbh2_cm"/>
+    <field editable="1" name="dist_m"/>
+    <field editable="1" name="fate"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="grow_cm_a"/>
+    <field editable="1" name="grow_hi"/>
+    <field editable="1" name="grow_lo"/>
+    <field editable="1" name="growth_cm"/>
+    <field editable="1" name="growth_se"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="y"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

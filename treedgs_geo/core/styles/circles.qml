@@ -145,7 +145,13 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="1" name="dbh_se_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="qc_flag"/>
+    <field editable="1" name="tree_id"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

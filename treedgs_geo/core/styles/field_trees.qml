@@ -580,7 +580,20 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="field_id"/>
+    <field editable="1" name="paired"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="species"/>
+    <field editable="1" name="status"/>
+    <field editable="1" name="tree_id"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="x_field"/>
+    <field editable="1" name="y"/>
+    <field editable="1" name="y_field"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

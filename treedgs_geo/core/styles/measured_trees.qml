@@ -307,7 +307,20 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="field_id"/>
+    <field editable="1" name="in_plot"/>
+    <field editable="1" name="meas_cm"/>
+    <field editable="1" name="paired"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="qc_flag"/>
+    <field editable="1" name="rev_flag"/>
+    <field editable="1" name="tree_id"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="y"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -457,7 +457,24 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="above_m"/>
+    <field editable="1" name="camera"/>
+    <field editable="1" name="clear"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="focal_px"/>
+    <field editable="1" name="h_m"/>
+    <field editable="1" name="height_px"/>
+    <field editable="1" name="leg"/>
+    <field editable="1" name="over_m"/>
+    <field editable="1" name="pattern"/>
+    <field editable="1" name="photo"/>
+    <field editable="1" name="pitch_deg"/>
+    <field editable="1" name="speed_m_s"/>
+    <field editable="1" name="width_px"/>
+    <field editable="1" name="yaw_deg"/>
+    <field editable="1" name="yaw_true"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -374,7 +374,16 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="exp_err_cm"/>
+    <field editable="1" name="exp_share"/>
+    <field editable="1" name="exp_stems"/>
+    <field editable="1" name="exp_views"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="n_photos"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="radius_m"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -402,7 +402,26 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="margin"/>
+    <field editable="1" name="n_field"/>
+    <field editable="1" name="n_measured"/>
+    <field editable="1" name="n_pairs"/>
+    <field editable="1" name="n_sugg"/>
+    <field editable="1" name="offset_e_m"/>
+    <field editable="1" name="offset_n_m"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="radius_m"/>
+    <field editable="1" name="ratio"/>
+    <field editable="1" name="reason"/>
+    <field editable="1" name="residual_m"/>
+    <field editable="1" name="rot_deg"/>
+    <field editable="1" name="share"/>
+    <field editable="1" name="status"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="y"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -214,7 +214,16 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="area_m2"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="flown"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="radius_m"/>
+    <field editable="1" name="share"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="y"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -364,7 +364,16 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="arc_deg"/>
+    <field editable="1" name="d_cm"/>
+    <field editable="1" name="d_se_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="height_m"/>
+    <field editable="1" name="n_pts"/>
+    <field editable="1" name="rms_cm"/>
+    <field editable="1" name="tree_id"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -373,7 +373,24 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="area_ha"/>
+    <field editable="1" name="ba_m2_ha"/>
+    <field editable="1" name="bio_t_ha"/>
+    <field editable="1" name="dominant_m"/>
+    <field editable="1" name="edge"/>
+    <field editable="1" name="expansion"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="lorey_m"/>
+    <field editable="1" name="n_dead"/>
+    <field editable="1" name="n_missing"/>
+    <field editable="1" name="n_trees"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="qmd_cm"/>
+    <field editable="1" name="shape"/>
+    <field editable="1" name="trees_ha"/>
+    <field editable="1" name="vol_m3_ha"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -509,7 +509,25 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="ba_m2"/>
+    <field editable="1" name="biomass_kg"/>
+    <field editable="1" name="counts_as"/>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="1" name="dbh_se_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="height_m"/>
+    <field editable="1" name="height_src"/>
+    <field editable="1" name="note"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="qc_flag"/>
+    <field editable="1" name="qc_reason"/>
+    <field editable="1" name="species"/>
+    <field editable="1" name="tph"/>
+    <field editable="1" name="tree_id"/>
+    <field editable="1" name="volume_m3"/>
+    <field editable="1" name="weight"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -694,7 +694,27 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="flight"/>
+    <field editable="1" name="name"/>
+    <field editable="1" name="note"/>
+    <field editable="1" name="path"/>
+    <field editable="1" name="pitch_deg"/>
+    <field editable="1" name="quality"/>
+    <field editable="1" name="rel_alt_m"/>
+    <field editable="1" name="roll_deg"/>
+    <field editable="1" name="sd_e_m"/>
+    <field editable="1" name="sd_n_m"/>
+    <field editable="1" name="sd_u_m"/>
+    <field editable="1" name="utc"/>
+    <field editable="1" name="utc_unix"/>
+    <field editable="1" name="v_e_m_s"/>
+    <field editable="1" name="v_n_m_s"/>
+    <field editable="1" name="v_source"/>
+    <field editable="1" name="v_u_m_s"/>
+    <field editable="1" name="yaw_deg"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -309,7 +309,24 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="1" name="dbh_hi_cm"/>
+    <field editable="1" name="dbh_lo_cm"/>
+    <field editable="1" name="delta_cm"/>
+    <field editable="1" name="dist_m"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="field_cm"/>
+    <field editable="1" name="field_id"/>
+    <field editable="1" name="margin"/>
+    <field editable="1" name="meas_cm"/>
+    <field editable="1" name="note"/>
+    <field editable="1" name="pair_status"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="qc_flag"/>
+    <field editable="1" name="rev_flag"/>
+    <field editable="1" name="tree_id"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

@@ -624,7 +624,23 @@
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
   <editorlayout>generatedlayout</editorlayout>
-  <editable/>
+  <editable>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="1" name="dbh_hi_cm"/>
+    <field editable="1" name="dbh_lo_cm"/>
+    <field editable="1" name="error_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="inside"/>
+    <field editable="1" name="note"/>
+    <field editable="1" name="outlier"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="qc_flag"/>
+    <field editable="1" name="state"/>
+    <field editable="1" name="taped_cm"/>
+    <field editable="1" name="tree_id"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="y"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>

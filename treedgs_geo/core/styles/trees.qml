@@ -1253,7 +1253,42 @@
       <attributeEditorField name="run_id" showLabel="1" index="24"/>
     </attributeEditorContainer>
   </attributeEditorForm>
-  <editable/>
+  <editable>
+    <field editable="1" name="arc_deg"/>
+    <field editable="1" name="ba_m2"/>
+    <field editable="1" name="bh_m"/>
+    <field editable="1" name="dbh_cm"/>
+    <field editable="1" name="dbh_hi_cm"/>
+    <field editable="1" name="dbh_lo_cm"/>
+    <field editable="1" name="dbh_se_cm"/>
+    <field editable="0" name="fid"/>
+    <field editable="1" name="height_m"/>
+    <field editable="1" name="height_se_m"/>
+    <field editable="1" name="height_why"/>
+    <field editable="1" name="lean_deg"/>
+    <field editable="1" name="method"/>
+    <field editable="1" name="n_pts"/>
+    <field editable="1" name="n_slices"/>
+    <field editable="1" name="n_views"/>
+    <field editable="1" name="note"/>
+    <field editable="1" name="opac_mean"/>
+    <field editable="1" name="plot_id"/>
+    <field editable="1" name="qc_flag"/>
+    <field editable="1" name="qc_reason"/>
+    <field editable="1" name="rev_at"/>
+    <field editable="1" name="rev_by"/>
+    <field editable="1" name="rev_dbh_cm"/>
+    <field editable="1" name="rev_flag"/>
+    <field editable="1" name="rev_note"/>
+    <field editable="1" name="run_id"/>
+    <field editable="1" name="species"/>
+    <field editable="1" name="status"/>
+    <field editable="1" name="taper_cm_m"/>
+    <field editable="1" name="tree_id"/>
+    <field editable="1" name="x"/>
+    <field editable="1" name="y"/>
+    <field editable="1" name="z_ground"/>
+  </editable>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>
