@@ -18,7 +18,7 @@ from qgis.core import (
 
 from . import compat, location
 from .i18n import tr
-from .parameters import LOCAL, limits
+from .parameters import LOCAL, code_of, limits
 
 #: A flight may begin this far from the edge of the terrain model under its plots.
 FLIGHT_MARGIN_M = 1000.0
@@ -75,22 +75,23 @@ def number_problem(entry: dict[str, Any], name: str, given: Any) -> str:
 
 
 def crs_problem(name: str, given: Any, crs: QgsCoordinateReferenceSystem, inputs: list[str]) -> str:
-    """Projected and in metres; otherwise the UTM zone of the inputs is suggested."""
+    """Projected and in metres; otherwise the UTM zone of the inputs, where they say it, is suggested."""
     if given == LOCAL:
         return ""
+    zone = "" if crs.isValid() and not crs.isGeographic() else location.utm_suggestion(inputs)
     if not crs.isValid() and given in (None, ""):
-        return tr("{name} is required: give a projected CRS in metres, like EPSG:32615.").format(name=name)
+        text = tr("{name} is required: give a projected CRS in metres, like {zone}.")
+        return text.format(name=name, zone=zone or "EPSG:CODE")
     if not crs.isValid():
-        return tr("{name}: '{given}' is not a coordinate reference system; give one like EPSG:32615.").format(
-            name=name, given=given
-        )
-    words = {"name": name, "crs": f"{crs.authid()} ({crs.description()})"}
+        text = tr("{name}: '{given}' is not a coordinate reference system; give one like {zone}.")
+        return text.format(name=name, given=given, zone=zone or "EPSG:CODE")
+    code, title = code_of(crs), crs.description()
+    words = {"name": name, "crs": f"{code} ({title})" if code else title}
     if crs.isGeographic():
-        zone = location.utm_suggestion(inputs)
         return tr(
-            "{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot, "
-            "{zone}."
-        ).format(**words, zone=zone or tr("for example EPSG:32615 for 93 W, north"))
+            "{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your "
+            "plot{zone}."
+        ).format(**words, zone=zone and f", {zone}")
     if crs.mapUnits() != compat.DISTANCE_METERS:
         text = tr("{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.")
         return text.format(**words)
@@ -146,5 +147,5 @@ def _apart(dtm: str, box: QgsRectangle, crs: QgsCoordinateReferenceSystem, margi
         what=what,
         x=f"{moved.center().x():.0f}",
         y=f"{moved.center().y():.0f}",
-        crs=layer.crs().authid() or "?",
+        crs=code_of(layer.crs()) or layer.crs().description(),
     )

@@ -40,8 +40,9 @@ def position(path: Path) -> tuple[float, float] | None:
         point, ok = QgsExifTools.getGeoTag(str(path))
         return (point.x(), point.y()) if ok and (point.x() or point.y()) else None
     if suffix == ".mrk":
-        mark = _MRK.search(path.read_text(encoding="utf-8", errors="replace")[:4000])
-        return (float(mark.group(2)), float(mark.group(1))) if mark else None
+        lines = _MRK.findall(path.read_text(encoding="utf-8", errors="replace")[:4000])
+        # Before the receiver knows its place it writes zeros.
+        return next(((float(lon), float(lat)) for lat, lon in lines if float(lat)), None)
     if suffix in (".las", ".laz"):
         return _las_degrees(path)
     return None

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from qgis.core import (
+    QgsCoordinateReferenceSystem,
     QgsProcessingOutputHtml,
     QgsProcessingOutputNumber,
     QgsProcessingOutputString,
@@ -215,7 +216,7 @@ def engine_values(
             value = LOCAL
         elif kind == "crs":
             crs = algorithm.parameterAsCrs(parameters, name, context)
-            value = (crs.authid() or crs.toWkt()) if crs.isValid() else ""
+            value = (code_of(crs) or crs.toWkt()) if crs.isValid() else ""
         elif kind == "choice":
             value = algorithm.parameterAsEnumString(parameters, name, context)
         elif kind == "flag":
@@ -229,6 +230,11 @@ def engine_values(
         if value not in ("", None):
             values[entry["name"]] = value
     return values
+
+
+def code_of(crs: QgsCoordinateReferenceSystem) -> str:
+    """``EPSG:32615``; '' for one without a code: those of the user (``USER:100000``) QGIS numbers by itself."""
+    return "" if crs.authid().startswith("USER:") else crs.authid()
 
 
 def result_values(declaration: dict[str, Any], values: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:

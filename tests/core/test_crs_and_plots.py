@@ -5,19 +5,41 @@ from __future__ import annotations
 import numpy as np
 import pyproj
 import pytest
+import rasterio
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rasterio.transform import from_origin
 
 from treedgs_geo.core.crs import LocalFrame, check_projected, lonlat_to_project, project_crs, suggest_utm
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.frames import frame_named, heights_named, transform, usual_crs
 from treedgs_geo.core.plots import read_plots
+from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.pointcloud.files import read_cloud, write_cloud
+from treedgs_geo.terrain.dtm import read_dtm
 
 
 def test_geographic_crs_is_refused_with_the_utm_zone():
     with pytest.raises(CRSError, match="EPSG:32615"):
-        check_projected(__import__("pyproj").CRS("EPSG:4326"), "--crs", (-91.8, 33.6))
+        check_projected(pyproj.CRS("EPSG:4326"), "--crs", (-91.8, 33.6))
     assert suggest_utm(151.2, -33.9).to_epsg() == 32756
+
+
+def test_advice_names_the_zone_of_the_file_or_none(tmp_path):
+    degrees = pyproj.CRS.from_epsg(4326)
+    for middle in (None, (611_300.0, 3_718_400.0)):
+        with pytest.raises(CRSError, match=r"use the UTM zone of your plot\.$"):
+            check_projected(degrees, "--crs", middle)
+    with pytest.raises(CRSError, match="give one like EPSG:CODE"):
+        project_crs("nonsense")
+    write_cloud(tmp_path / "a.laz", PointCloud(np.array([[11.57, 48.14, 520.0], [11.58, 48.15, 530.0]]), degrees), 1e-7)
+    with pytest.raises(CRSError, match=r"your plot, EPSG:32632 \(WGS 84 / UTM zone 32N\)\.$"):
+        read_cloud(tmp_path / "a.laz")
+    grid = {"crs": degrees, "transform": from_origin(11.57, 48.15, 0.001, 0.001)}
+    with rasterio.open(tmp_path / "a.tif", "w", width=9, height=9, count=1, dtype="float32", **grid) as raster:
+        raster.write(np.arange(500, 581, dtype="float32").reshape(1, 9, 9))
+    with pytest.raises(CRSError, match=r"your plot, EPSG:32632 "):
+        read_dtm(tmp_path / "a.tif")
 
 
 @pytest.mark.parametrize(

@@ -477,3 +477,33 @@ print("HELP", "<b>Highest flight over the ground [m]</b> (HIGHEST_M): " in algor
     )
     assert "LABEL Highest flight over the ground [m] {'widget_wrapper': {'decimals': 2}}" in done.stdout, done.stdout
     assert "HELP True" in done.stdout
+
+
+def test_advice_names_the_zone_of_the_inputs_and_no_number_that_qgis_gave(qgis, tmp_path):
+    """The engine gets the definition of a CRS of the user's own; a receiver writes zeros before its first fix."""
+    (tmp_path / "a.MRK").write_text("1\t1.0\t[2000]\t0.0,Lat\t0.0,Lon\n2\t2.0\t[2000]\t48.14,Lat\t11.57,Lon\n")
+    done = qgis.python(
+        """
+from qgis.core import QgsCoordinateReferenceSystem as Crs, QgsProcessingContext, QgsProcessingFeedback
+from treedgs.treedgs_qgis.checks import crs_problem
+from treedgs.treedgs_qgis.parameters import engine_values
+degrees, own = Crs("EPSG:4326"), Crs.fromProj("+proj=tmerc +lat_0=0 +lon_0=-90.5 +x_0=500000 +datum=WGS84 +units=m")
+own.saveAsUserCrs("Mine")
+print("CODE", own.authid())
+for given, crs in (("EPSG:4326", degrees), ("nonsense", Crs())):
+    for inputs in ([], [sys.argv[1]]):
+        print("SAYS", crs_problem("CRS", given, crs, inputs))
+made, context = provider.algorithm("pointcloudtodbh").create({}), QgsProcessingContext()
+print("ENGINE", engine_values(made, made.declaration, {"CRS": own}, context, QgsProcessingFeedback(False))["crs"])
+""",
+        tmp_path / "a.MRK",
+    )
+    refused = "SAYS CRS: EPSG:4326 (WGS 84) is geographic (degrees), expected a projected CRS in metres; "
+    zone = "EPSG:32632 (WGS 84 / UTM zone 32N)"
+    assert re.findall("^SAYS.*", done.stdout, re.M) == [
+        f"{refused}use the UTM zone of your plot.",
+        f"{refused}use the UTM zone of your plot, {zone}.",
+        "SAYS CRS: 'nonsense' is not a coordinate reference system; give one like EPSG:CODE.",
+        f"SAYS CRS: 'nonsense' is not a coordinate reference system; give one like {zone}.",
+    ]
+    assert "CODE USER:" in done.stdout and "ENGINE PROJCS[" in done.stdout, done.stdout + done.stderr

@@ -23,13 +23,12 @@ def project_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None = Non
     """The user's project CRS, checked: projected, axes in metres.
 
     Raises:
-        CRSError: unknown, geographic (the UTM zone to use is suggested when a position is known, see
-            :func:`.frames.suggest_utm`) or not in metres.
+        CRSError: unknown, geographic (the UTM zone to use is suggested when a position is known) or not in metres.
     """
     try:
         found = pyproj.CRS.from_user_input(crs)
     except pyproj.exceptions.CRSError:
-        hint = f"EPSG:{suggest_utm(*lon_lat).to_epsg()}" if lon_lat else "EPSG:32615"
+        hint = _zone(lon_lat) or "EPSG:CODE"
         raise CRSError(f"--crs: {crs!r} is not a coordinate reference system; give one like {hint}.") from None
     return check_projected(found, "--crs", lon_lat)
 
@@ -37,12 +36,7 @@ def project_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None = Non
 def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | None = None) -> pyproj.CRS:
     """Refuse a CRS that distances cannot be measured in."""
     if crs.is_geographic or crs.is_geocentric:
-        zone = suggest_utm(*lon_lat) if lon_lat else None
-        hint = (
-            f"use the UTM zone of your plot, EPSG:{zone.to_epsg()} ({zone.name})"
-            if zone
-            else ("use the UTM zone of your plot (for example EPSG:32615 for 93 W, north)")
-        )
+        hint = ", ".join(filter(None, ("use the UTM zone of your plot", _zone(lon_lat))))
         raise CRSError(f"{where}: {crs.name} is geographic (degrees), expected a projected CRS in metres; {hint}.")
     units = {axis.unit_name for axis in crs.axis_info[:2]}
     if units - {"metre", "meter"}:
@@ -60,6 +54,14 @@ def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | 
             "choose the metric version of this vertical datum."
         )
     return crs
+
+
+def _zone(lon_lat: tuple[float, float] | None) -> str:
+    """The UTM zone of a place; '' where none is known, or it cannot be one."""
+    if lon_lat is None or not (abs(lon_lat[0]) <= 180 and abs(lon_lat[1]) <= 90):
+        return ""
+    zone = suggest_utm(*lon_lat)
+    return f"EPSG:{zone.to_epsg()} ({zone.name})"
 
 
 @dataclass(frozen=True)

@@ -253,7 +253,7 @@ def _require_map_coordinates(crs: pyproj.CRS, spot: _Spot, where: str, photos: b
         if abs(x) <= 180 and abs(y) <= 90:
             raise CRSError(
                 f"{found} are degrees or local metres by their size, expected metres in {name}; longitude and latitude "
-                f"have to be projected, for example to {_zone(GridScale(1.0, 1.0, x, y))}, {local}."
+                f"have to be projected, {local}."
             )
         if max(abs(x), abs(y)) < LOCAL_REACH_M:
             raise CRSError(f"{found} are local metres by their size, expected coordinates in {name}; {local}.")

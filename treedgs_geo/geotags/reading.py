@@ -150,7 +150,7 @@ def _usual(
     if lon_lat is None:
         raise CRSError(
             f"{photos}: neither its photos nor the geotags say a longitude and latitude, which would tell the "
-            "project's CRS; give --crs, projected and in metres, like EPSG:32615."
+            "project's CRS; give --crs, projected and in metres."
         )
     crs, why = usual_crs(*lon_lat, frame)
     reporter.info(f"Project CRS: EPSG:{crs.to_epsg()}, {crs.name}: {why}; --crs takes another.")

@@ -132,7 +132,7 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     dtm = read_dtm(settings.dtm, crs, reporter) if settings.dtm else None
     crs = crs or (dtm.crs if dtm is not None else None) or crs_of_plots(settings.plots)
     if crs is None:
-        raise CRSError(f"{settings.plots}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")
+        raise CRSError(f"{settings.plots}: names no CRS in metres; give the plan's with --crs.")
     check_projected(crs, str(settings.plots))
     plots = read_sample(settings.plots, crs)
     centres = np.array([[plot.x, plot.y] for plot in plots])

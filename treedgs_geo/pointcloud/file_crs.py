@@ -80,8 +80,11 @@ def _vertical_unit(code: int | None) -> str:
     return "" if unit in ("metre", "meter") else unit
 
 
-def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: bool) -> pyproj.CRS | None:
-    """The CRS to work in, from the file's and the user's word; ``local`` wins over any header.
+def agreed_crs(
+    own: pyproj.CRS | None, given: str | None, path: Path, need_crs: bool, middle: tuple[float, float] | None = None
+) -> pyproj.CRS | None:
+    """The CRS to work in, from the file's and the user's word; ``local`` wins over any header. middle: of the points,
+    where it is known: with it advice is given for a file in degrees.
 
     Raises:
         CRSError: neither names a CRS, or they contradict each other.
@@ -93,7 +96,7 @@ def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: 
     if own is not None:
         base = horizontal(own)
         assert base is not None
-        check_projected(base, str(path))
+        check_projected(base, str(path), middle)
         for part in own.sub_crs_list if own.is_compound else []:
             unit = part.axis_info[0].unit_name if part.is_vertical and part.axis_info else "metre"
             if unit not in ("metre", "meter"):

@@ -247,7 +247,8 @@ def _iter_las(
 ) -> Iterator[PointCloud]:
     with open_reader(path, attributes) as reader:
         header = reader.header
-        own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs)
+        middle = tuple((header.mins[:2] + header.maxs[:2]) / 2)
+        own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs, middle)
         names = _names(header, attributes)
         pieces = (
             copc_pieces(path, bounds)

@@ -251,7 +251,7 @@ def read_dtm(
     if grid_crs is not None:
         base = horizontal(grid_crs)
         assert base is not None
-        check_projected(base, str(path))
+        check_projected(base, str(path), transform * (heights.shape[1] / 2, heights.shape[0] / 2))
         _check_vertical(grid_crs, path)
     differs = crs is not None and grid_crs is not None and not same_place(crs, grid_crs)
     other = horizontal(grid_crs) if differs else None

@@ -488,6 +488,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{done} von {all} Stämmen gemessen.</translation>
     </message>
     <message>
+      <source>{name} is required: give a projected CRS in metres, like {zone}.</source>
+      <translation>{name} ist erforderlich: geben Sie ein projiziertes KBS in Metern an, etwa {zone}.</translation>
+    </message>
+    <message>
+      <source>{name}: '{given}' is not a coordinate reference system; give one like {zone}.</source>
+      <translation>{name}: '{given}' ist kein Koordinatenbezugssystem; geben Sie eines wie {zone} an.</translation>
+    </message>
+    <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
       <translation>{name}: {crs} ist nicht in Metern; wählen Sie die metrische Fassung dieses KBS oder die UTM-Zone.</translation>
     </message>
@@ -532,16 +540,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{name}: {given} gefunden, erwartet ist {limits}{unit}.</translation>
     </message>
     <message>
-      <source>{name} is required: give a projected CRS in metres, like EPSG:32615.</source>
-      <translation>{name} ist erforderlich: geben Sie ein projiziertes KBS in Metern an, etwa EPSG:32615.</translation>
-    </message>
-    <message>
-      <source>{name}: '{given}' is not a coordinate reference system; give one like EPSG:32615.</source>
-      <translation>{name}: '{given}' ist kein Koordinatenbezugssystem; geben Sie eines wie EPSG:32615 an.</translation>
-    </message>
-    <message>
-      <source>{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot, {zone}.</source>
-      <translation>{name}: {crs} ist geographisch (Grad), erwartet ist ein projiziertes KBS in Metern; verwenden Sie die UTM-Zone Ihrer Probefläche, {zone}.</translation>
+      <source>{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot{zone}.</source>
+      <translation>{name}: {crs} ist geographisch (Grad), erwartet ist ein projiziertes KBS in Metern; verwenden Sie die UTM-Zone Ihrer Probefläche{zone}.</translation>
     </message>
     <message>
       <source>DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF.</source>
@@ -554,10 +554,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>in {unit}</source>
       <translation>in {unit}</translation>
-    </message>
-    <message>
-      <source>for example EPSG:32615 for 93 W, north</source>
-      <translation>zum Beispiel EPSG:32615 für 93 W, Nord</translation>
     </message>
     <message>
       <source>The TreeDGS engine is not set up yet ({takes}); {do}.</source>

@@ -486,6 +486,14 @@ cero.&lt;/p&gt;
       <translation>{done} de {all} troncos medidos.</translation>
     </message>
     <message>
+      <source>{name} is required: give a projected CRS in metres, like {zone}.</source>
+      <translation>{name} es obligatorio: dé un SRC proyectado en metros, como {zone}.</translation>
+    </message>
+    <message>
+      <source>{name}: '{given}' is not a coordinate reference system; give one like {zone}.</source>
+      <translation>{name}: '{given}' no es un sistema de referencia de coordenadas; dé uno como {zone}.</translation>
+    </message>
+    <message>
       <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
       <translation>{name}: {crs} no está en metros; elija la versión métrica de este SRC o la zona UTM.</translation>
     </message>
@@ -530,16 +538,8 @@ cero.&lt;/p&gt;
       <translation>{name}: se encontró {given}, se espera {limits}{unit}.</translation>
     </message>
     <message>
-      <source>{name} is required: give a projected CRS in metres, like EPSG:32615.</source>
-      <translation>{name} es obligatorio: dé un SRC proyectado en metros, como EPSG:32615.</translation>
-    </message>
-    <message>
-      <source>{name}: '{given}' is not a coordinate reference system; give one like EPSG:32615.</source>
-      <translation>{name}: '{given}' no es un sistema de referencia de coordenadas; dé uno como EPSG:32615.</translation>
-    </message>
-    <message>
-      <source>{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot, {zone}.</source>
-      <translation>{name}: {crs} es geográfico (grados), se espera un SRC proyectado en metros; use la zona UTM de su parcela, {zone}.</translation>
+      <source>{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot{zone}.</source>
+      <translation>{name}: {crs} es geográfico (grados), se espera un SRC proyectado en metros; use la zona UTM de su parcela{zone}.</translation>
     </message>
     <message>
       <source>DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF.</source>
@@ -552,10 +552,6 @@ cero.&lt;/p&gt;
     <message>
       <source>in {unit}</source>
       <translation>en {unit}</translation>
-    </message>
-    <message>
-      <source>for example EPSG:32615 for 93 W, north</source>
-      <translation>por ejemplo EPSG:32615 para 93 O, norte</translation>
     </message>
     <message>
       <source>The TreeDGS engine is not set up yet ({takes}); {do}.</source>
