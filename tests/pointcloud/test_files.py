@@ -126,7 +126,7 @@ def test_not_a_cloud(tmp_path):
     with pytest.raises(InputError, match="no point"):
         read_cloud(tmp_path / "empty.las", crs="local")
     with pytest.raises(InputError, match="ending"):
-        write_cloud(tmp_path / "a.ply", make_cloud(3))
+        write_cloud(tmp_path / "a.pcd", make_cloud(3))
 
 
 def test_random_header_bytes_never_crash(tmp_path):

@@ -22,7 +22,7 @@ _MARKS: dict[str, tuple[bytes, ...]] = {
     ".tif": (b"treedgs",),
     ".tiff": (b"treedgs",),
 }
-_MARKS |= {".laz": _CLOUD, ".las": _CLOUD, ".gpkg": (b"sqlite format 3\0",)}
+_MARKS |= {".laz": _CLOUD, ".las": _CLOUD, ".ply": _CLOUD, ".gpkg": (b"sqlite format 3\0",)}
 _LAYER = (b"qc_flag",)
 _LOOKED_AT = 1 << 16
 _TELL = "give another name, or --overwrite to replace it"

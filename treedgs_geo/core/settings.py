@@ -25,6 +25,8 @@ _KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text"}
 
 #: Endings of tables that :func:`.tables.read_table` reads.
 TABLES = ("csv", "xlsx", "ods", "txt", "tsv")
+#: Endings of clouds that are written.
+CLOUD_OUTPUTS = ("laz", "las", "ply")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""LAS/LAZ (and plain text, E57) files in and out, in chunks, with their traps caught."""
+"""LAS/LAZ (and plain text, E57) files in and out (PLY: out), in chunks, with their traps caught."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from numba import njit
 from ..core.errors import InputError
 from ..core.files import atomic_path
 from ..core.machine import ahead
+from ..core.settings import CLOUD_OUTPUTS
 from .cloud import PointCloud, concatenate, in_box
 from .e57_file import count_e57, is_e57, iter_e57
 from .file_crs import agreed_crs, file_crs
 from .las_reader import copc_pieces, is_copc, iter_points, open_reader, writable_version
+from .ply_file import PlyWriter
 from .text_files import iter_text
 
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
@@ -144,13 +146,14 @@ def iter_without_layout(path: Path, crs: str | None, need_crs: bool, chunk_point
 
 
 def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> None:
-    """Write LAS (``.las``) or LAZ (``.laz``) with extra attributes as extra dimensions.
+    """Write LAS (``.las``), LAZ (``.laz``) or PLY (``.ply``) with extra attributes as extra dimensions.
 
     A cloud that was read from LAS keeps point format, version, scale, offsets, VLRs and types. Others become LAS 1.4,
-    format 6 (7 with colours), 1 mm, whole metres at the cloud's minimum as offset. scale: another one.
+    format 6 (7 with colours), 1 mm, whole metres at the cloud's minimum as offset. scale: another one. PLY holds the
+    coordinates as float64 and no CRS.
 
     Raises:
-        OutputError: the folder cannot be written. InputError: another ending than .las or .laz, or COPC.
+        OutputError: the folder cannot be written. InputError: another ending, or COPC.
 
     Examples:
         >>> import numpy as np
@@ -163,6 +166,10 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> No
 
     path = Path(path)
     check_cloud_output(path)
+    if is_ply(path):
+        with ply_writer(path) as writer:
+            writer.write(cloud.xyz, cloud.attributes)
+        return
     values_of = {name[:32]: values for name, values in cloud.attributes.items()}
     if "scan_angle_rank" in values_of and (cloud.layout is None or cloud.layout.point_format.id > 5):
         values_of["scan_angle"] = np.round(values_of.pop("scan_angle_rank") / 0.006).astype(np.int16)
@@ -178,6 +185,20 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> No
         record[name] = values
     with atomic_path(path) as temporary, laspy.open(temporary, "w", header=header) as writer:
         writer.write_points(record)
+
+
+def is_ply(path: Path) -> bool:
+    """By its ending."""
+    return path.suffix.lower() == ".ply"
+
+
+@contextlib.contextmanager
+def ply_writer(path: Path) -> Iterator[PlyWriter]:
+    """Pieces for a PLY file, which is there when the block ends well."""
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        writer = PlyWriter(stream)
+        yield writer
+        writer.close()
 
 
 def new_header(path: Path, cloud: PointCloud, extra: dict[str, str]) -> Any:
@@ -217,13 +238,13 @@ def new_header(path: Path, cloud: PointCloud, extra: dict[str, str]) -> Any:
 
 
 def check_cloud_output(path: Path) -> None:
-    """Refuse an output that is no LAS or LAZ by its name, or that promises an index which is not written.
+    """Refuse an output that is no LAS, LAZ or PLY by its name, or that promises an index which is not written.
 
     Raises:
         InputError: see above.
     """
-    if Path(path).suffix.lower() not in (".las", ".laz"):
-        raise InputError(f"{path}: found ending {Path(path).suffix!r}, expected .laz or .las; rename the output.")
+    if Path(path).suffix.lower().lstrip(".") not in CLOUD_OUTPUTS:
+        raise InputError(f"{path}: found ending {Path(path).suffix!r}, expected .laz, .las or .ply; rename the output.")
     if str(path).lower().endswith(".copc.laz"):
         raise InputError(f"{path}: COPC is read but not written, expected .laz; rename the output.")
 

@@ -1,10 +1,10 @@
-"""A cloud copied to a new file chunk by chunk, with dimensions added: point format, extra dimensions, VLRs and the
-stored integers of every coordinate stay as they are."""
+"""A cloud copied to a new file chunk by chunk, with dimensions added: in LAS and LAZ point format, extra dimensions,
+VLRs and the stored integers of every coordinate stay as they are."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ import pyproj
 from ..core.files import atomic_path
 from .cloud import PointCloud
 from .file_crs import LOCAL
-from .files import check_cloud_output, has_no_layout, iter_without_layout, new_header
+from .files import check_cloud_output, has_no_layout, is_ply, iter_without_layout, new_header, ply_writer
 from .las_reader import iter_points, open_reader
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
@@ -26,14 +26,15 @@ _CHUNK = 1_000_000
 
 
 def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], crs: pyproj.CRS | None = None) -> int:
-    """Copy ``source`` to ``target`` (LAS/LAZ), asking ``step`` for each chunk; returns the number of points written.
+    """Copy ``source`` to ``target`` (LAS, LAZ or PLY), asking ``step`` for each chunk; returns the number of points
+    written.
 
     added: extra dimension -> type (``int32``, ``float32``); one of that name in the source is overwritten, and
     dimensions that the point format already has (``classification``) may be answered without being listed. crs: what
     the points are in (``None`` = local metres), whatever the source's header says.
 
     Raises:
-        InputError: see :func:`.files.iter_cloud`; a target that is no LAS/LAZ.
+        InputError: see :func:`.files.iter_cloud`; a target of another ending.
     """
     import laspy
 
@@ -42,8 +43,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
     written = 0
     with (
         _records(source, target, added, crs) as (header, records),
-        atomic_path(target) as temporary,
-        laspy.open(temporary, "w", header=header) as writer,
+        _write_points(target, header, added) as write,
     ):
         for points in records:
             xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
@@ -54,9 +54,23 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
                 out.array[name] = kept.array[name]
             for name, value in values.items():
                 out[name] = value if mask is None else value[mask]
-            writer.write_points(out)
+            write(out)
             written += len(kept)
     return written
+
+
+@contextmanager
+def _write_points(target: Path, header: Any, added: Iterable[str]) -> Iterator[Callable[[Any], None]]:
+    """What takes laspy's point records for the file. added: named first in a PLY: viewers show the first."""
+    import laspy
+
+    if is_ply(target):
+        names = [n for n in dict.fromkeys([*added, *header.point_format.dimension_names]) if n not in ("X", "Y", "Z")]
+        with ply_writer(target) as ply:
+            yield lambda out: ply.write(np.column_stack([out.x, out.y, out.z]), {name: out[name] for name in names})
+        return
+    with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as las:
+        yield las.write_points
 
 
 def _reader(points: Any) -> Callable[[str], np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import CLOUD_OUTPUTS, param
 from ..run.settings import CloudSettings
 from ..stems.cloud.propose.options import (
     SegmentOptions,
@@ -22,7 +22,7 @@ from ..stems.cloud.propose.options import (
 class SegmentStemsSettings(SegmentOptions, CloudSettings):
     """Options of ``segment-stems``."""
 
-    output: Path = param(kind="output_file", help="stem points with tree_id", suffixes=("laz", "las"))
+    output: Path = param(kind="output_file", help="stem points with tree_id", suffixes=CLOUD_OUTPUTS)
     keep_all: bool = param(False, help="write every point (tree_id 0 = no stem), not only stem points")
     field_stems: Path | None = param(
         None,

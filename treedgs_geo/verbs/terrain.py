@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.settings import CLOUD_OUTPUTS, param
 from ..terrain.options import ClothSimulation
 
 
@@ -27,7 +27,7 @@ class TerrainSettings(ClothSimulation):
     ground_points: Path | None = param(
         None,
         kind="output_file",
-        suffixes=("laz", "las"),
+        suffixes=CLOUD_OUTPUTS,
         help="also write the cloud, ground points as class 2 and heights above ground",
     )
     use_classes: bool = param(False, help="trust the file's class 2 instead of finding the ground")

@@ -13,6 +13,7 @@ import numpy as np
 from ...core.crs import LocalFrame
 from ...core.errors import InputError
 from ...core.files import atomic_path
+from ...pointcloud.ply_file import ply_header
 from .field import GaussianField
 
 #: Zeroth spherical-harmonic basis function; the PLY stores (rgb - 0.5) / SH_0.
@@ -48,17 +49,13 @@ def write_field(path: Path, field: GaussianField, frame: LocalFrame) -> None:
         rows[f"rot_{axis}"] = field.quaternions[:, axis]
     rows["opacity"] = field.opacity_logits
     origin = " ".join(f"{value:.3f}" for value in frame.origin)
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        "comment TreeDGS Gaussian field, local metres, z up",
-        f"comment local_origin {origin}",
-        f"comment crs {' '.join(frame.crs.to_string().split())[:200]}",
-        f"element vertex {len(field)}",
-    ]
-    header += [f"property float {name}" for name in _COLUMNS] + ["end_header", ""]
+    comments = (
+        "TreeDGS Gaussian field, local metres, z up",
+        f"local_origin {origin}",
+        f"crs {' '.join(frame.crs.to_string().split())[:200]}",
+    )
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        stream.write("\n".join(header).encode("ascii", "replace"))
+        stream.write(ply_header(len(field), rows.dtype, comments))
         stream.write(rows.tobytes())
     frame.save(frame_path(path))
 

@@ -17,6 +17,7 @@ import numpy as np
 from ....core.errors import InputError, MissingComponentError, OutputError
 from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud
+from ....pointcloud.ply_file import ply_header
 
 #: A returned point may be this far from the one that went in (single precision, text), metres.
 SAME_POINT_M = 1e-3
@@ -140,11 +141,8 @@ def write_labelled_ply(path: Path, xyz: np.ndarray) -> None:
     rows = np.zeros(len(xyz), [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("semantic_seg", "<i4"), ("treeID", "<i4")])
     rows["x"], rows["y"], rows["z"] = xyz.T
     rows["semantic_seg"] = 1
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(xyz)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
-    header += ["property int semantic_seg", "property int treeID", "end_header"]
     with open(path, "wb") as stream:
-        stream.write(("\n".join(header) + "\n").encode())
+        stream.write(ply_header(len(xyz), rows.dtype))
         rows.tofile(stream)
 
 

@@ -1,0 +1,68 @@
+"""Binary little-endian PLY out: clouds for programs that read no LAS, Gaussian fields, input of other segmenters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import BinaryIO
+
+import numpy as np
+
+#: numpy's type -> PLY's. It has no 64-bit integers and no booleans: see :func:`_column`.
+_TYPES = {
+    "float32": "float", "float64": "double", "int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort",
+    "int32": "int", "uint32": "uint",
+}  # fmt: skip
+_COLOURS = ("red", "green", "blue")
+
+
+def ply_header(count: int, columns: np.dtype, comments: Iterable[str] = ()) -> bytes:
+    """The header of ``count`` rows of a structured type, little endian."""
+    lines = ["ply", "format binary_little_endian 1.0", *(f"comment {text}" for text in comments)]
+    lines += [f"element vertex {count}", *(f"property {_TYPES[columns[n].name]} {n}" for n in columns.names or ())]
+    return "\n".join([*lines, "end_header", ""]).encode("ascii", "replace")
+
+
+class PlyWriter:
+    """A cloud piece by piece into an open file: x, y, z as float64, colours in 8 bits, every other attribute as the
+    property ``scalar_NAME``: CloudCompare's own form, and the only names that it takes for scalar fields unasked.
+
+    The number of points is known at the end: :meth:`close` writes the header again, padded to the same length.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream, self._count = stream, 0
+        self._columns = np.dtype([])
+
+    def write(self, xyz: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
+        """xyz: (N, 3) metres. attributes: name -> (N,) or (N, K) values, of the same names and types in each piece."""
+        named = dict(zip("xyz", xyz.T.astype(float), strict=True))
+        for name, values in attributes.items():
+            several = np.ndim(values) > 1
+            for number, column in enumerate(np.atleast_2d(np.asarray(values).T)):
+                if name in _COLOURS:
+                    named[name] = (column >> 8 if column.max(initial=0) > 255 else column).astype(np.uint8)
+                else:
+                    named["_".join(f"scalar {name}".split()) + (f"_{number}" if several else "")] = _column(column)
+        self._columns = np.dtype([(name, column.dtype.newbyteorder("<")) for name, column in named.items()])
+        if not self._stream.tell():
+            self._stream.write(self._header())
+        rows = np.empty(len(xyz), self._columns)
+        for name, column in named.items():
+            rows[name] = column
+        self._stream.write(rows.tobytes())
+        self._count += len(xyz)
+
+    def close(self) -> None:
+        """Write the number of points."""
+        self._stream.seek(0)
+        self._stream.write(self._header())
+
+    def _header(self) -> bytes:
+        return ply_header(self._count, self._columns, [f"TreeDGS, metres, no CRS{'.' * (20 - len(str(self._count)))}"])
+
+
+def _column(values: np.ndarray) -> np.ndarray:
+    """As one of PLY's types: 0 and 1 for booleans, float64 for 64-bit integers (exact to 2**53)."""
+    if values.dtype == bool:
+        return values.astype(np.uint8)
+    return values if values.dtype.name in _TYPES else values.astype(float)
