@@ -69,9 +69,13 @@ def test_csv(written):
         assert long[key][long.species != "all"].sum() == pytest.approx(expected(written, name))
         assert np.average(plots[key]) == pytest.approx(expected(written, name))  # plots of one size
     trees = pd.read_csv(out / "stand_trees.csv")
-    measured = trees[trees.kind == "measured"]
-    assert len(measured) == plots.n_trees.sum() and (trees.kind == "missing").sum() >= plots.n_missing.sum()
-    assert (long["lower"].dropna() < long["upper"].dropna()).all()
+    measured = trees[trees.counts_as == "measured"]
+    assert len(measured) == plots.n_trees.sum() and (trees.counts_as == "missing").sum() >= plots.n_missing.sum()
+    cm, m2, m3, kg = ("cm", "m2", "m3", "kg") if units == "metric" else ("in", "ft2", "ft3", "lb")
+    assert (long[f"lower_{cm}"].dropna() < long[f"upper_{cm}"].dropna()).all()
+    assert {f"dbh_{cm}", f"dbh_se_{cm}", f"ba_{m2}", f"volume_{m3}", f"biomass_{kg}", UNITS[units]["trees"].key} < {
+        *trees
+    }
 
 
 def test_workbook(written):

@@ -121,12 +121,12 @@ def test_the_stand_table_learns_species_status_and_heights_from_the_pairs(paired
     pairs = gpd.read_file(folder / "pairs.gpkg", layer=PAIRS)
     trees = pd.read_csv(out / "stand_trees.csv", dtype={"tree_id": str}).set_index("tree_id")
     n_dead = int((tally.status == "dead").sum())
-    assert n_dead and (trees.kind == "dead").sum() == n_dead
+    assert n_dead and (trees.counts_as == "dead").sum() == n_dead
     for pair in pairs.itertuples():
         if str(pair.tree_id) in trees.index:  # the plot's line may leave one outside
             row = trees.loc[str(pair.tree_id)]
             assert row.species == "PITA" and row.height_m == pytest.approx(tally.height_m[pair.field_id])
-            assert (row.kind == "dead") == (tally.status[pair.field_id] == "dead")
+            assert (row.counts_as == "dead") == (tally.status[pair.field_id] == "dead")
     assert result["volume_m3_ha"] > 100 and any("co-registered" in text for text in ears.infos)
     plots = gpd.read_file(folder / "pairs.gpkg", layer=PLOTS)
     drawn = gpd.read_file(out / "stand.gpkg", layer="stand_plots").geometry.centroid

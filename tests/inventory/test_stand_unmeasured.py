@@ -205,7 +205,7 @@ def test_a_stem_that_the_crew_measured_takes_their_dbh(tmp_path):
     truth = true_ba(trees) + np.pi / 4e4 * 24.0**2 / AREA_HA
     assert result["ba_m2_ha"] == pytest.approx(truth, rel=0.01) and result["n_missing"] == 0
     row = pd.read_csv(out / "stand_trees.csv").set_index("tree_id").loc[21]
-    assert (row.dbh_cm, row.kind, row.note) == (24.0, "measured", "DBH by the field crew")
+    assert (row.dbh_cm, row.counts_as, row.note) == (24.0, "measured", "DBH by the field crew")
     assert any("1 stem without a measured DBH has the crew's" in text for text in ears.infos)
 
 

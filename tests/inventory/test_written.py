@@ -140,7 +140,7 @@ def test_the_stand_table_honours_what_is_written(written):
     result, ears, out = report(folder)
     plain, _ = figures(folder)
     table = pd.read_csv(out / "stand_trees.csv").set_index("tree_id")
-    assert table.species[maple] == "ACRU" and table.note[maple] == "hollow" and table.kind[dead] == "dead"
+    assert table.species[maple] == "ACRU" and table.note[maple] == "hollow" and table.counts_as[dead] == "dead"
     assert table.species.value_counts().idxmax() == "PITA"
     summary = json.loads((out / "summary.json").read_text())
     assert summary["n_dead"] == 1 and summary["dead_per_ha"]["ba"] > 0

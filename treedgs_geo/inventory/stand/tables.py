@@ -86,6 +86,7 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
             "biomass": rows["per_ha"].to_numpy() * stand.values.value["biomass"][per_tree] / 1000,
         }
     )
+    lower, upper = f"lower_{classes.unit}", f"upper_{classes.unit}"
     several = frame["species"].nunique() > 1
     groups = [
         *((name, int(k), part) for (name, k), part in frame.groupby(["species", "class"])),
@@ -97,8 +98,8 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
             "species": name,
             "class": "all" if k is None else classes.label(k),
             "n": int(part["n"].sum()),
-            "lower": None if k is None else classes.lower(k),
-            "upper": None if k is None else classes.upper(k),
+            lower: None if k is None else classes.lower(k),
+            upper: None if k is None else classes.upper(k),
             **{quantities[q].key: known(part[q].sum(skipna=False), quantities[q].factor) for q in _STOCK},
         }
         for name, k, part in groups
@@ -109,15 +110,15 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
         [
             Column("species", "Species"),
             Column("class", f"DBH class, {classes.unit}"),
-            Column("lower", f"from, {classes.unit}", 1),
-            Column("upper", f"below, {classes.unit}", 1),
+            Column(lower, f"from, {classes.unit}", 1),
+            Column(upper, f"below, {classes.unit}", 1),
             Column("n", "Trees measured", 0),
             *(Column(quantities[n].key, quantities[n].heading, quantities[n].decimals) for n in _STOCK),
         ],
         made,
         "Classes by the DBH as measured (its error moves some trees to a neighbouring class). Basal area, volume and "
         "biomass are corrected for the DBHs' errors.",
-        sum(row["lower"] is None for row in made),
+        sum(row["class"] == "all" for row in made),
         tuple(classes.label(k) for k in range(int(number.min()), int(number.max()) + 1)),
     )
 
@@ -127,7 +128,9 @@ _STOCK = ("trees", "ba", "volume", "biomass")
 
 def stock_table(long: Table) -> Table:
     """All species together: classes down, the quantities across."""
-    columns = [column for column in long.columns if column.key not in ("species", "lower", "upper")]
+    columns = [
+        column for column in long.columns if column.key != "species" and not column.key.startswith(("lower_", "upper_"))
+    ]
     rows = []
     for label in (*long.classes, "all"):
         mine = [r for r in long.rows if (r["class"] == label if label != "all" else r["species"] == "all")]
@@ -142,8 +145,8 @@ def stock_table(long: Table) -> Table:
 def cross_table(long: Table, units: str, name: str) -> Table:
     """One quantity with classes down and species across (up to six, the rest together)."""
     q = UNITS[units][name]
-    cells = [row for row in long.rows if row["lower"] is not None]
-    sums = {row["species"]: row[q.key] for row in long.rows if row["lower"] is None}
+    cells = [row for row in long.rows if row["class"] != "all"]
+    sums = {row["species"]: row[q.key] for row in long.rows if row["class"] == "all"}
     species = sorted({row["species"] for row in cells}, key=lambda s: -(sums.get(s) or sums.get("all") or 0))
     shown = species if len(species) <= 6 else species[:5]
     rows = []
@@ -246,31 +249,31 @@ def trees_table(stand: Stand, units: str) -> Table:
     d, h, v = quantities["dbh"], quantities["height"], stand.values
     listed = stand.listed()
     tree, plot, weight = (listed[name].to_numpy() for name in ("tree", "plot", "weight"))
-    metric = units == "metric"
-    cubic = 1 if metric else 1 / FOOT**3
-    curves = {"stem": "stem_m3", "stem_se": "stem_se_m3"} if "stem_m3" in stand.trees else {}
-    tapes = {"taped_cm": stand.taped.taped_cm[tree] * d.factor} if stand.taped else {}
+    area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
+    m2, m3, kg = ("m2", "m3", "kg") if units == "metric" else ("ft2", "ft3", "lb")
+    square, cubic, pounds = (1, 1, 1) if units == "metric" else (1 / FOOT**2, 1 / FOOT**3, 1 / POUND)
+    curves = {f"stem_{m3}": "stem_m3", f"stem_se_{m3}": "stem_se_m3"} if "stem_m3" in stand.trees else {}
+    tapes = {f"taped_{d.unit}": stand.taped.taped_cm[tree] * d.factor} if stand.taped else {}
     column = {
         "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
         "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
         "species": _species(stand)[tree],
-        "kind": listed["kind"].to_numpy(object),
+        "counts_as": listed["kind"].to_numpy(object),
         d.key: v.dbh[tree] * d.factor,
         **tapes,
-        "dbh_se": v.se[tree] * d.factor,
+        f"dbh_se_{d.unit}": v.se[tree] * d.factor,
         h.key: v.height[tree] * h.factor,
         "height_source": v.height_source[tree],
         "weight": weight,
-        "trees_per": weight / stand.design.areas[plot] * quantities["trees"].factor,
-        "ba": v.value["ba"][tree] * (1 if metric else 1 / FOOT**2),
-        "volume": v.value["volume"][tree] * cubic,
-        "biomass": v.value["biomass"][tree] * (1 if metric else 1 / POUND),
+        quantities["trees"].key: weight / stand.design.areas[plot] * quantities["trees"].factor,
+        f"ba_{m2}": v.value["ba"][tree] * square,
+        f"volume_{m3}": v.value["volume"][tree] * cubic,
+        f"biomass_{kg}": v.value["biomass"][tree] * pounds,
         **{key: stand.trees[name].to_numpy(float)[tree] * cubic for key, name in curves.items()},
         "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
         "qc_reason": stand.trees["qc_reason"].fillna("").to_numpy(object)[tree],
         "note": stand.trees["note"].fillna("").to_numpy(object)[tree],
     }
-    area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
     return Table(
         "trees",
         "Trees",
@@ -278,18 +281,21 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("plot_id", "Plot"),
             Column("tree_id", "Tree"),
             Column("species", "Species"),
-            Column("kind", "Counts as"),
+            Column("counts_as", "Counts as"),
             Column(d.key, d.heading, 1),
-            *([Column("taped_cm", f"Taped, {d.unit}", 1)] if tapes else []),
-            Column("dbh_se", f"s.e., {d.unit}", 2),
+            *(Column(key, f"Taped, {d.unit}", 1) for key in tapes),
+            Column(f"dbh_se_{d.unit}", f"s.e., {d.unit}", 2),
             Column(h.key, h.heading, 1),
             Column("height_source", "Height from"),
             Column("weight", "Weight", 2),
-            Column("trees_per", f"Stands for, {quantities['trees'].unit}", 2),
-            Column("ba", f"Basal area, {area}", 4),
-            Column("volume", f"Volume, {volume}", 3),
-            Column("biomass", f"Biomass, {mass}", 1),
-            *([Column("stem", f"Stem by its curve, {volume}", 3), Column("stem_se", "s.e.", 3)] if curves else []),
+            Column(quantities["trees"].key, f"Stands for, {quantities['trees'].unit}", 2),
+            Column(f"ba_{m2}", f"Basal area, {area}", 4),
+            Column(f"volume_{m3}", f"Volume, {volume}", 3),
+            Column(f"biomass_{kg}", f"Biomass, {mass}", 1),
+            *(
+                Column(key, name, 3)
+                for key, name in zip(curves, (f"Stem by its curve, {volume}", "s.e."), strict=False)
+            ),
             Column("qc_flag", "Flag"),
             Column("qc_reason", "Reason"),
             Column("note", "Note"),
