@@ -109,6 +109,8 @@ def test_photos_to_look_at_come_from_all_sides(shown):
     assert np.degrees(gaps.max()) < 130
     clockwise = (np.pi / 2 - shown.azimuth[chosen]) % (2 * np.pi)
     assert (np.diff(clockwise) > 0).all()
+    every = np.ones(len(shown.seen), bool)
+    assert sorted(choose_photos(shown, every, 99)) == np.flatnonzero(every).tolist(), "each once, the worst one too"
     only = np.arange(len(shown.seen)) == 4
     assert choose_photos(shown, only, 6) == [4]
 

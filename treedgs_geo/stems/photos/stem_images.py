@@ -128,7 +128,7 @@ def choose_photos(shown: StemShown, inside: np.ndarray, most: int) -> list[int]:
     clear = shown.seen * (0.3 + shown.support / max(float(shown.support.max(initial=0.0)), 1.0))
     chosen: list[int] = [] if shown.worst is None or not inside[shown.worst] else [shown.worst]
     for group in (inside & shown.sees, inside & ~shown.sees):
-        left = [int(v) for v in np.flatnonzero(group)]
+        left = [int(v) for v in np.flatnonzero(group) if v not in chosen]
         while left and len(chosen) < most:
             gap = np.array([_gap(shown.azimuth[v], shown.azimuth[chosen]) for v in left])
             best = left[int(np.argmax(gap * (clear[left] + 1e-3)))]
