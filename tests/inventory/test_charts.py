@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -69,6 +71,35 @@ def test_a_table_that_lacks_a_column_is_named(trees):
         tg.draw_heights(trees.drop(columns="height_se_m"))
     with pytest.raises(tg.TreeDGSError, match="Tree 9 has no sections"):
         tg.draw_stem(pd.DataFrame({"tree_id": [1], "height_m": 1.0, "d_cm": 30.0, "d_se_cm": 0.5}), 9)
+
+
+def test_trees_outside_the_plots_are_pale_on_the_map_and_not_in_the_distribution(trees):
+    some = trees.assign(plot_id=["A"] * 8 + [None] * 5)
+    axes = tg.draw_map(some).axes[0]
+    assert axes.get_legend_handles_labels()[1] == ["measured (8)", "pale: outside the plots (5)"]
+    white = [c for c in axes.collections if hasattr(c, "_widths") and (c.get_facecolor()[:, :3] == 1).all()]
+    assert sum(len(c.get_offsets()) for c in white if len(c.get_facecolor())) == 4
+    axes = tg.draw_diameters(some).axes[0]
+    assert axes.get_title() == "8 stems with a DBH, 0 without; 5 outside the plots left out"
+    assert sum(bar.get_height() for bar in axes.patches) == 8
+    assert "outside" not in tg.draw_diameters(trees).axes[0].get_title()
+
+
+@pytest.mark.parametrize(
+    ("draw", "arguments", "said"),
+    [
+        (tg.draw_diameters, {"width_cm": 0}, "width_cm: found 0, expected a number from 0.1 to 100"),
+        (tg.draw_diameters, {"trees": "trees.gpkg"}, "drawn of 'trees.gpkg', expected a table"),
+        (tg.draw_map, {"magnify": "big"}, "magnify: found 'big', expected a number"),
+        (tg.draw_map, {"plots": pd.DataFrame({"x": [1]})}, "plots: found a DataFrame, expected the outlines"),
+        (tg.draw_heights, {"ax": 3}, "ax: found 3, expected axes"),
+        (tg.draw_intervals, {"field": "qc_reason"}, "Column qc_reason: holds '', expected numbers"),
+        (tg.draw_intervals, {"field": 7}, "lacks 7 for this chart"),
+    ],
+)
+def test_wrong_arguments_are_named(trees, draw, arguments, said):
+    with pytest.raises(tg.TreeDGSError, match=re.escape(said)):
+        draw(**{"trees": trees, **arguments})
 
 
 def test_a_layer_without_trees_is_drawn(trees):

@@ -2,12 +2,15 @@
 
 Every one returns a matplotlib figure, ``figure.savefig("map.png")`` writes it with 300 dots an inch. ax: axes to draw
 into instead of a figure of its own. Marks differ in shape as well as in colour.
+Where there are plots, trees outside them are pale on the map and left out of the diameters. An argument that cannot be
+drawn is an ``InputError``.
 """
 
 from __future__ import annotations
 
 import base64
 import html
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,8 +25,12 @@ if TYPE_CHECKING:
 
 #: A stem without a DBH is drawn as one of this many centimetres.
 _UNKNOWN_CM = 12.0
+#: How opaque trees outside the plots are, as on the map in QGIS.
+_PALE = 0.65
 #: A map of more trees, or of more ground in metres, has no room for their numbers.
 _MAX_LABELS, _LABELLED_M = 60, 120.0
+#: Columns that need not be numbers.
+_TEXTS = {"tree_id", "qc_flag"}
 #: Columns that a notebook shows.
 _SHOWN = ("tree_id", "plot_id", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "height_m", "qc_flag", "qc_reason")
 
@@ -40,7 +47,7 @@ def draw_map(
         ax: see the module.
 
     Raises:
-        InputError: a column is missing.
+        InputError: a column is missing or holds no numbers.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -50,27 +57,37 @@ def draw_map(
     """
     from matplotlib.collections import EllipseCollection
 
+    _check_number("magnify", magnify, 0.01, 1000)
     axes = _axes(ax, trees, ("x", "y", "dbh_cm", "qc_flag", "tree_id"), 6.2, 5.6)
     xy = trees[["x", "y"]].to_numpy(float)
     origin = xy.mean(axis=0).round() if len(xy) else np.zeros(2)
     if plots is not None:
-        for shape in plots.geometry.to_crs(trees.crs) if plots.crs and trees.crs else plots.geometry:
+        if not hasattr(plots, "geometry"):
+            raise InputError(f"plots: found {_said(plots)}, expected the outlines (the layer searched); read them.")
+        outlines, crs = plots.geometry.dropna(), getattr(trees, "crs", None)
+        for shape in outlines.to_crs(crs) if plots.crs and crs else outlines:
             draw_outline(axes, shape, origin, color=GREY, lw=1)
     known = trees["dbh_cm"].notna().to_numpy()
     across = magnify * trees["dbh_cm"].fillna(_UNKNOWN_CM).to_numpy(float) / 100
-    flags = _flags(trees)
+    flags, outside = _flags(trees), _outside(trees)
     for flag, (colour, words) in FLAGS.items():
         mine = (flags == flag).to_numpy()
-        for part, face in ((mine & known, colour), (mine & ~known, "none")):
+        for part, face, alpha in (
+            (mine & known & ~outside, colour, 0.9), (mine & ~known & ~outside, "none", 0.9),
+            (mine & known & outside, "white", _PALE), (mine & ~known & outside, "none", _PALE),
+        ):  # fmt: skip
             axes.add_collection(
                 EllipseCollection(
                     across[part], across[part], np.zeros(part.sum()), units="xy", offsets=xy[part] - origin,
-                    offset_transform=axes.transData, facecolor=face, edgecolor=colour, alpha=0.9, zorder=3,
+                    offset_transform=axes.transData, facecolor=face, edgecolor=colour, alpha=alpha, zorder=3,
                 )
             )  # fmt: skip
-        if mine.any():
+        if (mine & ~outside).any():
             face = "none" if flag == "reject" else colour
-            axes.scatter([], [], facecolor=face, edgecolor=colour, label=f"{words} ({mine.sum()})")
+            axes.scatter([], [], facecolor=face, edgecolor=colour, label=f"{words} ({(mine & ~outside).sum()})")
+    if outside.any():
+        pale = {"facecolor": "white", "edgecolor": FLAGS["ok"][0], "alpha": _PALE}
+        axes.scatter([], [], **pale, label=f"pale: outside the plots ({outside.sum()})")
     if 0 < len(trees) <= _MAX_LABELS and np.ptp(xy, axis=0).max() < _LABELLED_M:
         for number, place, size in zip(trees["tree_id"], xy - origin, across, strict=True):
             axes.annotate(str(number), place + [0.5 * size, 0], (3, 0), textcoords="offset points", fontsize=7)
@@ -84,12 +101,13 @@ def draw_map(
 
 
 def draw_diameters(trees: pd.DataFrame, width_cm: float = 5.0, ax: Any = None) -> Any:
-    """Number of stems by DBH class, stacked by flag; refused stems have no DBH and are counted beside it.
+    """Number of stems by DBH class, stacked by flag; refused stems have no DBH and are counted beside it, as are those
+    outside the plots.
 
     trees: with ``dbh_cm`` and ``qc_flag``. width_cm: of a class. ax: see the module.
 
     Raises:
-        InputError: a column is missing.
+        InputError: a column is missing or holds no numbers.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -97,7 +115,10 @@ def draw_diameters(trees: pd.DataFrame, width_cm: float = 5.0, ax: Any = None) -
         >>> tg.draw_diameters(trees).axes[0].get_title()
         '1 stems with a DBH, 0 without'
     """
+    _check_number("width_cm", width_cm, 0.1, 100)
     axes = _axes(ax, trees, ("dbh_cm", "qc_flag"), 8, 3.2)
+    outside = _outside(trees)
+    trees = trees[~outside]
     measured = trees[trees["dbh_cm"].notna()]
     number = np.floor(measured["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
     classes = range(int(number.min()), int(number.max()) + 1) if len(measured) else range(0)
@@ -109,7 +130,8 @@ def draw_diameters(trees: pd.DataFrame, width_cm: float = 5.0, ax: Any = None) -
             axes.bar(lower, counts, width_cm * 0.9, base, align="edge", color=colour, label=words)
             base += counts
     axes.set(xlabel="DBH, cm", ylabel="Stems")
-    axes.set_title(f"{len(measured)} stems with a DBH, {len(trees) - len(measured)} without")
+    left_out = f"; {outside.sum()} outside the plots left out" if outside.any() else ""
+    axes.set_title(f"{len(measured)} stems with a DBH, {len(trees) - len(measured)} without{left_out}")
     axes.yaxis.get_major_locator().set_params(integer=True)
     axes.grid(visible=False, axis="x")
     return _finished(axes)
@@ -125,7 +147,7 @@ def draw_scatter(table: pd.DataFrame, field: str = "field_cm", ax: Any = None) -
         ax: see the module.
 
     Raises:
-        InputError: a column is missing.
+        InputError: a column is missing or holds no numbers.
 
     Examples:
         >>> import pandas as pd
@@ -154,7 +176,7 @@ def draw_intervals(trees: pd.DataFrame, field: str | None = None, ax: Any = None
     module.
 
     Raises:
-        InputError: a column is missing.
+        InputError: a column is missing or holds no numbers.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -190,7 +212,7 @@ def draw_stem(sections: pd.DataFrame, tree_id: int, trees: pd.DataFrame | None =
         ax: see the module.
 
     Raises:
-        InputError: a column is missing, or the stem has no sections.
+        InputError: a column is missing or holds no numbers, or the stem has no sections.
 
     Examples:
         >>> import pandas as pd
@@ -208,6 +230,7 @@ def draw_stem(sections: pd.DataFrame, tree_id: int, trees: pd.DataFrame | None =
         curve["d_cm"], curve["height_m"], xerr=half, fmt="o-", ms=4, lw=1, elinewidth=0.8, color=BLUE, label="sections"
     )
     if trees is not None:
+        _check_table(trees, ("tree_id", "dbh_cm", "bh_m"))
         tree = trees[trees["tree_id"] == tree_id]
         axes.plot(tree["dbh_cm"], tree["bh_m"], "D", color=VERMILION, ms=7, zorder=4, label="DBH")
     axes.set(xlabel="Diameter, cm", ylabel="Height above the ground, m", title=f"Tree {tree_id}; bars: 90 % interval")
@@ -221,7 +244,7 @@ def draw_heights(trees: pd.DataFrame, ax: Any = None) -> Any:
     trees: with ``dbh_cm, height_m, height_se_m, qc_flag``. ax: see the module.
 
     Raises:
-        InputError: a column is missing.
+        InputError: a column is missing or holds no numbers.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -258,10 +281,38 @@ def trees_html(title: str, trees: gpd.GeoDataFrame, plots: gpd.GeoDataFrame | No
     )
 
 
-def _axes(ax: Any, table: pd.DataFrame, columns: tuple[str, ...], width: float, height: float) -> Any:
-    if missing := [name for name in columns if name not in table]:
-        raise InputError(f"The table lacks {', '.join(missing)} for this chart; it has {', '.join(map(str, table))}.")
+def _axes(ax: Any, table: pd.DataFrame, columns: Sequence[str], width: float, height: float) -> Any:
+    _check_table(table, columns)
+    if not (ax is None or hasattr(ax, "add_collection")):
+        raise InputError(f"ax: found {_said(ax)}, expected axes of matplotlib; give one of them, or leave it out.")
     return new_chart(width, height)[1] if ax is None else ax
+
+
+def _check_table(table: pd.DataFrame, columns: Sequence[str]) -> None:
+    if not isinstance(table, pd.DataFrame):
+        raise InputError(f"A chart cannot be drawn of {_said(table)}, expected a table; read the layer by read_trees.")
+    if missing := [str(name) for name in columns if not isinstance(name, str) or name not in table]:
+        raise InputError(f"The table lacks {', '.join(missing)} for this chart; it has {', '.join(map(str, table))}.")
+    for name in set(columns) - _TEXTS:
+        values = table[name].dropna().infer_objects()
+        if len(values) and not pd.api.types.is_numeric_dtype(values):
+            raise InputError(f"Column {name}: holds {values.iloc[0]!r}, expected numbers for this chart; correct it.")
+
+
+def _check_number(name: str, value: Any, low: float, high: float) -> None:
+    if not (isinstance(value, int | float | np.number) and low <= value <= high):
+        raise InputError(f"{name}: found {_said(value)}, expected a number from {low:g} to {high:g}; correct it.")
+
+
+def _said(value: Any) -> str:
+    """An argument that is not what it should be."""
+    return repr(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
+
+
+def _outside(trees: pd.DataFrame) -> np.ndarray:
+    """(N,) bool: in no plot, where there are plots."""
+    inside = trees["plot_id"].fillna("").ne("").to_numpy() if "plot_id" in trees else np.zeros(len(trees), bool)
+    return ~inside & inside.any()
 
 
 def _flags(table: pd.DataFrame) -> pd.Series:
@@ -279,6 +330,7 @@ def draw_by_flag(
             continue
         bars = None
         if set(ends) <= set(table):
+            _check_table(table, ends)
             bars = np.nan_to_num(np.abs(mine[list(ends)].to_numpy(float).T - mine[y].to_numpy(float)))
         axes.errorbar(
             mine[x].to_numpy(float), mine[y].to_numpy(float), yerr=bars, fmt=MARKS[flag], ms=5, color=colour,

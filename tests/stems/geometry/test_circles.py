@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shared_data import needs_shared
 
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.geometry.circles import SolidCircle, fit_circle, fit_solid_circles, hyper_circle
 
@@ -98,8 +99,23 @@ def test_bad_weights_are_refused():
     points = ring(np.random.default_rng(0))
     for weights in (np.zeros(len(points)), np.full(len(points), -1.0), np.full(len(points), np.nan)):
         assert fit_circle(points, weights) is None
-    with pytest.raises(ValueError, match="method"):
-        fit_circle(points, method="guess")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"method": "guess"}, "method: found 'guess', expected one of ring, paper, hyper"),
+        ({"points": np.zeros((6, 3))}, r"points: found an array of shape \(6, 3\), expected \(N, 2\)"),
+        ({"points": "stem.txt"}, "points: found no numbers"),
+        ({"weights": np.ones(3)}, r"weights: found an array of shape \(3,\), expected \(300,\)"),
+        ({"noise_m": 0}, "noise_m: found 0, expected metres above 0"),
+        ({"seed": -1}, "seed: found -1, expected a whole number"),
+        ({"start": [0.0, 0.0]}, r"start: found an array of shape \(2,\)"),
+    ],
+)
+def test_wrong_arguments_are_named(arguments, said):
+    with pytest.raises(InputError, match=said):
+        fit_circle(**{"points": ring(np.random.default_rng(0), 300), **arguments})
 
 
 def test_published_circle_is_seeded_and_as_studied():

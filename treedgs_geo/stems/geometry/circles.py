@@ -1,6 +1,6 @@
 """Circles through stem slices: the published solid-circle RANSAC, and ring fits for points that lie on bark.
 
-All functions take (N, 2) metres. Degenerate input (fewer than three distinct points, collinear points, NaN) is refused:
+All functions take (N, 2) metres. Of degenerate input (fewer than three distinct points, collinear points, NaN)
 ``fit_circle`` returns ``None``.
 """
 
@@ -11,9 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.errors import InputError
 from ...core.seeding import stream
 from .circle_kernels import mixture_fit, ring_consensus, ring_score, solid_batch
 from .section_kernels import SECTORS
+
+_METHODS = ("ring", "paper", "hyper")
 
 
 @dataclass(frozen=True)
@@ -56,12 +59,16 @@ def fit_circle(
 ) -> CircleFit | None:
     """One circle.
 
+    points: (N, 2). weights: (N,), not negative; ``None`` = all alike. seed: 0 or more, of what is drawn by chance.
     method: ``paper`` = weighted solid-circle RANSAC (eq:weighted_score); ``ring`` = consensus over arcs, then a robust
     geometric fit with bark noise about ``noise_m``; ``hyper`` = the algebraic Hyper fit, for clean arcs.
     start: (3,) x, y, r of a circle that is known to be near: ``ring`` then looks nowhere else.
 
     Returns:
         The circle in the points' unit, or ``None`` where the points show none.
+
+    Raises:
+        InputError: an argument of another shape or kind.
 
     Examples:
         >>> import numpy as np
@@ -71,8 +78,15 @@ def fit_circle(
         >>> round(float(found.r), 3)
         0.15
     """
-    points = np.asarray(points, float).reshape(-1, 2)
-    weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
+    points = _array("points", points, (None, 2))
+    weights = np.ones(len(points)) if weights is None else _array("weights", weights, (len(points),))
+    start = None if start is None else _array("start", start, (3,))
+    if method not in _METHODS:
+        raise InputError(f"method: found {method!r}, expected one of {', '.join(_METHODS)}; give one of them.")
+    if not (isinstance(noise_m, int | float | np.number) and 0 < noise_m < np.inf):
+        raise InputError(f"noise_m: found {noise_m!r}, expected metres above 0; give the spread of the bark.")
+    if not (isinstance(seed, int | np.integer) and 0 <= seed < 2**64):
+        raise InputError(f"seed: found {seed!r}, expected a whole number, 0 or more; give one.")
     if not _usable(points, weights):
         return None
     if method == "paper":
@@ -81,8 +95,6 @@ def fit_circle(
     if method == "hyper":
         vector = hyper_circle(points, weights)
         return None if vector is None else _describe(vector, points, weights, 2 * noise_m, np.nan)
-    if method != "ring":
-        raise ValueError(f"method {method!r}: expected ring, paper or hyper")
     return _ring(points, weights, noise_m, seed, start)
 
 
@@ -160,6 +172,22 @@ def covered_arc_deg(points: np.ndarray, x: float, y: float, r: float, tolerance_
     near = np.abs(np.hypot(offset[:, 0], offset[:, 1]) - r) < tolerance_m
     sector = np.floor((np.arctan2(offset[near, 1], offset[near, 0]) + np.pi) / (2 * np.pi) * SECTORS).astype(int)
     return 360.0 / SECTORS * len(np.unique(sector % SECTORS))
+
+
+def _array(name: str, values: np.ndarray, shape: tuple[int | None, ...]) -> np.ndarray:
+    """Numbers of a shape; ``None`` in it is any length."""
+    wanted = f"({', '.join('N' if size is None else str(size) for size in shape)}{',' * (len(shape) == 1)})"
+    try:
+        found = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: found no numbers, expected an array of shape {wanted}; give one.") from None
+    if not found.size and shape[0] is None:
+        return found.reshape(0, *shape[1:])
+    if found.ndim != len(shape) or any(
+        size not in (None, there) for size, there in zip(shape, found.shape, strict=True)
+    ):
+        raise InputError(f"{name}: found an array of shape {found.shape}, expected {wanted}; give that.")
+    return found
 
 
 def _usable(points: np.ndarray, weights: np.ndarray) -> bool:
