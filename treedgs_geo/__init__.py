@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .api import Result, measure_cloud, measure_photos
-    from .core.errors import TreeDGSError
+    from .core.errors import TreeDGSError, TreeDGSWarning
     from .core.progress import Reporter
     from .geotags.reading import read_stations
     from .geotags.stations import Stations
@@ -83,6 +83,7 @@ _HOMES = {
     **dict.fromkeys(_CHARTS, "inventory.charts"),
     "Reporter": "core.progress",
     "TreeDGSError": "core.errors",
+    "TreeDGSWarning": "core.errors",
 }
 __all__ = [
     "Dtm",
@@ -93,6 +94,7 @@ __all__ = [
     "Stations",
     "Tree",
     "TreeDGSError",
+    "TreeDGSWarning",
     "draw_diameters",
     "draw_heights",
     "draw_intervals",

@@ -11,21 +11,25 @@ Every name here is also an attribute of the package itself::
 
 from __future__ import annotations
 
+import functools
 import inspect
 import os
+import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import MISSING
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from . import _VERBS
 from .core.command import ordered_params
-from .core.errors import InputError
+from .core.errors import InputError, TreeDGSError
 from .core.outputs import checked_paths
-from .core.progress import Reporter
+from .core.progress import Reporter, WarningReporter
 from .core.settings import Param, build, params_of
 from .run.settings import PhotosToDbhSettings, PointcloudToDbhSettings
-from .verbs import get_command
+from .verbs import all_commands, get_command
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -51,7 +55,7 @@ def measure_photos(
         crs: projected CRS in metres, ``"EPSG:6344"``.
         geotags: folder or file with MRK and RTKLIB ``.pos`` files, or a CSV; ``None`` = the photos' EXIF/XMP.
         output: tree layer to write (.gpkg, .shp, .geojson, .csv); ``None`` = ``trees.gpkg`` in the workspace.
-        reporter: where progress, warnings and results go; ``None`` = nowhere.
+        reporter: where progress, warnings and results go; ``None`` = warnings only, as Python's.
         settings: further fields of :class:`~treedgs_geo.run.settings.PhotosToDbhSettings` by name (``plots``,
             ``gcp``, ``dtm``, ``preset``, ``at``, ``bh_m``).
 
@@ -77,10 +81,11 @@ def measure_photos(
 
     output = Path(workspace) / "trees.gpkg" if output is None else Path(output)
     given = {"photos": photos, "workspace": workspace, "crs": crs, "geotags": geotags, "output": output, **settings}
-    chosen = build(PhotosToDbhSettings, given)
-    with checked_paths(chosen):
-        found = get_command("photos-to-dbh").run(chosen, reporter or Reporter())
-    return Result(found) if chosen.dry_run else read_trees(output)
+    with _in_python(reporter) as heard:
+        chosen = build(PhotosToDbhSettings, given)
+        with checked_paths(chosen):
+            found = get_command("photos-to-dbh").run(chosen, heard)
+        return Result(found) if chosen.dry_run else read_trees(output)
 
 
 def measure_cloud(
@@ -97,7 +102,7 @@ def measure_cloud(
         cloud: a LAS, LAZ, COPC, E57 or text file, or points in memory, coordinates in metres.
         dtm: terrain raster; ``None`` = the ground is found in the cloud.
         crs: CRS of a file that holds none, or ``"local"``.
-        reporter: where progress, warnings and results go; ``None`` = nowhere.
+        reporter: where progress, warnings and results go; ``None`` = warnings only, as Python's.
         settings: further fields of :class:`~treedgs_geo.run.settings.PointcloudToDbhSettings` by name (``plots``,
             ``bh_m``, ``min_dbh_cm``, ``max_dbh_cm``, ``method``, ``source`` ...).
 
@@ -131,7 +136,6 @@ def measure_cloud(
     from .run.cloud_input import checked, read_checked
     from .run.stage import check, run_stages
 
-    reporter = reporter or Reporter()
     files = [name for name, spec, _ in params_of(PointcloudToDbhSettings) if spec.kind.startswith("output_")]
     if unused := [name for name in files if settings.get(name) is not None]:
         raise InputError(
@@ -139,19 +143,20 @@ def measure_cloud(
             "write_trees, or run the verb pointcloud-to-dbh."
         )
     path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)
-    given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
-    if given.dry_run:
-        return Result(get_command("pointcloud-to-dbh").run(given, reporter))
-    if isinstance(cloud, PointCloud):
-        points, extent = checked(cloud, path, reporter, dtm=given.dtm, crs=crs)
-    else:
-        points, extent = read_checked(path, crs, reporter, dtm=given.dtm)
-    job = CloudJob(given, reporter)
-    take(job, points, extent)
-    _, ground, stems, *_ = STAGES
-    check(ground, job)
-    run_stages((ground, stems), job, Steps(None, reporter, {ground.name: 0.3, stems.name: 0.7}))
-    return tree_table(job.trees, job.crs)
+    with _in_python(reporter) as heard:
+        given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
+        if given.dry_run:
+            return Result(get_command("pointcloud-to-dbh").run(given, heard))
+        if isinstance(cloud, PointCloud):
+            points, extent = checked(cloud, path, heard, dtm=given.dtm, crs=crs)
+        else:
+            points, extent = read_checked(path, crs, heard, dtm=given.dtm)
+        job = CloudJob(given, heard)
+        take(job, points, extent)
+        _, ground, stems, *_ = STAGES
+        check(ground, job)
+        run_stages((ground, stems), job, Steps(None, heard, {ground.name: 0.3, stems.name: 0.7}))
+        return tree_table(job.trees, job.crs)
 
 
 class Result(dict[str, Any]):
@@ -224,9 +229,10 @@ def verb_function(verb: str) -> Callable[..., Result]:
                 result._temporary = result._temporary or tempfile.TemporaryDirectory(prefix="treedgs-")
                 ending = f".{spec.suffixes[0].lstrip('.')}" if spec.kind == "output_file" else ""
                 given[name] = Path(result._temporary.name) / f"{name}{ending}"
-        chosen = build(command.settings, given)
-        with checked_paths(chosen):
-            found = command.run(chosen, reporter or Reporter())
+        with _in_python(reporter) as heard:
+            chosen = build(command.settings, given)
+            with checked_paths(chosen):
+                found = command.run(chosen, heard)
         result.update((key, _as_path(value)) for key, value in found.items())
         return result
 
@@ -235,6 +241,45 @@ def verb_function(verb: str) -> Callable[..., Result]:
     call.__doc__ = _doc(command.summary, command.help, ordered_params(command), command.outputs)
     call.__signature__ = _signature(ordered_params(command))  # type: ignore[attr-defined]
     return call
+
+
+@contextmanager
+def _in_python(reporter: Reporter | None) -> Iterator[Reporter]:
+    """What hears a verb: where no reporter is given, Python's warnings. These and errors name Python's parameters."""
+    heard = reporter or WarningReporter()
+    if reporter is None:
+        heard.words = _python_words
+    try:
+        yield heard
+    except TreeDGSError as problem:
+        problem.args = (_python_words(str(problem)), *problem.args[1:])
+        raise
+
+
+@functools.lru_cache(maxsize=1)
+def _functions() -> tuple[dict[str, Param], dict[str, str]]:
+    """Every parameter by its name, and the function of every verb."""
+    named = {name: spec for each in all_commands() for name, spec, _ in params_of(each.settings)}
+    own = {"photos-to-dbh": "measure_photos", "pointcloud-to-dbh": "measure_cloud"}
+    return named, own | {verb: function for function, verb in _VERBS.items()}
+
+
+def _python_words(text: str, mark: str = "'") -> str:
+    """The engine's sentence with ``--some-option`` and the verb ``some-verb`` under their names here."""
+    params, functions = _functions()
+
+    def named(found: re.Match[str]) -> str:
+        name, value = found[1].replace("-", "_"), found[2] or ""
+        if name not in params:
+            return found[0]
+        is_value = value.startswith("EPSG:") or value == "local" or value in params[name].choices
+        return f'{mark}{name}="{value}"{mark}' if is_value else f"{mark}{name}{mark}" + (f" {value}" if value else "")
+
+    text = re.sub(r"(?<![\w-])--([a-z](?:[a-z0-9-]*[a-z0-9])?)(?: (\w[\w:.-]*))?", named, text)
+    # Verbs of one word are words of sentences, too; a command line and a file's name stay.
+    verbs = "|".join(verb for verb in functions if "-" in verb)
+    found = rf"(?<![\w/.-])(?<!treedgs )(?:{verbs})(?![\w/-]|\.\w)"
+    return re.sub(found, lambda found: f"{mark}{functions[found[0]]}{mark}", text)
 
 
 def _as_path(value: Any) -> Any:
@@ -266,11 +311,15 @@ def _doc(summary: str, text: str, params: list[tuple[str, Param, Any]], outputs:
         return f"    {name}: {spec.help.rstrip('.')}{f', {spec.unit}' if spec.unit else ''}.{choices}"
 
     lines = [summary, "", text, "", "Args:", *(line(name, spec) for name, spec, _ in params)]
-    lines += ["    reporter: where progress, warnings and results go; ``None`` = nowhere.", "", "Returns:"]
+    lines += [
+        "    reporter: where progress, warnings and results go; ``None`` = warnings only, as Python's.",
+        "",
+        "Returns:",
+    ]
     lines += [f"    {key}: {meaning}." for key, meaning in outputs.items()]
     lines += [
         "",
         "Raises:",
         "    TreeDGSError: one sentence with the file, what was found, what was expected, what to do.",
     ]
-    return "\n".join(lines)
+    return _python_words("\n".join(lines), "``")

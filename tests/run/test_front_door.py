@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import re
 import shutil
 import subprocess
 import sys
+import warnings
 from dataclasses import MISSING
 
 import numpy as np
@@ -58,6 +60,10 @@ def test_every_verb_is_a_function_with_its_parameters():
             needed = default is MISSING and not spec.kind.startswith("output_")
             assert (found[key].default is inspect.Parameter.empty) == needed
         assert all(f"    {key}: " in getattr(tg, name).__doc__ for key, _, _ in params)
+        assert not re.search(r"--[a-z]|(?<!/)stand-table|tape-sample", getattr(tg, name).__doc__), (
+            "words of the command line"
+        )
+    assert "With ``taped`` (``tape_sample``)" in tg.stand_table.__doc__
 
 
 def test_verbs_in_a_row_write_only_what_is_asked_for(tmp_path):
@@ -84,6 +90,14 @@ def test_verbs_in_a_row_write_only_what_is_asked_for(tmp_path):
         drawn.n_tree  # noqa: B018
     with pytest.raises(tg.TreeDGSError, match="'tree' is unknown; did you mean 'trees'"):
         tg.stand_table(tree=path)
+    with pytest.raises(tg.TreeDGSError, match="^Give 'plots', or 'boundary' to count"):
+        tg.stand_table(trees=path)
+    with pytest.warns(tg.TreeDGSWarning, match=r"500 tapes asked for \('n'\), 3 trees are there") as heard:
+        tg.tape_sample(trees=path, n=500)
+    assert {warning.filename for warning in heard if warning.category is tg.TreeDGSWarning} == {__file__}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", tg.TreeDGSWarning)
+        tg.tape_sample(trees=path, n=500, reporter=tg.Reporter())
 
 
 def test_a_dry_run_measures_nothing_and_names_that_are_wrong_are_said(simulated_plot, tmp_path):

@@ -62,6 +62,16 @@ class Incomplete(TreeDGSError):
         self.result = result
 
 
+class TreeDGSWarning(UserWarning):
+    """Something recoverable that may have cost accuracy or trees; where a reporter is given, that hears it instead.
+
+    Examples:
+        >>> import warnings
+        >>> import treedgs_geo as tg
+        >>> warnings.simplefilter("ignore", tg.TreeDGSWarning)
+    """
+
+
 class Cancelled(KeyboardInterrupt):
     """The user asked to stop. Not an ``Exception``: no stage may swallow it."""
 

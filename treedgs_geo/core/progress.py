@@ -10,9 +10,12 @@ from __future__ import annotations
 import json
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
+
+from .errors import TreeDGSWarning
 
 if TYPE_CHECKING:
     from .crs import LocalFrame
@@ -117,6 +120,17 @@ class Reporter:
 
     def _emit(self, kind: str, body: dict[str, Any]) -> None:
         pass
+
+
+class WarningReporter(Reporter):
+    """Silent but for warnings: they are Python's, of the line that called the library."""
+
+    def _emit(self, kind: str, body: dict[str, Any]) -> None:
+        if kind == "warn":
+            level, frame = 1, sys._getframe()
+            while frame.f_back is not None and frame.f_globals["__name__"].startswith(("treedgs_geo.", "treedgs_lab.")):
+                level, frame = level + 1, frame.f_back
+            warnings.warn(self.words(body["message"]), TreeDGSWarning, stacklevel=level)
 
 
 class JsonReporter(Reporter):
