@@ -21,7 +21,7 @@ def _run(capsys, tmp_path: Path, **given: object) -> str:
     assert main(words) == 2
     text = capsys.readouterr().err
     assert "Traceback" not in text
-    assert not list(tmp_path.glob("out/*"))
+    assert not list(tmp_path.glob("out/*")) and not (tmp_path / "work").exists()
     line = [row for row in text.splitlines() if row.startswith("error: ")]
     assert len(line) == 1
     return line[0]

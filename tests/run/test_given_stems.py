@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from chain_runs import chain_arguments
 
+import treedgs_geo as tg
 from treedgs_geo.cli import main
 from treedgs_geo.core.field_stems import read_field_stems
 from treedgs_geo.inventory.review.apply import read_whole, review_trees
@@ -69,6 +70,21 @@ def test_removed_stems_come_back_and_nothing_else_changes(run, simulated_plot, c
     assert at(simulated_plot, run, Path(f"{given}|layername=points")) == 0
     assert f"tree {mine} (" in (said := capsys.readouterr().err) and "which the layer holds already" in said
     assert read_trees(layer).set_index("tree_id").equals(after)
+
+
+def test_the_layer_is_written_elsewhere_where_every_point_is_at_a_tree(run, simulated_plot, tmp_path) -> None:
+    before = read_trees(run / "trees.gpkg")
+    first, second = before.dropna(subset=["dbh_cm"])[["x", "y"]].to_numpy()[:2]
+    given = {"geotags": simulated_plot, "crs": "EPSG:6344", "plots": simulated_plot / "plots.csv"}
+    given |= {"at": points(run / "points.gpkg", [first, second]), "output": tmp_path / "elsewhere" / "trees.gpkg"}
+    trees = tg.measure_photos(simulated_plot / "images", run / "work", **given)
+    assert trees["tree_id"].tolist() == before["tree_id"].tolist() and given["output"].is_file()
+    assert trees["dbh_cm"].equals(before["dbh_cm"])
+    # A tree taken out of that layer is measured into it again; the run's own layer stays.
+    (gone,) = without(given["output"], [int(trees["tree_id"][trees["dbh_cm"].notna()].iloc[0])]).itertuples()
+    again = tg.measure_photos(simulated_plot / "images", run / "work", **given)
+    assert again.set_index("tree_id").loc[gone.tree_id, "dbh_cm"] == gone.dbh_cm and len(again) == len(before)
+    assert read_trees(run / "trees.gpkg").equals(before)
 
 
 def test_a_measured_tree_is_measured_again_where_its_name_asks_for_it_and_taken_back(

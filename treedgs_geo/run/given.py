@@ -177,7 +177,7 @@ def _measure_at(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
         facts |= {"points": len(points), **answers, "warnings": reporter.warnings}
     changed = [(point.tree, point.row) for point in points if point.tree is not None]
     made = [tree for tree, _ in changed]
-    if changed:
+    if changed or not job.settings.output.exists():
         # The workspace first: what it holds and the layer lacks comes back when it is asked for again.
         write_given(job, _with_points(before, points))
         merge_layers(job, changed, trees, reporter)

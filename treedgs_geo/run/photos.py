@@ -16,6 +16,7 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..core.steps import Steps
 from ..core.workspace import Workspace, peak_memory_mb
+from ..geotags.reading import read_stations
 from ..inventory.tree_layer import check_output
 from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
@@ -69,6 +70,8 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     """
     job = job_of(settings, reporter)
     check(GEOTAG, job)
+    if not (settings.workspace / "run.json").exists():
+        _check_ahead(settings)
     with held(job, (*TREES, GIVEN, SHEETS, WRITE, ORTHOPHOTO)):
         job.space.record["parameters"] = to_json(settings)
         # Paths that were given relative are relative to this folder.
@@ -86,6 +89,17 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
             reporter.warn(f"No orthophoto: {problem}")
             job.steps.warnings.append(f"No orthophoto: {problem}")
     return _result(job)
+
+
+def _check_ahead(settings: PhotosToDbhSettings) -> None:
+    """What would end the run before its first photo is matched, while there is no workspace that it would leave."""
+    ahead = job_of(settings, Reporter())
+    for stage in TREES:
+        check(stage, ahead)
+        if stage is GEOTAG:
+            ahead.stations = read_stations(
+                settings.photos, settings.geotags, settings.crs, frame=settings.geotags_crs, reporter=ahead.reporter
+            )
 
 
 def _result(job: PhotoJob) -> dict[str, Any]:
