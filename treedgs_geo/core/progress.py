@@ -128,7 +128,9 @@ class WarningReporter(Reporter):
     def _emit(self, kind: str, body: dict[str, Any]) -> None:
         if kind == "warn":
             level, frame = 1, sys._getframe()
-            while frame.f_back is not None and frame.f_globals["__name__"].startswith(("treedgs_geo.", "treedgs_lab.")):
+            while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(
+                ("treedgs_geo.", "treedgs_lab.")
+            ):
                 level, frame = level + 1, frame.f_back
             warnings.warn(self.words(body["message"]), TreeDGSWarning, stacklevel=level)
 

@@ -96,8 +96,10 @@ def draw_map(
     axes.margins(0.08)
     axes.set(aspect="equal", xlabel=f"Easting − {origin[0]:.0f} m", ylabel=f"Northing − {origin[1]:.0f} m")
     axes.set_title("Circles: the stems" + (f", {magnify:g} times as wide" if magnify != 1 else ""))
-    below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.09), "ncols": 3}
-    return _finished(axes, **(below if ax is None else {"loc": "best", "fontsize": 7}))
+    if ax is not None:
+        return _finished(axes, loc="best", fontsize=7)
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+    return axes.figure
 
 
 def draw_diameters(trees: pd.DataFrame, width_cm: float = 5.0, ax: Any = None) -> Any:
