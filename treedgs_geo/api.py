@@ -265,7 +265,7 @@ def _functions() -> tuple[dict[str, Param], dict[str, str]]:
 
 
 def _python_words(text: str, mark: str = "'") -> str:
-    """The engine's sentence with ``--some-option`` and the verb ``some-verb`` under their names here."""
+    """The engine's sentence with options of the command line and verbs under their names here."""
     params, functions = _functions()
 
     def named(found: re.Match[str]) -> str:
