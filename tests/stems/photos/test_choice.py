@@ -15,7 +15,7 @@ from treedgs_geo.stems.photos.evidence.companion import crowded
 from treedgs_geo.stems.photos.evidence.error_budget import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis
-from treedgs_geo.stems.photos.fit.selection import Explanation, choose, plausible
+from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
@@ -93,8 +93,8 @@ def test_between_two_limbs_stands_no_third_stem():
 
     limb, middle = at(0.0, explanation(15, 0.9, 2000, edges=176)), at(0.09, explanation(15, 2.0, 2400, edges=89))
     whole = at(0.0, explanation(24, 2.0, 2400, edges=89))
-    assert plausible([limb, middle]) == [limb]
-    assert choose(plausible([limb, whole]), 1.0, 1.0, np.array([np.nan])).best is whole
+    assert choose([limb, middle], 1.0, 1.0, np.array([np.nan])).best is limb
+    assert choose([limb, whole], 1.0, 1.0, np.array([np.nan])).best is whole
 
 
 def test_ragged_edges_and_an_odd_taper_count_against():

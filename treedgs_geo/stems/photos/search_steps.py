@@ -103,12 +103,9 @@ def fit_with_network(search: TileSearch) -> None:
     """Stems where the network sees them, and their widths by its silhouettes."""
     by_edges, (bark, either) = search.fits, network_maps(search.stack, search.plumbs)
     seen = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
-    # What edges refused is asked again where the network sees a stem.
-    places = np.array([*((seed.x, seed.y) for seed in seen), *(fit.axis.p for fit in by_edges)]).reshape(-1, 2)
-    edges = search.edges.near(places, SECOND_M)
     free = away_from(seen, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(replace(search.fitter, shown=bark), free)
-    search.fits = not_swallowed(fits_of_edges(search.fitter, seen, edges, search.reporter), by_edges)
+    search.fits = not_swallowed(fits_of_edges(search.fitter, seen, search.edges, search.reporter), by_edges)
 
 
 def fit_by_carving(search: TileSearch) -> None:

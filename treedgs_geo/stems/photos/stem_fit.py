@@ -17,7 +17,7 @@ from .fit.edge_adjustment import NO_STEMS, FineFit, Sighting, refine
 from .fit.null_model import BREAST, coarse_strips
 from .fit.photo_fit import PhotoFit, seen_probability
 from .fit.search import Hypothesis, Search, distinct, moved_to_edges
-from .fit.selection import Explanation, choose, plausible
+from .fit.selection import Explanation, choose
 from .images.axis_patches import StemAxis
 from .images.background import Silhouette, cut_silhouette
 from .measurement import Fitted, Shared, measured
@@ -71,7 +71,7 @@ class Fitter(Shared):
         if quick:
             best = max(tried, key=lambda item: item.edges)
             return measured(self, seed, Fitted(best, best.fine, best.edges))
-        found = self._chosen(place, self._compared(plausible(tried), known), hypotheses)
+        found = self._chosen(place, self._compared(tried, known), hypotheses)
         best, hidden, window = found.best, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]

@@ -84,6 +84,7 @@ def witnesses(tried: list[Explanation], trust: float, chance: float) -> np.ndarr
 def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray, network: bool = False) -> Choice:
     """Which of the explanations of a place is the stem. trust, chance, network: as for :func:`log_odds`. sun:
     (flights,) azimuth, rad from east, NaN = unknown."""
+    tried = plausible(tried)
     solid = trust > 0.5
     edges = np.array([item.edges for item in tried])
     odds = log_odds(tried, trust, chance, network) if solid else edges / EDGES_A_LOG_ODD

@@ -429,13 +429,11 @@ def draw_ridges(coherence: np.ndarray, gradient: np.ndarray, width_samples: floa
 
 
 @njit(parallel=True, **_FAST)
-def _known_kernel(strips, cut, axis, centre, known, margin):
+def _known_kernel(strips, axis, centre, known, margin):
     us, q, coherence, normal = strips.u, strips.q, strips.coherence, strips.normal
     u0, du = us[0], us[1] - us[0]
     n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
-        if not cut[v]:
-            continue
         nx, ny = normal[v, 0], normal[v, 1]
         dx, dy = ny, -nx
         for b in range(n_blocks):
@@ -474,5 +472,4 @@ def hide_known(strips: Strips, stack: PhotoStack, axis: StemAxis, known: np.ndar
     known: (K, 10) float64: :attr:`StemAxis.row`, radius at breast height and its slope.
     """
     if len(known):
-        cut = strips.coherence.any(axis=(1, 2))
-        _known_kernel(strips, cut, axis.row, stack.centre, known, margin_m)
+        _known_kernel(strips, axis.row, stack.centre, known, margin_m)

@@ -67,11 +67,6 @@ class EdgeSeeds(NamedTuple):
     #: Score (log likelihood units) that chance hardly reaches.
     threshold: float
 
-    def near(self, places: np.ndarray, within_m: float) -> EdgeSeeds:
-        """Those not farther than ``within_m`` from any of (N, 2) ``places``, the ones beside as they are."""
-        kept = [seed for seed in self.seeds if (np.hypot(*(places - (seed.x, seed.y)).T) <= within_m).any()]
-        return self._replace(seeds=kept)
-
 
 class _Rings(NamedTuple):
     """Distances from a camera: the first and the step, metres, and how many."""
