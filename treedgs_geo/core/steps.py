@@ -34,10 +34,10 @@ class Collector(Reporter):
         """The warnings so far."""
         return [message for kind, message in self._said if kind == "warn"]
 
-    def release(self) -> None:
-        """Pass on the messages that were kept back, in their order."""
+    def release(self, reporter: Reporter | None = None) -> None:
+        """Pass on the messages that were kept back, in their order; reporter: to this one."""
         for kind, message in self._said if self._held else ():
-            getattr(self._inner, kind)(message)
+            getattr(reporter or self._inner, kind)(message)
         self._held = False
 
     def _emit(self, kind: str, body: dict[str, Any]) -> None:

@@ -32,6 +32,8 @@ class PlyWriter:
     def __init__(self, stream: BinaryIO) -> None:
         self._stream, self._count = stream, 0
         self._columns = np.dtype([])
+        #: Colours have 16 bits, which their values alone tell: a cloud's first piece decides, or a later, brighter one.
+        self._wide = False
 
     def write(self, xyz: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
         """xyz: (N, 3) metres. attributes: name -> (N,) or (N, K) values, of the same names and types in each piece."""
@@ -40,7 +42,8 @@ class PlyWriter:
             several = np.ndim(values) > 1
             for number, column in enumerate(np.atleast_2d(np.asarray(values).T)):
                 if name in _COLOURS:
-                    named[name] = (column >> 8 if column.max(initial=0) > 255 else column).astype(np.uint8)
+                    self._wide = self._wide or column.max(initial=0) > 255
+                    named[name] = (column >> 8 if self._wide else column).astype(np.uint8)
                 else:
                     named["_".join(f"scalar {name}".split()) + (f"_{number}" if several else "")] = _column(column)
         self._columns = np.dtype([(name, column.dtype.newbyteorder("<")) for name, column in named.items()])

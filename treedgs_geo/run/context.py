@@ -12,7 +12,7 @@ import numpy as np
 from ..core.crs import LocalFrame
 from ..core.plots import Plot
 from ..core.progress import Reporter
-from ..core.steps import Steps
+from ..core.steps import Collector, Steps
 from ..core.workspace import Workspace
 from ..geotags.control import ControlPoints
 from ..geotags.stations import Stations
@@ -66,7 +66,8 @@ class PhotoJob:
     """A photo run. What was asked for; then what its stages found, in their order.
 
     preset: how much of the scene is modelled. steps: what is done; space: where it is kept (in a dry run nowhere).
-    photos: the files; files: by the name that the workspace knows them by. stations: photos with their positions.
+    photos: the files; files: by the name that the workspace knows them by. stations: photos with their positions;
+    read_ahead: the same, read before there was a workspace, and what was said of them then.
     plots: none = all that is seen. given: the user's terrain model. nothing: why no stem can be measured, empty
     where one may. planned: cameras by geotags and gimbal, about the middle of the flight; search: for stems, by these.
     aligned, site: ``None`` where nothing was matched. trees: project coordinates.
@@ -80,6 +81,7 @@ class PhotoJob:
     photos: list[Path] = field(default_factory=list)
     files: dict[str, Path] = field(default_factory=dict)
     stations: Stations = field(init=False)
+    read_ahead: tuple[Stations, Collector] | None = None
     control: ControlPoints | None = None
     plots: list[Plot] = field(default_factory=list)
     given: Dtm | None = None

@@ -13,12 +13,18 @@ from ..core.workspace import in_use, read_record
 from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
-from ..geotags.stations import read_stations_layer, write_stations
+from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..planning.flown import read_expected
 from .context import PhotoJob
 from .photo_files import photo_files
 from .published_plot import check_published
+from .settings import PhotosToDbhSettings
 from .stage import Cost, Findings, Key, Stage, check_target
+
+
+def stations_of(asked: PhotosToDbhSettings, reporter: Reporter) -> Stations:
+    """Where the photos were taken, as files and settings have it."""
+    return read_stations(asked.photos, asked.geotags, asked.crs, frame=asked.geotags_crs, reporter=reporter)
 
 
 def _check_outputs(job: PhotoJob) -> None:
@@ -51,8 +57,7 @@ def _find_photos(job: PhotoJob) -> None:
 
 def _geotag_cost(job: PhotoJob, findings: Findings) -> Cost:
     """Says how the photos are placed."""
-    asked = job.settings
-    job.stations = read_stations(asked.photos, asked.geotags, asked.crs, frame=asked.geotags_crs, reporter=findings)
+    asked, job.stations = job.settings, stations_of(job.settings, findings)
     counts, total = job.stations.counts(), len(job.stations)
     fix_pct = 100 * counts.get("fix", 0) / total
     each = ", ".join(f"{number} {quality}" for quality, number in counts.items())
@@ -82,8 +87,11 @@ def _geotag_key(job: PhotoJob) -> Key:
 
 
 def _geotag(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
-    asked = job.settings
-    stations = read_stations(asked.photos, asked.geotags, asked.crs, frame=asked.geotags_crs, reporter=reporter)
+    if job.read_ahead:
+        stations, heard = job.read_ahead
+        heard.release(reporter)
+    else:
+        stations = stations_of(job.settings, reporter)
     write_stations(job.path(names.GEOTAGS), stations)
     return {"photos": len(stations), "positions": stations.counts()}
 

@@ -14,14 +14,13 @@ from ..core import workspace as names
 from ..core.errors import OutputError
 from ..core.progress import Reporter
 from ..core.settings import to_json
-from ..core.steps import Steps
+from ..core.steps import Collector, Steps
 from ..core.workspace import Workspace, peak_memory_mb
-from ..geotags.reading import read_stations
 from ..inventory.tree_layer import check_output
 from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
-from .geotag_stage import GEOTAG
+from .geotag_stage import GEOTAG, stations_of
 from .given_store import GIVEN
 from .ground_stage import GROUND
 from .heights import HEIGHTS
@@ -71,7 +70,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     job = job_of(settings, reporter)
     check(GEOTAG, job)
     if not (settings.workspace / "run.json").exists():
-        _check_ahead(settings)
+        _check_ahead(job)
     with held(job, (*TREES, GIVEN, SHEETS, WRITE, ORTHOPHOTO)):
         job.space.record["parameters"] = to_json(settings)
         # Paths that were given relative are relative to this folder.
@@ -91,15 +90,14 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     return _result(job)
 
 
-def _check_ahead(settings: PhotosToDbhSettings) -> None:
+def _check_ahead(job: PhotoJob) -> None:
     """What would end the run before its first photo is matched, while there is no workspace that it would leave."""
-    ahead = job_of(settings, Reporter())
+    ahead, heard = job_of(job.settings, Reporter()), Collector(Reporter(), held=True)
     for stage in TREES:
         check(stage, ahead)
         if stage is GEOTAG:
-            ahead.stations = read_stations(
-                settings.photos, settings.geotags, settings.crs, frame=settings.geotags_crs, reporter=ahead.reporter
-            )
+            ahead.stations = stations_of(job.settings, heard)
+            job.read_ahead = ahead.stations, heard
 
 
 def _result(job: PhotoJob) -> dict[str, Any]:
