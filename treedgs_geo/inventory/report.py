@@ -46,6 +46,8 @@ _SIDE, _FREE = 760.0, 44.0
 _UNKNOWN_CM, _UNITS_CM, _MIN_UNITS = 12.0, 0.2, 2.5
 #: Beyond this many stems numbers are shown for the marked one only.
 _MAX_LABELS = 160
+#: Where the stand in 3D is.
+_LINK = "<p><a href='{{ to }}'><b>The stand in 3D</b></a>: stems, ground, points and crowns, to turn and to click.</p>"
 
 
 def write_report(
@@ -56,9 +58,10 @@ def write_report(
     warnings: list[str],
     stages: dict[str, dict[str, Any]],
     sheets: Mapping[int, Path] | None = None,
+    view: Path | None = None,
 ) -> Path:
     """Write the page. facts: label -> value rows of the run card; stages: name -> ``seconds``, ``peak_memory_mb``.
-    sheets: ``tree_id`` -> evidence sheet, to be linked from where the page lies."""
+    sheets: ``tree_id`` -> evidence sheet, and view, the stand in 3D: to be linked from where the page lies."""
     summary = "No stem was found; the reason is below."
     found: list[Block] = []
     if len(trees):
@@ -68,7 +71,7 @@ def write_report(
             "and refused, with the reason below. Stems that were not found are in no list: how many there are, only "
             "trees counted in the field can show (Pair field and measured trees)."
         )
-        addresses = {number: _address(sheet, path) for number, sheet in (sheets or {}).items()}
+        addresses = {number: address(sheet, path) for number, sheet in (sheets or {}).items()}
         template = (files(__package__) / "templates" / "report_trees.html").read_text(encoding="utf-8")
         found = [
             Heading("Trees"),
@@ -83,7 +86,9 @@ def write_report(
         Column("seconds", "Seconds", 1),
         Column("peak_memory_mb", "Peak memory so far, MB", 0),
     ]
+    links: list[Block] = [Fragment(_LINK, {"to": address(view, path)})] if view else []
     blocks: list[Block] = [
+        *links,
         Paragraph(f"{CALIBRATION} {network} {TAPE}"),
         Sentences(warnings, "Warnings"),
         *found,
@@ -188,8 +193,8 @@ def _number(value: Any, decimals: int) -> tuple[str, Any]:
     return ("", "") if pd.isna(value) else (f"{half_up(float(value), decimals):.{decimals}f}", float(value))
 
 
-def _address(file: Path, page: Path) -> str:
-    """A file as the page links to it: relative, so that both can be moved together."""
+def address(file: Path, page: Path) -> str:
+    """A file as a page links to it: relative, so that both can be moved together."""
     try:
         return quote(Path(os.path.relpath(file, Path(page).absolute().parent)).as_posix())
     except ValueError:  # another drive

@@ -1,5 +1,5 @@
-"""Layers beside the tree points: each stem's circle at true scale, the measured sections of its curve, and what refused
-stems were read as."""
+"""Layers beside the tree points: each stem's circle at true scale, the measured sections of its curve, the crowns, and
+what refused stems were read as."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import pyproj
 from shapely.geometry import Point
 
 from ..core.layer_files import add_layer, read_if_there
+from .crowns import CROWNS
 from .searched import SEARCHED
 
 #: Names of the layers in ``trees.gpkg``.
@@ -74,16 +75,18 @@ def add_layers(
     sections: list[dict] | None = None,
     searched: gpd.GeoDataFrame | None = None,
     readings: pd.DataFrame | None = None,
+    crowns: gpd.GeoDataFrame | None = None,
 ) -> None:
-    """Append ``circles`` (and ``sections``, ``searched`` and ``readings`` where there are any) to a tree layer's
-    GeoPackage."""
+    """Append ``circles`` (and ``sections``, ``searched``, ``readings`` and ``crowns`` where there are any) to a tree
+    layer's GeoPackage."""
     measured = section_table(sections, trees.crs) if sections else None
-    add_tables(geopackage, {CIRCLES: circle_table(trees), SECTIONS: measured, SEARCHED: searched, READINGS: readings})
+    more = {SECTIONS: measured, SEARCHED: searched, READINGS: readings, CROWNS: crowns}
+    add_tables(geopackage, {CIRCLES: circle_table(trees), **more})
 
 
 def add_tables(geopackage: Path, tables: Mapping[str, pd.DataFrame | None]) -> None:
     """Append those that hold anything to a tree layer's GeoPackage, by their names."""
-    shapes = {CIRCLES: "Polygon", SECTIONS: "Polygon", SEARCHED: "MultiPolygon", READINGS: None}
+    shapes = {CIRCLES: "Polygon", SECTIONS: "Polygon", SEARCHED: "MultiPolygon", READINGS: None, CROWNS: "Polygon"}
     for name, table in tables.items():
         if table is not None and len(table):
             add_layer(geopackage, name, table, shapes[name])

@@ -22,6 +22,7 @@ from ..core.progress import Reporter
 from ..core.shown import LAYER_DECIMALS
 from ..core.tables import write_csv
 from ..stems.quality.tree import TREE_FIELDS, Tree
+from .crowns import CROWN_COLUMNS, CROWNS
 from .searched import COLUMNS as SEARCHED_COLUMNS
 from .searched import SEARCHED
 from .side_layers import CIRCLES, READING_COLUMNS, READINGS, SECTIONS, add_layers
@@ -36,6 +37,7 @@ OWN_LAYERS = {
     "slices": frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),  # of 0.1, replaced by the sections
     SEARCHED: frozenset(SEARCHED_COLUMNS),
     READINGS: frozenset(READING_COLUMNS),
+    CROWNS: frozenset(CROWN_COLUMNS),
 }
 #: Stands in the style of the trees (``tools/layer_styles/trees.py``) for the folder of their evidence sheets.
 SHEETS_FOLDER = "folder-of-the-sheets"
@@ -106,15 +108,17 @@ def write_trees(
     sheets: Path | None = None,
     searched: gpd.GeoDataFrame | None = None,
     readings: pd.DataFrame | None = None,
+    crowns: gpd.GeoDataFrame | None = None,
 ) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
-    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections``, ``searched`` and
-    ``readings`` where they are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
-    :func:`treedgs_geo.inventory.searched.searched_table`, :func:`treedgs_geo.inventory.side_layers.readings_table`). In
-    an existing GeoPackage only these are replaced. What a person wrote into the layer that is replaced (species,
-    status, note, decisions, columns of his own, trees that were drawn), or into ``copies`` of it, goes on with its
-    trees; the reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's map tips show.
+    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections``, ``searched``, ``readings``
+    and ``crowns`` where they are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
+    :func:`treedgs_geo.inventory.searched.searched_table`, :func:`treedgs_geo.inventory.side_layers.readings_table`,
+    :func:`treedgs_geo.inventory.crowns.crown_table`). In an existing GeoPackage only these are replaced. What a person
+    wrote into the layer that is replaced (species, status, note, decisions, columns of his own, trees that were drawn),
+    or into ``copies`` of it, goes on with its trees; the reporter hears of it. sheets: folder of the trees' evidence
+    sheets, which the layer's map tips show.
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.
@@ -133,7 +137,9 @@ def write_trees(
             shutil.copyfile(path, temporary)
         (reporter or Reporter()).warn(f"{path}: can no longer be read ({written.unread}); kept as {kept.name}.")
     table = written.into(tree_table(trees, crs))
-    write_table(path, table, lambda temporary: add_layers(temporary, table, sections, searched, readings), sheets)
+    write_table(
+        path, table, lambda temporary: add_layers(temporary, table, sections, searched, readings, crowns), sheets
+    )
     written.report(reporter)
     return path
 

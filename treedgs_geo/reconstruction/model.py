@@ -138,8 +138,18 @@ def load_points(sfm_folder: Path) -> np.ndarray:
     Raises:
         InputError: no model.
     """
+    return load_coloured_points(sfm_folder)[0]
+
+
+def load_coloured_points(sfm_folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """The points of :func:`load_points`, and (P, 3) uint8 their colours.
+
+    Raises:
+        InputError: no model.
+    """
     points = list(_open(sfm_folder).points3D.values())
     checked = [p for p in points if p.track.length() >= CHECKED_PHOTOS]
     if len(checked) >= max(MIN_CHECKED_SHARE * len(points), MIN_CHECKED):
         points = checked
-    return np.array([p.xyz for p in points], float).reshape(-1, 3)
+    xyz, colours = np.array([p.xyz for p in points], float), np.array([p.color for p in points], np.uint8)
+    return xyz.reshape(-1, 3), colours.reshape(-1, 3)

@@ -21,6 +21,7 @@ from ..core.steps import Collector, Steps
 from ..core.workspace import peak_memory_mb
 from ..inventory.report import write_report
 from ..inventory.searched import not_seen, partly_searched, searched_table
+from ..inventory.stand_view import view_of
 from ..inventory.tree_layer import check_output, tree_table, write_trees
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.cloud import extent as extent_of
@@ -41,6 +42,7 @@ from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .searched import LOW_M, day_scanned, seen_in_cloud
 from .settings import PointcloudToDbhSettings
 from .stage import Cost, Findings, Stage, check, check_target, dry_run, run_stages
+from .stand_view import cloud_crowns, show_cloud
 
 if TYPE_CHECKING:
     import geopandas as gpd
@@ -64,7 +66,7 @@ class CloudJob:
     find_stems: stems are to be found. cloud: its usable points. extent: beyond it are strays. low, high: (3,) corners,
     project coordinates. plots: none = the whole cloud. tree_id: (N,) of each point, 0 = none. stems: those of
     ``segment-stems``.
-    sheets: ``tree_id`` -> evidence sheet. result: of the verb.
+    sheets: ``tree_id`` -> evidence sheet. crowns: layer of the trees' crowns. result: of the verb.
     """
 
     settings: Any
@@ -83,6 +85,7 @@ class CloudJob:
     sections: list[dict[str, Any]] = field(default_factory=list)
     sheets: dict[int, Path] = field(default_factory=dict)
     searched: gpd.GeoDataFrame = field(init=False)
+    crowns: gpd.GeoDataFrame | None = None
     result: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -289,8 +292,12 @@ def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     job.searched = searched_table(seen, job.plots, job.crs, day)
     for sentence in partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
         reporter.warn(sentence)
-    sheets = sheets_of(asked.output)
-    write_trees(asked.output, job.trees, job.crs, job.sections, reporter, sheets=sheets, searched=job.searched)
+    try:
+        job.crowns = cloud_crowns(job)
+    except Exception as problem:  # the trees are measured
+        reporter.warn(f"No crowns: {problem}")
+    more = {"sheets": sheets_of(asked.output), "searched": job.searched, "crowns": job.crowns}
+    write_trees(asked.output, job.trees, job.crs, job.sections, reporter, **more)
     summary = tree_summary(job.trees, reporter)
     job.result = {"output": str(asked.output), "report": None, "stems_output": stems, **summary}
     return {}
@@ -358,8 +365,14 @@ def _write_report(job: CloudJob, path: Path, stages: dict[str, dict[str, Any]], 
         "TreeDGS": __version__,
     }
     facts = {name: text for name, text in facts.items() if text}
+    view: Path | None = view_of(path)
+    try:
+        show_cloud(job, view_of(path))
+    except Exception as problem:  # the trees are written
+        warnings, view = [*warnings, f"No 3D view: {problem}"], None
+        job.reporter.warn(warnings[-1])
     return write_report(
-        path, tree_table(job.trees, job.crs), plots, facts, list(dict.fromkeys(warnings)), stages, job.sheets
+        path, tree_table(job.trees, job.crs), plots, facts, list(dict.fromkeys(warnings)), stages, job.sheets, view
     )
 
 

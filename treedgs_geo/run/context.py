@@ -70,7 +70,8 @@ class PhotoJob:
     read_ahead: the same, read before there was a workspace, and what was said of them then.
     plots: none = all that is seen. given: the user's terrain model. nothing: why no stem can be measured, empty
     where one may. planned: cameras by geotags and gimbal, about the middle of the flight; search: for stems, by these.
-    aligned, site: ``None`` where nothing was matched. trees: project coordinates.
+    aligned, site: ``None`` where nothing was matched. trees: project coordinates. planned_said: sentences that compare
+    them with the flight plan.
     """
 
     settings: PhotosToDbhSettings
@@ -92,6 +93,7 @@ class PhotoJob:
     area: Area | None = None
     site: Site | None = None
     trees: list[Tree] = field(default_factory=list)
+    planned_said: list[str] = field(default_factory=list)
 
     def path(self, name: str) -> Path:
         """A file of the workspace (:mod:`treedgs_geo.core.workspace` has the names)."""

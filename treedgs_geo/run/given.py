@@ -41,6 +41,7 @@ from .photos import GEOTAG, TREES, held, job_of, result_of
 from .published_plot import is_published
 from .sheets import add_sheets
 from .stage import check, run_stages
+from .stand_view import show_stand
 
 if TYPE_CHECKING:
     from .settings import PhotosToDbhSettings
@@ -186,6 +187,10 @@ def _measure_at(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
             write_page(job, read_given(job.space).trees, reporter)
         except (OutputError, InputError) as problem:  # the trees are written
             reporter.warn(str(problem))
+        try:
+            show_stand(job, read_given(job.space).trees, reporter)
+        except Exception as problem:  # the trees are written
+            reporter.warn(f"No 3D view: {problem}")
     for point in points:
         if point.said:
             reporter.info(point.said)

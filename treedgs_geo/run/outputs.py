@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,7 +56,8 @@ def write_outputs(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
             write_trees(copy, trees, stations.crs, copies=(output,), **more)
         except OutputError as problem:  # the result itself is written
             reporter.warn(str(problem))
-    write_page(job, trees, reporter, _compared_with_plan(job, reporter))
+    job.planned_said = _compared_with_plan(job, reporter)
+    write_page(job, trees, reporter)
     return {"report": str(job.path(names.REPORT))}
 
 
@@ -95,8 +96,8 @@ def _compared_with_plan(job: PhotoJob, reporter: Reporter) -> list[str]:
     return said
 
 
-def write_page(job: PhotoJob, trees: list[Tree], reporter: Collector, planned: Sequence[str] = ()) -> None:
-    """The report. trees: of the run. planned: sentences about the flight plan."""
+def write_page(job: PhotoJob, trees: list[Tree], reporter: Collector, view: Path | None = None) -> None:
+    """The report. trees: of the run. view: the stand in 3D, to be linked."""
     stages = {
         name: entry
         for name, entry in job.space.record["stages"].items()
@@ -120,14 +121,14 @@ def write_page(job: PhotoJob, trees: list[Tree], reporter: Collector, planned: S
     }
     if heights := heights_sentence(trees):
         facts["heights"] = heights
-    if planned:
-        facts["planned and got"] = planned[0]
+    if job.planned_said:
+        facts["planned and got"] = job.planned_said[0]
     # The layer has what a person decided in earlier runs; the page shows what counts.
     table, review = reviewed(kept_table(copy, trees, crs), job.settings.output)
     if review.total:
         facts["decided by a person"] = review.sentences(job.settings.output.name)[0]
     sheets, warnings = written_sheets(job.path(names.SHEETS), job.run_id), job.steps.warnings + reporter.warnings
-    write_report(job.path(names.REPORT), table, job.plots, facts, warnings, stages, sheets)
+    write_report(job.path(names.REPORT), table, job.plots, facts, warnings, stages, sheets, view)
 
 
 # The outputs may be changed by the user between runs: always written anew, it costs a second.

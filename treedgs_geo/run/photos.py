@@ -32,6 +32,7 @@ from .reconstruct_stage import RECONSTRUCT
 from .settings import PhotosToDbhSettings
 from .sheets import SHEETS
 from .stage import Findings, Stage, check, dry_run, run_stages
+from .stand_view import VIEW
 
 #: From photos to trees.
 TREES = (GEOTAG, RECONSTRUCT, GROUND, MEASURE, HEIGHTS)
@@ -71,7 +72,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     check(GEOTAG, job)
     if not (settings.workspace / "run.json").exists():
         _check_ahead(job)
-    with held(job, (*TREES, GIVEN, SHEETS, WRITE, ORTHOPHOTO)):
+    with held(job, (*TREES, GIVEN, SHEETS, WRITE, ORTHOPHOTO, VIEW)):
         job.space.record["parameters"] = to_json(settings)
         # Paths that were given relative are relative to this folder.
         job.space.record["folder"] = os.getcwd()
@@ -82,11 +83,12 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
             reporter.warn(f"No evidence sheets: {problem}")
             job.steps.warnings.append(f"No evidence sheets: {problem}")
         run_stages((WRITE,), job, job.steps)
-        try:
-            run_stages((ORTHOPHOTO,), job, job.steps)
-        except Exception as problem:  # the trees are written
-            reporter.warn(f"No orthophoto: {problem}")
-            job.steps.warnings.append(f"No orthophoto: {problem}")
+        for picture, missing in ((ORTHOPHOTO, "No orthophoto"), (VIEW, "No 3D view")):
+            try:
+                run_stages((picture,), job, job.steps)
+            except Exception as problem:  # the trees are written
+                reporter.warn(f"{missing}: {problem}")
+                job.steps.warnings.append(f"{missing}: {problem}")
     return _result(job)
 
 

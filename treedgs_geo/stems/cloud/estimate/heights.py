@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,10 +62,7 @@ def tree_heights(
     """
     count = len(places)
     found = TreeHeights(np.full(count, np.nan), np.full(count, np.nan), np.full(count, "", object))
-    height, pieces = np.ascontiguousarray(height, float), _pieces(places)
-    boxes = [np.concatenate([places[own].min(axis=0) - _RIM_M, places[own].max(axis=0) + _RIM_M]) for own in pieces]
-    canopies = in_threads(lambda box: canopy_of_points(xyz, height, box), boxes)
-    for own, (x, y, top, point) in zip(pieces, canopies, strict=True):
+    for own, (x, y, top, point) in canopies_over(xyz, height, places):
         known = top[np.isfinite(top)]
         if not len(known) or np.quantile(known, 0.99) < _CROWNS_M:
             continue
@@ -135,6 +133,18 @@ def _pieces(places: np.ndarray) -> list[np.ndarray]:
         order = own[np.argsort(places[own, span.argmax()], kind="stable")]
         waiting += [order[: len(own) // 2], order[len(own) // 2 :]]
     return done
+
+
+def canopies_over(
+    xyz: np.ndarray, height: np.ndarray, places: np.ndarray
+) -> Iterator[tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]]:
+    """Numbers of the stems of a piece of ground and the canopy over it (:func:`canopy_of_points`), piece by piece.
+
+    xyz: (N, 3) metres, height: (N,) above the ground. places: (T, 2) of the stems.
+    """
+    height, pieces = np.ascontiguousarray(height, float), _pieces(places)
+    boxes = [np.concatenate([places[own].min(axis=0) - _RIM_M, places[own].max(axis=0) + _RIM_M]) for own in pieces]
+    return zip(pieces, in_threads(lambda box: canopy_of_points(xyz, height, box), boxes), strict=True)
 
 
 def canopy_of_points(
