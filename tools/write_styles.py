@@ -35,14 +35,16 @@ def main() -> int:
         | QgsMapLayer.Rendering
     )
     made = (
-        trees.trees, trees.circles, trees.sections, trees.searched, flight.stations, pairs.pairs, pairs.suggested,
-        pairs.field_trees, pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees, tapes.tapes,
-        tapes.tape_check, change.change, plan.plan_photos, plan.plan_line, plan.plan_footprints, plan.plan_plots,
+        trees.trees, trees.circles, trees.sections, trees.searched, trees.crowns, flight.stations, pairs.pairs,
+        pairs.suggested, pairs.field_trees, pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees,
+        tapes.tapes, tapes.tape_check, change.change, plan.plan_photos, plan.plan_line, plan.plan_footprints,
+        plan.plan_plots,
     )  # fmt: skip
     for layer in (make() for make in made):
         show_texts_as_text(layer)
         path = STYLES / f"{layer.name()}.qml"
-        message, ok = layer.saveNamedStyle(str(path), categories)
+        more = QgsMapLayer.Symbology3D if layer.renderer3D() else categories
+        message, ok = layer.saveNamedStyle(str(path), categories | more)
         if not ok:
             print(f"error: {path}: {message}", file=sys.stderr)
             return 1

@@ -36,7 +36,13 @@ COMPANIONS = {
         ("measured_trees", "Measured trees"),
         ("field_trees", "Field trees"),
     ),
-    "Trees": (("searched", "Plots searched"), ("sections", "Stem sections"), ITSELF),
+    "Trees": (
+        ("searched", "Plots searched"),
+        ("crowns", "Crowns"),
+        ("circles", "Stems at true scale"),
+        ("sections", "Stem sections"),
+        ITSELF,
+    ),
 }
 #: Layers of files that verbs write into a folder, bottom first: table -> name in the project.
 IN_FOLDERS = (

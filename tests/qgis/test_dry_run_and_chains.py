@@ -248,10 +248,14 @@ print("GREEN", seen[0] > 50, green())
         tmp_path / "cloud.laz",
         tmp_path / "trees.gpkg",
     )
-    assert "NAMES ['Plots searched', 'Stem sections', 'Trees']" in done.stdout, done.stdout + done.stderr
-    assert "['singleSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
+    assert "NAMES ['Plots searched', 'Stem sections', 'Stems at true scale', 'Trees']" in done.stdout, (
+        done.stdout + done.stderr
+    )
+    assert "['singleSymbol', 'graduatedSymbol', 'singleSymbol', 'categorizedSymbol']" in done.stdout
     assert "HEIGHTS 17 True True" in done.stdout, done.stdout + done.stderr
-    assert "ORDER ['Trees', 'Stem sections', 'Plots searched']" in done.stdout, "the trees' colours are hidden"
+    assert "ORDER ['Trees', 'Stem sections', 'Stems at true scale', 'Plots searched']" in done.stdout, (
+        "the trees' colours are hidden"
+    )
     assert "GREEN True 0" in done.stdout, done.stdout + done.stderr
 
 
@@ -278,10 +282,10 @@ ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "")
         tmp_path / "cloud.laz",
         tmp_path,
     )
-    three = ["Trees", "Stem sections", "Plots searched"]
-    second = [f"{name} (trees1.gpkg)" for name in three]
-    assert f"ORDER {['Own 1', *second, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
-    assert f"GROUP {[name.replace('1', '2') for name in second]} 12" in done.stdout, done.stdout + done.stderr
+    four = ["Trees", "Stem sections", "Stems at true scale", "Plots searched"]
+    second = [f"{name} (trees1.gpkg)" for name in four]
+    assert f"ORDER {['Own 1', *second, 'Own 0', *four, 'Own']}" in done.stdout, done.stdout + done.stderr
+    assert f"GROUP {[name.replace('1', '2') for name in second]} 15" in done.stdout, done.stdout + done.stderr
 
 
 def test_terrain_opens_as_a_hillshade(qgis, tmp_path):

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 
+from qgis._3d import Qgs3DTypes, QgsPhongMaterialSettings, QgsPolygon3DSymbol, QgsRuleBased3DRenderer
 from qgis.core import (
+    QgsAbstract3DSymbol,
     QgsCategorizedSymbolRenderer,
     QgsEditorWidgetSetup,
     QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
     QgsPalLayerSettings,
     QgsProperty,
+    QgsPropertyCollection,
     QgsRendererCategory,
     QgsRendererRange,
     QgsSingleSymbolRenderer,
@@ -20,6 +23,7 @@ from qgis.core import (
     QgsVectorLayer,
     QgsVectorLayerSimpleLabeling,
 )
+from qgis.PyQt.QtGui import QColor
 
 from .common import (
     AMBER,
@@ -118,6 +122,13 @@ CIRCLES = {
     "tree_id": ("integer", "Tree"),
     "dbh_cm": ("double", "DBH [cm]"),
     "dbh_se_cm": ("double", "DBH standard error [cm]"),
+    "qc_flag": ("string", "Quality"),
+    "height_m": ("double", "Tree height [m]"),
+}
+CROWNS = {
+    "tree_id": ("integer", "Tree"),
+    "crown_m2": ("double", "Crown area [m²]"),
+    "height_m": ("double", "Tree height [m]"),
     "qc_flag": ("string", "Quality"),
 }
 SEARCHED = {
@@ -277,7 +288,8 @@ def trees() -> QgsVectorLayer:
 
 
 def circles() -> QgsVectorLayer:
-    """Stems at true scale, as they were measured: rings without a colour, as they do not know what a person decided."""
+    """Stems at true scale, as they were measured: rings without a colour, as they do not know what a person decided; in
+    the 3D view cylinders up to the trees' heights."""
     layer = memory_layer(CIRCLES, "circles", "Polygon")
     ring = {"style": "no", "outline_color": GREY, "outline_width": "0.35"}
     layer.setRenderer(QgsSingleSymbolRenderer(QgsFillSymbol.createSimple(ring)))
@@ -286,6 +298,33 @@ def circles() -> QgsVectorLayer:
         f"""<b>[% {said("Tree")} %] [% "tree_id" %]</b><br>[% {said("DBH")} %] [% {one('"dbh_cm"')} %]"""
         f"""[% coalesce(' ± ' || {one('"dbh_se_cm"')}, '') %] cm, [% {said("drawn at true scale")} %]"""
     )
+    # In QGIS' 3D view each stands on the terrain; one without a height up to where diameters are measured.
+    root = QgsRuleBased3DRenderer.Rule(None)
+    for rule, colour in (("\"qc_flag\" = 'ok'", GREEN), ("ELSE", AMBER)):
+        symbol, material, own = QgsPolygon3DSymbol(), QgsPhongMaterialSettings(), QgsPropertyCollection()
+        material.setDiffuse(QColor(colour))
+        material.setAmbient(QColor(colour).darker(250))
+        symbol.setMaterial(material)
+        symbol.setAltitudeClamping(Qgs3DTypes.AltClampRelative)
+        symbol.setAltitudeBinding(Qgs3DTypes.AltBindCentroid)
+        tall = QgsProperty.fromExpression('coalesce("height_m", 5)')
+        own.setProperty(QgsAbstract3DSymbol.PropertyExtrusionHeight, tall)
+        symbol.setDataDefinedProperties(own)
+        root.appendChild(QgsRuleBased3DRenderer.Rule(symbol, rule))
+    # The keys are random otherwise, and the file another one every time.
+    for number, rule in enumerate((root, *root.children())):
+        rule.setRuleKey(str(number))
+    layer.setRenderer3D(QgsRuleBased3DRenderer(root))
+    return layer
+
+
+def crowns() -> QgsVectorLayer:
+    """Crowns from above: pale green, outlined, below everything else."""
+    layer = memory_layer(CROWNS, "crowns", "Polygon")
+    fill = {"color": "93,155,76,46", "outline_color": "#5d9b4c", "outline_width": "0.3"}
+    layer.setRenderer(QgsSingleSymbolRenderer(QgsFillSymbol.createSimple(fill)))
+    layer.setDisplayExpression(f"""{said("Crown of tree")} || ' ' || "tree_id\"""")
+    layer.setMapTipTemplate(f"""<b>[% {said("Crown of tree")} %] [% "tree_id" %]</b><br>[% {one('"crown_m2"')} %] m²""")
     return layer
 
 

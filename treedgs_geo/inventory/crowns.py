@@ -62,7 +62,7 @@ def crown_table(
         corner = float(x[0]) - cell / 2, float(y[0]) - cell / 2
         for number in np.unique(cells[cells > 0]).tolist():
             # Rounded by a cell: what hangs on by a corner is no crown, and the steps of the grid are none of its own.
-            smooth = covered(cells == number, corner, cell).buffer(-cell).buffer(2 * cell).buffer(-cell)
+            smooth = covered(cells == number, corner, cell).buffer(cell).buffer(-2 * cell).buffer(cell)
             part = max(getattr(smooth, "geoms", [smooth]), key=lambda shape: shape.area)
             if part.area < max(_LEAST_M2, found[number].area if number in found else 0.0):
                 continue

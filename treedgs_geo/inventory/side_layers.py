@@ -25,9 +25,10 @@ SECTION_COLUMNS = ("tree_id", "height_m", "d_cm", "d_se_cm", "rms_cm", "n_pts", 
 
 
 def circle_table(trees: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    """Polygons of the diameter at breast height, one a measured tree: ``tree_id, dbh_cm, dbh_se_cm, qc_flag``."""
+    """Polygons of the diameter at breast height, one a measured tree: ``tree_id, dbh_cm, dbh_se_cm, qc_flag`` and
+    ``height_m``."""
     measured = trees[trees["dbh_cm"].notna()]
-    table = pd.DataFrame({name: measured[name] for name in ("tree_id", "dbh_cm", "dbh_se_cm", "qc_flag")})
+    table = pd.DataFrame({name: measured[name] for name in ("tree_id", "dbh_cm", "dbh_se_cm", "qc_flag", "height_m")})
     shapes = [
         Point(x, y).buffer(dbh / 200, _SEGMENTS)
         for x, y, dbh in zip(measured["x"], measured["y"], measured["dbh_cm"], strict=True)

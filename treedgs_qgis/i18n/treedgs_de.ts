@@ -412,6 +412,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>maßstäblich gezeichnet</translation>
     </message>
     <message>
+      <source>Crown of tree</source>
+      <translation>Krone von Baum</translation>
+    </message>
+    <message>
       <source>searched</source>
       <translation>abgesucht</translation>
     </message>
@@ -930,6 +934,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Plots searched</source>
       <translation>Abgesuchte Flächen</translation>
+    </message>
+    <message>
+      <source>Crowns</source>
+      <translation>Kronen</translation>
+    </message>
+    <message>
+      <source>Stems at true scale</source>
+      <translation>Stämme maßstäblich</translation>
     </message>
     <message>
       <source>Stem sections</source>
@@ -4222,6 +4234,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Quality</source>
       <translation>Qualität</translation>
+    </message>
+    <message>
+      <source>Crown area [m²]</source>
+      <translation>Kronenfläche [m²]</translation>
     </message>
     <message>
       <source>Field DBH [cm]</source>

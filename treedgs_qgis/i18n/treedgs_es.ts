@@ -410,6 +410,10 @@ cero.&lt;/p&gt;
       <translation>dibujado a escala real</translation>
     </message>
     <message>
+      <source>Crown of tree</source>
+      <translation>Copa del árbol</translation>
+    </message>
+    <message>
       <source>searched</source>
       <translation>buscado</translation>
     </message>
@@ -928,6 +932,14 @@ cero.&lt;/p&gt;
     <message>
       <source>Plots searched</source>
       <translation>Parcelas buscadas</translation>
+    </message>
+    <message>
+      <source>Crowns</source>
+      <translation>Copas</translation>
+    </message>
+    <message>
+      <source>Stems at true scale</source>
+      <translation>Fustes a escala real</translation>
     </message>
     <message>
       <source>Stem sections</source>
@@ -4220,6 +4232,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Quality</source>
       <translation>Calidad</translation>
+    </message>
+    <message>
+      <source>Crown area [m²]</source>
+      <translation>Área de la copa [m²]</translation>
     </message>
     <message>
       <source>Field DBH [cm]</source>

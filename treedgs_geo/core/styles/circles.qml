@@ -1,5 +1,66 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis simplifyDrawingTol="1" labelsEnabled="0" simplifyLocal="1" simplifyDrawingHints="1" simplifyAlgorithm="0" simplifyMaxScale="1" symbologyReferenceScale="-1" minScale="100000000" version="3.22.16-Białowieża" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" hasScaleBasedVisibilityFlag="0" maxScale="0" readOnly="0">
+<qgis simplifyDrawingTol="1" labelsEnabled="0" simplifyLocal="1" simplifyDrawingHints="1" simplifyAlgorithm="0" simplifyMaxScale="1" symbologyReferenceScale="-1" minScale="100000000" version="3.22.16-Białowieża" styleCategories="LayerConfiguration|Symbology|Symbology3D|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" hasScaleBasedVisibilityFlag="0" maxScale="0" readOnly="0">
+  <renderer-3d type="rulebased" layer="">
+    <vector-layer-3d-tiling zoom-levels-count="3" show-bounding-boxes="0"/>
+    <rules key="0">
+      <rule filter="&quot;qc_flag&quot; = 'ok'" key="1">
+        <symbol type="polygon" material_type="phong">
+          <data rendered-facade="3" extrusion-height="0" invert-normals="0" culling-mode="no-culling" add-back-faces="0" alt-binding="centroid" alt-clamping="relative" height="0"/>
+          <material ambient="18,56,24,255" specular="255,255,255,255" diffuse="46,139,61,255" shininess="0">
+            <data-defined-properties>
+              <Option type="Map">
+                <Option type="QString" name="name" value=""/>
+                <Option name="properties"/>
+                <Option type="QString" name="type" value="collection"/>
+              </Option>
+            </data-defined-properties>
+          </material>
+          <data-defined-properties>
+            <Option type="Map">
+              <Option type="QString" name="name" value=""/>
+              <Option type="Map" name="properties">
+                <Option type="Map" name="extrusionHeight">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="coalesce(&quot;height_m&quot;, 5)"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+              </Option>
+              <Option type="QString" name="type" value="collection"/>
+            </Option>
+          </data-defined-properties>
+          <edges enabled="0" color="0,0,0,255" width="1"/>
+        </symbol>
+      </rule>
+      <rule filter="ELSE" key="2">
+        <symbol type="polygon" material_type="phong">
+          <data rendered-facade="3" extrusion-height="0" invert-normals="0" culling-mode="no-culling" add-back-faces="0" alt-binding="centroid" alt-clamping="relative" height="0"/>
+          <material ambient="97,64,5,255" specular="255,255,255,255" diffuse="242,161,13,255" shininess="0">
+            <data-defined-properties>
+              <Option type="Map">
+                <Option type="QString" name="name" value=""/>
+                <Option name="properties"/>
+                <Option type="QString" name="type" value="collection"/>
+              </Option>
+            </data-defined-properties>
+          </material>
+          <data-defined-properties>
+            <Option type="Map">
+              <Option type="QString" name="name" value=""/>
+              <Option type="Map" name="properties">
+                <Option type="Map" name="extrusionHeight">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="coalesce(&quot;height_m&quot;, 5)"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+              </Option>
+              <Option type="QString" name="type" value="collection"/>
+            </Option>
+          </data-defined-properties>
+          <edges enabled="0" color="0,0,0,255" width="1"/>
+        </symbol>
+      </rule>
+    </rules>
+  </renderer-3d>
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
@@ -86,6 +147,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="height_m" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="fid" configurationFlags="None">
       <editWidget type="Hidden">
         <config>
@@ -99,13 +167,15 @@
     <alias name="DBH [cm]" field="dbh_cm" index="1"/>
     <alias name="DBH standard error [cm]" field="dbh_se_cm" index="2"/>
     <alias name="Quality" field="qc_flag" index="3"/>
-    <alias name="" field="fid" index="4"/>
+    <alias name="Tree height [m]" field="height_m" index="4"/>
+    <alias name="" field="fid" index="5"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
     <default expression="" field="dbh_cm" applyOnUpdate="0"/>
     <default expression="" field="dbh_se_cm" applyOnUpdate="0"/>
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
+    <default expression="" field="height_m" applyOnUpdate="0"/>
     <default expression="" field="fid" applyOnUpdate="0"/>
   </defaults>
   <constraints>
@@ -113,6 +183,7 @@
     <constraint unique_strength="0" exp_strength="0" field="dbh_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dbh_se_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="height_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="fid" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
@@ -120,6 +191,7 @@
     <constraint desc="" field="dbh_cm" exp=""/>
     <constraint desc="" field="dbh_se_cm" exp=""/>
     <constraint desc="" field="qc_flag" exp=""/>
+    <constraint desc="" field="height_m" exp=""/>
     <constraint desc="" field="fid" exp=""/>
   </constraintExpressions>
   <expressionfields/>
@@ -129,6 +201,7 @@
       <column type="field" name="dbh_cm" hidden="0" width="70"/>
       <column type="field" name="dbh_se_cm" hidden="0" width="216"/>
       <column type="field" name="qc_flag" hidden="0" width="70"/>
+      <column type="field" name="height_m" hidden="0" width="160"/>
       <column type="field" name="fid" hidden="1" width="70"/>
       <column type="actions" hidden="0" width="70"/>
     </columns>
@@ -149,6 +222,7 @@
     <field editable="1" name="dbh_cm"/>
     <field editable="1" name="dbh_se_cm"/>
     <field editable="0" name="fid"/>
+    <field editable="1" name="height_m"/>
     <field editable="1" name="qc_flag"/>
     <field editable="1" name="tree_id"/>
   </editable>

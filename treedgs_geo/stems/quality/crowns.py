@@ -35,6 +35,8 @@ def crown_cells(x: np.ndarray, y: np.ndarray, height_m: np.ndarray, tops: np.nda
         (R, C) int32: number of the stem, from 1, whose crown the cell is; 0 no crown, below 0 that of another tree.
     """
     filled = median_filter(np.nan_to_num(height_m, nan=0.0), 3)
+    # No two cells are equally high: a flat top is one tip, not two that each rise above everything.
+    filled[filled > 0] += 1e-6 * np.linspace(0, 1, int((filled > 0).sum()))
     tips = tips_of(x, y, np.where(filled > 0, filled, np.nan))
     label = np.zeros(len(tips), np.int32)
     aside = np.linalg.norm(tops[:, None, :2] - tips[None, :, :2], axis=2)
