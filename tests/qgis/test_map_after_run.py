@@ -27,7 +27,7 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
         terrain.write(np.full((1, 20, 20), 100, "float32"))
     # Elsewhere than the results, which are temporary to QGIS otherwise, and named in another way.
     seen = qgis.windows("map_inside.py", tmp_path / "seen.json", TREEDGS_MAP=tmp_path, TMPDIR=tmp_path / "tmp")
-    assert seen["trees"] == ["Trees", "Stem sections", "Stems at true scale", "Plots searched"]
+    assert seen["trees"] == ["Trees", "Stem sections", "Stems at true scale", "Crowns", "Plots searched"]
     assert seen["columns"][:6] == ["tree_id", "plot_id", "dbh_cm", "dbh_se_cm", "height_m", "qc_flag"]
     assert seen["opacity"] == [100, 65], "a tree outside the plots is pale"
     assert seen["active"] == "Trees"
@@ -39,6 +39,6 @@ def test_a_run_leaves_a_map_that_one_reads(qgis, tmp_path):
     title = "Stand table and report"
     assert seen["viewer"] == [[title, str(tmp_path / name / "report.html")] for name in ("stand", "stand 2")]
     layers, words, dialog = seen["sample"]
-    assert layers[:4] == seen["trees"] and len(layers) == 6, "the trees of the sample flight, its plots and terrain"
+    assert layers[:5] == seen["trees"] and len(layers) == 7, "the trees of the sample flight, its plots and terrain"
     assert "The sample flight was measured before." in words and f">{tmp_path}</a>" in words and dialog is None
     assert seen["refused"].startswith("'Taped trees (table)': ") and "TAPED.csv" in seen["refused"], "labels in windows"
