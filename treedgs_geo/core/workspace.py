@@ -33,6 +33,7 @@ GIVEN = "given.json"
 FIELD_STEMS = "field_stems.csv"
 SHEETS = "sheets"
 REPORT = "report.html"
+VIEW = "report_3d.html"
 
 
 #: Silence after which another computer's run counts as dead, seconds: a run may be deep in native code for long.
@@ -41,7 +42,7 @@ STALE_S = 300.0
 
 def workspace_option() -> Any:
     """The setting of a workspace to write into."""
-    holds = (GEOTAGS, DENSE, DTM, CHM, ORTHO, FIELD, SURFACE, STEMS, TREES, FITS, GIVEN, FIELD_STEMS, REPORT)
+    holds = (GEOTAGS, DENSE, DTM, CHM, ORTHO, FIELD, SURFACE, STEMS, TREES, FITS, GIVEN, FIELD_STEMS, REPORT, VIEW)
     text = "Folder for intermediate results; a second run resumes there. Not given: beside the photos, NAME_treedgs."
     return param(None, kind="output_folder", help=text, holds=holds, known_by="run.json")
 

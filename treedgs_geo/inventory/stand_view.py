@@ -18,6 +18,8 @@ import geopandas as gpd
 import numpy as np
 import pandas as pd
 
+from ..core.errors import OutputError
+from ..core.outputs import is_foreign
 from ..core.plots import Plot
 from ..core.shown import shown_cm
 from ..report.blocks import Document, Fragment, known
@@ -85,8 +87,10 @@ def write_view(path: Path, stand: Stand) -> Path:
     """Write the page, whole or not at all.
 
     Raises:
-        ValueError: there is no tree. OutputError: it cannot be written.
+        OutputError: it cannot be written, or a file of somebody else is there.
     """
+    if is_foreign(path):
+        raise OutputError(f"{path}: is there already and was not written by TreeDGS; give the report another name.")
     low, high = _box(stand)
     heights = _grid(stand.ground, low, high)
     level = float(np.nanmin(heights)) if np.isfinite(heights).any() else 0.0
@@ -113,7 +117,7 @@ def write_view(path: Path, stand: Stand) -> Path:
         "data": data,
         "flags": [(name, *FLAGS[name], sum(stem["flag"] == name for stem in stems)) for name in FLAGS],
     }
-    words = "Drag to turn; wheel or two fingers to come closer; right button or two fingers to move; click a stem."
+    words = "TreeDGS. Drag to turn; wheel or two fingers to come closer; right button to move; click a stem."
     return write_html(path, Document("The stand in 3D", words, [Fragment(texts["stand_view.html"], values)], wide=True))
 
 

@@ -14,7 +14,7 @@ from ..core.steps import Collector
 from ..inventory.crowns import StemCurves, crown_table
 from ..inventory.evidence.files import written_sheets
 from ..inventory.reviewed import reviewed
-from ..inventory.stand_view import Dots, Stand, view_of, write_view
+from ..inventory.stand_view import Dots, Stand, write_view
 from ..inventory.tree_layer import tree_table
 from ..reconstruction.model import load_coloured_points
 from ..stems.cloud.estimate.heights import canopies_over
@@ -39,7 +39,7 @@ _FITTED_M = (0.3, 1.3, 2.5, 4.0)
 
 def show_stand(job: PhotoJob, trees: list[Tree], reporter: Collector) -> None:
     """The page of a photo run, whose trees are written; then the report again, which links to it."""
-    site, page = job.place, view_of(job.path(names.REPORT))
+    site, page = job.place, job.path(names.VIEW)
     table = reviewed(kept_table(job.path(names.TREES), trees, site.frame.crs), job.settings.output)[0]
     xyz, colours = load_coloured_points(job.path(names.SFM))
     fits = fits_by_id(job.space).fits if job.path(names.FITS).exists() else {}
@@ -119,7 +119,7 @@ VIEW = Stage(
     "view",
     0.01,
     _view,
-    outputs=lambda job: [view_of(job.path(names.REPORT))],
+    outputs=lambda job: [job.path(names.VIEW)],
     wanted=lambda job: job.site is not None and bool(job.trees),
     always=True,
 )
