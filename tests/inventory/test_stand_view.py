@@ -15,6 +15,7 @@ import pytest
 import rasterio
 from rasterio.transform import from_origin
 
+from treedgs_geo.core.errors import OutputError
 from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.crowns import along
 from treedgs_geo.inventory.stand_view import Dots, Stand, view_of, write_view
@@ -88,6 +89,13 @@ def test_the_page_asks_for_nothing_and_hostile_text_is_text(tmp_path):
     own = re.sub(r"http://www\.w3\.org/\S+|https://jcgt\.org\S+", "", text)
     assert not re.findall(r"""(?:src|href)\s*=\s*["']https?:|fetch\(|XMLHttpRequest|importScripts""", own)
     assert data_of(tmp_path / "report_3d.html")["plots"][0]["name"] == HOSTILE
+
+
+def test_a_file_of_somebody_else_stays(tmp_path):
+    (tmp_path / "report_3d.html").write_text("<p>my own page</p>")
+    with pytest.raises(OutputError, match="was not written by TreeDGS"):
+        page_of(tmp_path)
+    assert (tmp_path / "report_3d.html").read_text() == "<p>my own page</p>"
 
 
 #: Counts pixels of the stems' colour, chooses tree 3 by a click on it, hides the measured ones, counts again.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -46,7 +47,7 @@ def test_the_block_is_measured_in_ground_metres(finished):
 
 def test_the_record_says_what_was_done(finished):
     record = json.loads((finished / "work" / "run.json").read_text())
-    assert {"geotag", "reconstruct", "ground", "measure", "heights", "sheets", "write", "orthophoto"} == set(
+    assert {"geotag", "reconstruct", "ground", "measure", "heights", "sheets", "write", "orthophoto", "view"} == set(
         record["stages"]
     )
     for stage in record["stages"].values():
@@ -101,6 +102,30 @@ def test_the_ground_below_the_crowns_is_a_picture(finished, simulated_plot, tmp_
     assert record["orthophoto"]["status"] == "failed" and record["write"]["status"] == "done"
     one, two = read_trees(finished / "trees.gpkg"), read_trees(tmp_path / "trees.gpkg")
     assert one["dbh_cm"].equals(two["dbh_cm"])
+
+
+def test_the_stand_in_3d_is_linked_and_trouble_with_it_costs_no_tree(finished, simulated_plot, tmp_path, capsys):
+    trees, work = read_trees(finished / "trees.gpkg"), finished / "work"
+    page = (work / "report_3d.html").read_text(encoding="utf-8")
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+    assert [stem["id"] for stem in data["stems"]] == sorted(trees["tree_id"])
+    for stem in data["stems"]:
+        tree = trees[trees["tree_id"] == stem["id"]].iloc[0]
+        path = np.array(stem["path"])
+        at_bh = [np.interp(tree["z_ground"] + tree["bh_m"], path[:, 2], path[:, axis]) for axis in (0, 1, 3)]
+        assert np.hypot(at_bh[0] - tree["x"], at_bh[1] - tree["y"]) < 0.03
+        assert np.isnan(tree["dbh_cm"]) or abs(200 * at_bh[2] - tree["dbh_cm"]) < 0.1 * tree["dbh_cm"]
+        assert (work / stem["sheet"]).is_file()
+    assert data["picture"] and data["points"] and not data["gaussians"] and not data["crowns"]
+    assert (work / "report_3d.html").stat().st_size < 5e6
+    assert "href='report_3d.html'" in (work / "report.html").read_text(encoding="utf-8")
+    shutil.copytree(work, tmp_path / "work")
+    (tmp_path / "work" / "report_3d.html").unlink()
+    (tmp_path / "work" / "report_3d.html").mkdir()
+    assert main(chain_arguments(simulated_plot, tmp_path)) == 0
+    assert "No 3D view: " in capsys.readouterr().err
+    assert read_trees(tmp_path / "trees.gpkg")["dbh_cm"].equals(trees["dbh_cm"])
+    assert "report_3d.html" not in (tmp_path / "work" / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):

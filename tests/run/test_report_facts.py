@@ -180,6 +180,7 @@ def test_a_cloud_with_plots_and_a_report(tmp_path):
         assert 5_000 < (tmp_path / "trees_sheets" / run_id / f"{number}.jpg").stat().st_size <= 80_000
         assert f"data-sheet='trees_sheets/{run_id}/{number}.jpg'" in page
     assert "1 of 3 plots do not lie on the cloud" in page and "2 stems have a DBH" in page
+    assert "href='r_3d.html'" in page and f"trees_sheets/{run_id}/" in (tmp_path / "r_3d.html").read_text("utf-8")
     # Plot B reaches 1 m over the cloud's edge, A is within it.
     assert ", A 0 %) holds no point in the lowest 5 m" in page and "(B " in page
     import laspy
