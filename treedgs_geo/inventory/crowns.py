@@ -18,7 +18,7 @@ from .searched import covered
 CROWNS = "crowns"
 CROWN_COLUMNS = ("tree_id", "crown_m2", "height_m", "qc_flag")
 #: Smaller than this is no crown, m2: a gap between others.
-_LEAST_M2 = 1.0
+_MIN_M2 = 1.0
 
 #: ``tree_id`` -> (K, 4) x, y (project coordinates), height above the ground at the foot (m) and diameter (cm), from the
 #: foot up: what is known of a stem's course.
@@ -64,7 +64,7 @@ def crown_table(
             # Rounded by a cell: what hangs on by a corner is no crown, and the steps of the grid are none of its own.
             smooth = covered(cells == number, corner, cell).buffer(cell).buffer(-2 * cell).buffer(cell)
             part = max(getattr(smooth, "geoms", [smooth]), key=lambda shape: shape.area)
-            if part.area < max(_LEAST_M2, found[number].area if number in found else 0.0):
+            if part.area < max(_MIN_M2, found[number].area if number in found else 0.0):
                 continue
             found[number] = Polygon(part.exterior)
     rows = [

@@ -17,7 +17,7 @@ from scipy.ndimage import median_filter
 from .tips import rises, tips_of
 
 #: A crown's cells are at least this high, metres and share of its top, and as far from the top as this share of it.
-_LEAST_M, _LEAST_SHARE, _REACH_SHARE = 2.0, 0.5, 0.4
+_MIN_M, _MIN_SHARE, _REACH_SHARE = 2.0, 0.5, 0.4
 #: A tip is a stem's where it lies this near to its treetop: metres aside, metres and share of the height.
 _ASIDE_M, _HIGH_M, _HIGH_SHARE = 2.0, 1.0, 0.06
 #: A tip that is no stem's is another tree's where it rises so far above the way to higher ground, metres.
@@ -74,7 +74,7 @@ def _grow(height, rows, columns, labels, cell):  # pragma: no cover - compiled
             if not (0 <= i < height.shape[0] and 0 <= j < height.shape[1]) or found[i, j] != 0:
                 continue
             away = cell * np.hypot(i - rows[k], j - columns[k])
-            if max(_LEAST_M, _LEAST_SHARE * top) <= height[i, j] <= top and away <= _REACH_SHARE * top:
+            if max(_MIN_M, _MIN_SHARE * top) <= height[i, j] <= top and away <= _REACH_SHARE * top:
                 found[i, j] = labels[k]
                 heapq.heappush(shore, (-height[i, j], i, j, k))
     return found
