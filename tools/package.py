@@ -40,22 +40,9 @@ PLACEHOLDER = re.compile(r"\bexample\.(org|com|net)\b|\.(example|invalid|test|lo
 ANSWER_S = 10
 #: What may lie in the zip; everything else is a binary or a script to the repository.
 TEXT = {
-    ".py",
-    ".txt",
-    ".md",
-    ".json",
-    ".html",
-    ".js",
-    ".css",
-    ".qml",
-    ".svg",
-    ".ts",
-    ".csv",
-    ".model3",
-    ".xml",
-    ".typed",
-}
-TEXT |= {""}
+    ".py", ".txt", ".md", ".json", ".html", ".js", ".css", ".qml", ".svg", ".ts", ".csv", ".model3", ".xml", ".typed",
+    "",
+}  # fmt: skip
 PICTURES = {".png", ".qm", ".jpg"}
 #: The sample flight, which is made, not tracked (``make sample``), and what lies in it.
 SAMPLE = "sample/"
