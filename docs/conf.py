@@ -117,7 +117,9 @@ class Commands(SphinxDirective):
             text += ["```sh", command.example, "```", "", f"```{{program}} treedgs {command.name}", "```", ""]
             for name, spec, default in ordered_params(command):
                 text += [f"```{{option}} --{name.replace('_', '-')} <{cli._metavar(spec)}>"]
-                text += [plain(cli._help_line(spec, default)), "```", ""]
+                text += [plain(cli._help_line(spec, default)), ""]
+                text += [f"- `{key}=`{plain(line)}" for key, line in cli._keys(spec)]
+                text += ["```", ""]
         return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
 
 

@@ -289,7 +289,10 @@ def _as_path(value: Any) -> Any:
 
 
 #: Kind of a parameter -> the type of its argument; what is not here is a path.
-_TYPES = {"integer": "int", "number": "float", "flag": "bool", "text": "str", "crs": "str", "choice": "str"}
+_TYPES = {
+    "integer": "int", "number": "float", "flag": "bool", "text": "str", "crs": "str", "choice": "str",
+    "record": "str | dict",
+}  # fmt: skip
 
 
 def _signature(params: list[tuple[str, Param, Any]]) -> inspect.Signature:

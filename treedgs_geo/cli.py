@@ -229,10 +229,15 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(command: Command) -> argparse.ArgumentParser:
+    keys = "".join(
+        f"keys of --{name}, separated by commas:\n" + "".join(f"  {key}={line}\n" for key, line in _keys(spec)) + "\n"
+        for name, spec, _ in ordered_params(command)
+        if spec.record
+    )
     parser = _Parser(
         prog=f"treedgs {command.name}",
         description=f"{command.summary}\n\n{command.help}",
-        epilog=f"example:\n  {command.example}\n(with the sample of 'treedgs simulate-plot --example')",
+        epilog=f"{keys}example:\n  {command.example}\n(with the sample of 'treedgs simulate-plot --example')",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -313,7 +318,17 @@ def _metavar(spec: Param) -> str:
         "number": "X",
         "flag": "true|false",
         "text": "TEXT",
+        "record": "KEY=VALUE,...",
     }[spec.kind]
+
+
+def _keys(spec: Param) -> list[tuple[str, str]]:
+    """Each key of an option of kind ``record``, and what it takes and means."""
+    found = []
+    for name, each, default in params_of(spec.record) if spec.record else []:
+        limits = "" if each.minimum is None else f" {each.minimum:g} to {each.maximum:g}"
+        found.append((name, f"{_metavar(each)}{limits}: {_help_line(each, default)}"))
+    return found
 
 
 def _help_line(spec: Param, default: Any) -> str:

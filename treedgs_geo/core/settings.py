@@ -18,6 +18,7 @@ from .errors import InputError
 #: What a value is; decides the argparse type and the QGIS widget.
 KINDS = (
     "file", "folder", "files", "output_file", "output_folder", "crs", "choice", "integer", "number", "flag", "text",
+    "record",
 )  # fmt: skip
 #: Type of a field -> kind.
 _KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text"}
@@ -38,7 +39,8 @@ class Param:
     outputs have to have one. minimum/maximum: inclusive limits, checked in every face. dialog: shown in QGIS at all;
     else of the command line, job files and the library only. holds: of an output folder, the files that may be written
     into it; with none the whole folder is made anew. known_by: the file by which such a folder is known as ours. code:
-    what the value names is run, so that no table may give it.
+    what the value names is run, so that no table may give it. record: of kind ``record``, the settings class whose
+    fields are given together, as ``KEY=VALUE,KEY=VALUE``; a key alone is a flag that is on.
     """
 
     kind: str
@@ -52,6 +54,7 @@ class Param:
     holds: tuple[str, ...] = ()
     known_by: str = ""
     code: bool = False
+    record: type | None = None
 
 
 def param(default: Any = MISSING, *, help: str, kind: str = "", **more: Any) -> Any:
@@ -75,15 +78,19 @@ def params_of(settings_class: type) -> list[tuple[str, Param, Any]]:
     return found
 
 
-def parse_value(name: str, spec: Param, value: Any) -> Any:
-    """Turn text (or an already typed value) into the field's type and check its limits.
+def parse_value(name: str, spec: Param, value: Any, of: str = "") -> Any:
+    """Turn text (or an already typed value) into the field's type and check its limits. of: the option that the field
+    is a key of.
 
     Raises:
         InputError: naming the parameter, the value found and what was expected.
     """
     if value is None:
         return None
-    option = f"--{name.replace('_', '-')}"
+    option = f"{of}: {name}" if of else f"--{name.replace('_', '-')}"
+    if spec.record:
+        given = value if isinstance(value, dict) else _pairs(option, str(value))
+        return value if isinstance(value, spec.record) else build(spec.record, given, option)
     if spec.kind in ("file", "folder", "files", "output_file", "output_folder"):
         if not isinstance(value, (str, Path)) or "\0" in str(value):
             found = repr(value) if isinstance(value, str) else f"a {type(value).__name__}"
@@ -129,8 +136,20 @@ def parse_value(name: str, spec: Param, value: Any) -> Any:
     return number
 
 
-def build(settings_class: type, values: dict[str, Any]) -> Any:
-    """Make a settings object from raw values (text or typed); unknown and missing names are refused.
+def _pairs(option: str, text: str) -> dict[str, str]:
+    """``KEY=VALUE,KEY=VALUE`` by key."""
+    pairs: dict[str, str] = {}
+    for word in filter(None, map(str.strip, text.split(","))):
+        name, given, value = word.partition("=")
+        if name in pairs:
+            raise InputError(f"{option}: found {name} twice; give each key once.")
+        pairs[name] = value if given else "true"
+    return pairs
+
+
+def build(settings_class: type, values: dict[str, Any], of: str = "") -> Any:
+    """Make a settings object from raw values (text or typed); unknown and missing names are refused. of: the option
+    that the values are keys of.
 
     Raises:
         InputError: unknown parameter (with the nearest known one), missing required one, or a bad value.
@@ -139,13 +158,15 @@ def build(settings_class: type, values: dict[str, Any]) -> Any:
 
     specs = {name: (spec, default) for name, spec, default in params_of(settings_class)}
     for name in values:
+        if name not in specs and of:
+            raise InputError(f"{of}: found {name!r}, expected one of {', '.join(specs)}.")
         if name not in specs:
             near = difflib.get_close_matches(name, specs, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(specs)}."
             raise InputError(f"Parameter {name!r} is unknown; {hint}")
     chosen = {}
     for name, (spec, default) in specs.items():
-        value = parse_value(name, spec, values[name]) if name in values else None
+        value = parse_value(name, spec, values[name], of) if name in values else None
         if value is None:
             if default is MISSING:
                 raise InputError(f"--{name.replace('_', '-')} is required: {spec.help}")

@@ -33,15 +33,15 @@ from treedgs_lab.benchmarks.records import RESULTS, commit, made_by
 HISTORY = RESULTS / "blind.json"
 #: A real camera's faults, in every plot.
 FAULTS = (
-    "--flight-speed-m-s 4 --gimbal-rate-deg-s 0.4 --readout-ms 10 --exposure-ms 1 --sun-shift-min 15 --sensor drone "
-    "--wind-sway-cm 5 --k1 -0.11 --k2 0.02"
+    "--camera flight_speed_m_s=4,gimbal_rate_deg_s=0.4,readout_ms=10,exposure_ms=1,sensor=drone,k1=-0.11,k2=0.02 "
+    "--weather sun_shift_min=15,wind_sway_cm=5"
 )
 KINDS = {
     "open": "--stems-per-ha 450 --dbh-mean-cm 30",
-    "dense": "--stems-per-ha 1000 --spacing natural --shrubs-per-m2 0.3 --bark-variety true --hardwood-pct 30",
+    "dense": "--stems-per-ha 1000 --stand spacing=natural,shrubs_per_m2=0.3,bark_variety,hardwood_pct=30",
     "leaning": (
-        "--stems-per-ha 700 --lean-max-deg 12 --strong-leans 2 --forks-above-bh 1 --forks-below-bh 1 "
-        "--touching-saplings 2 --ellipticity-pct 10"
+        "--stems-per-ha 700 --stand lean_max_deg=12,strong_leans=2,forks_above_bh=1,forks_below_bh=1,"
+        "touching_saplings=2,ellipticity_pct=10"
     ),
     "few photos": "--stems-per-ha 700 --photos 18",
 }

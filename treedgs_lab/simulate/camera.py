@@ -49,7 +49,7 @@ def make_camera(settings: SimulateSettings, sizes: Sizes) -> Camera:
     back = camera.undistort(*(camera.distort(x, y)[k] * focal + c for k, c in ((0, camera.cx), (1, camera.cy))))
     if not np.allclose(back, (x, y), atol=1e-6):
         raise InputError(
-            f"--k1 --k2 --k3 --p1 --p2: found {settings.k1:g}, {settings.k2:g}, {settings.k3:g}, {settings.p1:g}, "
+            f"--camera k1, k2, k3, p1, p2: found {settings.k1:g}, {settings.k2:g}, {settings.k3:g}, {settings.p1:g}, "
             f"{settings.p2:g}, expected a distortion without a fold within the photo; give smaller values."
         )
     return camera

@@ -1,4 +1,4 @@
-"""Settings of ``simulate-plot`` in a line each: of the command line and job files, and in no dialog unless said."""
+"""Settings of ``simulate-plot`` in a line each."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ from typing import Any
 from treedgs_geo.core.settings import param
 
 
-def number(default: float | None, minimum: float, maximum: float, unit: str, help: str, **more: Any) -> Any:
+def number(default: float | None, minimum: float, maximum: float, unit: str, help: str) -> Any:
     """A number with its limits and unit; ``None``: as the preset says."""
-    limits = {"minimum": minimum, "maximum": maximum, "unit": unit}
-    return param(default, help=help, **{"dialog": False, **limits, **more})
+    return param(default, help=help, minimum=minimum, maximum=maximum, unit=unit)
 
 
-def count(default: int | None, minimum: int, maximum: int, help: str, **more: Any) -> Any:
+def count(default: int | None, minimum: int, maximum: int, help: str, unit: str = "") -> Any:
     """A whole number with its limits; ``None``: as the preset says."""
-    return param(default, help=help, **{"dialog": False, "minimum": minimum, "maximum": maximum, **more})
+    return param(default, help=help, minimum=minimum, maximum=maximum, unit=unit)
 
 
-def flag(help: str, **more: Any) -> Any:
+def flag(help: str) -> Any:
     """Something that is off unless asked for."""
-    return param(False, help=help, **{"dialog": False, **more})
+    return param(False, help=help)

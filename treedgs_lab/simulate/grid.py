@@ -55,8 +55,8 @@ def grid_shots(rng: np.random.Generator, settings: SimulateSettings, camera: Cam
     ]
     if len(plan) > MAX_PHOTOS:
         raise InputError(
-            f"--front-overlap-pct --side-overlap-pct --height-m: ask for {len(plan)} photos, expected at most "
-            f"{MAX_PHOTOS}; give less overlap, a greater height or larger photos (--image-width, --image-height)."
+            f"--grid front_overlap_pct, side_overlap_pct, height_m: ask for {len(plan)} photos, expected at most "
+            f"{MAX_PHOTOS}; give less overlap, a greater height or larger photos (--camera image_width, image_height)."
         )
     shots = []
     for number, kind, tilt, yaw, spot in plan:

@@ -1,4 +1,4 @@
-"""What a real camera, flight, sky and receiver add to a synthetic plot; everything is off by default.
+"""What a real camera, flight and sky add to a synthetic plot; everything is off by default.
 
 Like the troubles (:mod:`.trouble`), each part draws from a random stream of its own: the plot is otherwise the same.
 """
@@ -13,8 +13,29 @@ from .declare import count, flag, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class CameraSettings:
-    """Lens, shutter and motion of the camera (part of the settings of ``simulate-plot``)."""
+class SensorSettings:
+    """How a photo is developed (keys of ``simulate-plot --camera``); ``None`` = as ``sensor`` says."""
+
+    sensor: str = param(
+        "clean",
+        choices=("clean", "drone"),
+        help="clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, "
+        "vignetting, drifting exposure and white balance, JPEG 88",
+    )
+    vignetting_pct: float | None = number(None, 0, 80, "%", "light lost in the corners")
+    chroma_noise_pct: float | None = number(None, 0, 10, "%", "colour noise, of full scale")
+    denoise_pct: float | None = number(None, 0, 20, "%", "noise that the camera's software smooths away, of full scale")
+    contrast: float | None = number(None, 0, 1, "", "strength of the S-shaped tone curve")
+    sharpening: float | None = number(None, 0, 3, "", "strength of the camera's sharpening")
+    jpeg_quality: int | None = count(None, 30, 100, "JPEG quality (colour at half resolution)")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSettings(SensorSettings):
+    """Photo size, lens, shutter and motion of the camera: the keys of ``simulate-plot --camera``."""
+
+    image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
+    image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
 
     readout_ms: float = number(
         0.0, 0, 100, "ms", "rolling shutter: time from reading the first row of a photo to the last"
@@ -35,35 +56,9 @@ class CameraSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorSettings:
-    """How a photo is developed (part of the settings of ``simulate-plot``); ``None`` = as ``sensor`` says."""
+class GridSettings:
+    """How a grid flight is flown: the keys of ``simulate-plot --grid``."""
 
-    sensor: str = param(
-        "clean",
-        choices=("clean", "drone"),
-        dialog=False,
-        help="clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, "
-        "vignetting, drifting exposure and white balance, JPEG 88",
-    )
-    vignetting_pct: float | None = number(None, 0, 80, "%", "light lost in the corners")
-    chroma_noise_pct: float | None = number(None, 0, 10, "%", "colour noise, of full scale")
-    denoise_pct: float | None = number(None, 0, 20, "%", "noise that the camera's software smooths away, of full scale")
-    contrast: float | None = number(None, 0, 1, "", "strength of the S-shaped tone curve")
-    sharpening: float | None = number(None, 0, 3, "", "strength of the camera's sharpening")
-    jpeg_quality: int | None = count(None, 30, 100, "JPEG quality (colour at half resolution)")
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlightSettings:
-    """How the drone is flown (part of the settings of ``simulate-plot``)."""
-
-    flight: str = param(
-        "rings",
-        dialog=False,
-        help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
-        "ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and "
-        "plots",
-    )
     height_m: float = number(70.0, 20, 200, "m", "height of a grid flight")
     front_overlap_pct: float = number(80.0, 0, 95, "%", "overlap of a grid flight along its lines")
     side_overlap_pct: float = number(70.0, 0, 95, "%", "overlap between the lines of a grid flight")
@@ -76,21 +71,24 @@ class FlightSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class WeatherSettings:
-    """Sky and wind (part of the settings of ``simulate-plot``)."""
+    """Sky and wind: the keys of ``simulate-plot --weather``."""
 
     sky: str = param(
         "clear",
         choices=("clear", "overcast"),
-        dialog=False,
         help="clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows",
     )
     sun_elevation_deg: float | None = number(
         None, 5, 85, "deg", "height of the sun above the horizon; default: by date, time and place (about 40-50)"
     )
     shadow_samples: int = count(2, 2, 64, "rays to the sun's disc from each spot; 16 and more make smooth penumbrae")
+    sun_shift_min: float = number(
+        0.0, 0, 240, "min", "minutes by which the sun moves on between the flights; 0 = same shadows in both"
+    )
+    wind_sway_cm: float = number(0.0, 0, 300, "cm", "sway of the crowns (18 m up) between photos, standard deviation")
     wind_smooth: bool = flag(
         "each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by "
-        "--wind-sway-cm; off = three positions in turn"
+        "wind_sway_cm; off = three positions in turn"
     )
     wind_flutter_cm: float = number(
         0.0,
@@ -98,19 +96,4 @@ class WeatherSettings:
         20,
         "cm",
         "twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation",
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ControlSettings:
-    """Receiver and ground control (part of the settings of ``simulate-plot``)."""
-
-    gnss: str = param(
-        "ppk",
-        choices=("ppk", "consumer"),
-        dialog=False,
-        help="ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off",
-    )
-    control_points: int = count(
-        0, 0, 40, "surveyed plates on the ground, with their marks in the photos (gcp_list.txt)"
     )

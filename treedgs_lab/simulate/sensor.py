@@ -36,7 +36,7 @@ class Sensor:
     jpeg_quality: int = 92
 
 
-#: What ``--sensor`` stands for.
+#: What ``--camera sensor`` stands for.
 SENSORS = {
     "clean": Sensor(),
     "drone": Sensor(

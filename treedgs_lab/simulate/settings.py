@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.settings import param
+from treedgs_geo.core.settings import param, params_of
 
 from .declare import count, flag, number
-from .options import CameraSettings, ControlSettings, FlightSettings, SensorSettings, WeatherSettings
+from .options import CameraSettings, GridSettings, WeatherSettings
 from .stand_options import StandSettings
 from .trouble import TroubleSettings
 
@@ -18,10 +19,8 @@ PLOT_PRESETS = ("demo", "test", "plot", "micro")
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateSettings(
-    TroubleSettings, StandSettings, FlightSettings, ControlSettings, CameraSettings, SensorSettings, WeatherSettings
-):
-    """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
+class PlotSettings:
+    """What most who simulate a plot set. ``None`` means: as the preset says (:data:`SIZES`)."""
 
     output: Path = param(
         kind="output_folder",
@@ -34,37 +33,67 @@ class SimulateSettings(
         help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
         "demo (6-9 stems), plot (0.03 ha, 62 photos)",
     )
-    seed: int = count(1, 0, 2**31, "random seed; the same seed gives the same plot", dialog=True)
-    name: str | None = param(None, help="plot name, used in file names; default: the folder's name")
-    radius_m: float | None = number(None, 2, 15, "m", "radius of the plot", dialog=True)
-    stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density", dialog=True)
-    dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height", dialog=True)
-    dbh_sd_cm: float = number(6.7, 0, 25, "cm", "its standard deviation")
-    lean_max_deg: float = number(4.0, 0, 30, "deg", "largest lean of any stem")
-    strong_leans: int = count(0, 0, 10, "in-plot stems that lean by 75-100 % of the largest lean")
-    forks_below_bh: int = count(0, 0, 10, "in-plot trees forked below breast height")
-    forks_above_bh: int = count(0, 0, 10, "in-plot trees forked above breast height")
-    touching_saplings: int = count(0, 0, 10, "in-plot stems touched by a sapling")
-    leaf_area_m2: float = number(
-        38.0, 0, 200, "m2", "one-sided needle area of a tree of mean DBH; what hides the stems"
-    )
-    shrubs_per_m2: float = number(0.13, 0, 2, "1/m2", "shrubs, up to --shrub-height-m")
-    saplings_per_m2: float = number(0.025, 0, 1, "1/m2", "saplings below 7.5 cm DBH")
-    logs: int = count(5, 0, 50, "logs lying about")
-    slope_pct: float = number(3.0, 0, 60, "%", "slope of the ground")
-    image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
-    image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
-    photos: int | None = count(None, 8, 400, "number of photos, both flights together", dialog=True)
+    seed: int = count(1, 0, 2**31, "random seed; the same seed gives the same plot")
+    radius_m: float | None = number(None, 2, 15, "m", "radius of the plot")
+    stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density")
+    dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height")
+    photos: int | None = count(None, 8, 400, "number of photos, both flights together")
     samples: int | None = count(None, 1, 16, "rays a pixel")
-    gsd_cm: float = number(
-        1.84, 0.3, 10, "cm", "ground sample distance straight down from 70 m; sets the focal length", dialog=True
+    gsd_cm: float = number(1.84, 0.3, 10, "cm", "ground sample distance straight down from 70 m; sets the focal length")
+    flight: str = param(
+        "rings",
+        help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
+        "ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and "
+        "plots",
     )
-    sun_shift_min: float = number(
-        0.0, 0, 240, "min", "minutes by which the sun moves on between the flights; 0 = same shadows in both"
+    control_points: int = count(
+        0, 0, 40, "surveyed plates on the ground, with their marks in the photos (gcp_list.txt)"
     )
-    float_epochs: int = count(3, 0, 20, "photos that fall into a burst of PPK float solutions (0.3 m error)")
-    labels: bool = flag("write truth/labels: what every pixel of every photo shows")
     lidar_density_m2: float | None = number(None, 0, 5000, "1/m2", "LiDAR pulses per square metre; 0 = no cloud")
+    labels: bool = flag("write truth/labels: what every pixel of every photo shows")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateSettings(PlotSettings, StandSettings, CameraSettings, GridSettings, WeatherSettings, TroubleSettings):
+    """All that can be set about a plot, as the simulator reads it. name: of the plot, in file names; ``None``: the
+    folder's."""
+
+    name: str | None = None
+
+
+def _keys(record: type, help: str) -> Any:
+    return param(None, kind="record", record=record, dialog=False, help=help)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateOptions(PlotSettings):
+    """Options of ``simulate-plot``: what is rarely set is a key of one of five."""
+
+    stand: StandSettings | None = _keys(StandSettings, "leans, forks, barks, undergrowth, ground")
+    camera: CameraSettings | None = _keys(CameraSettings, "photo size, lens, shutter, motion, how a photo is developed")
+    grid: GridSettings | None = _keys(GridSettings, "of --flight grid: height, overlaps, number of plots")
+    weather: WeatherSettings | None = _keys(WeatherSettings, "sky, sun, wind")
+    faults: TroubleSettings | None = _keys(TroubleSettings, "blurred and badly exposed photos, errors of the receiver")
+
+    def whole(self) -> SimulateSettings:
+        """Every setting by its own name."""
+        values: dict[str, Any] = {}
+        for name, spec, _ in params_of(SimulateOptions):
+            given = getattr(self, name)
+            values |= vars(given or spec.record()) if spec.record else {name: given}
+        return SimulateSettings(**values)
+
+
+def command_words(given: dict[str, Any]) -> list[str]:
+    """Options of ``simulate-plot`` for settings by their own names."""
+    words = []
+    for name, spec, _ in params_of(SimulateOptions):
+        keys = [key for key, _, _ in params_of(spec.record) if key in given] if spec.record else []
+        if keys:
+            words.append(f"--{name}=" + ",".join(f"{key}={given[key]}" for key in keys))
+        elif name in given:
+            words.append(f"--{name.replace('_', '-')}={given[name]}")
+    return words
 
 
 @dataclass(frozen=True)
@@ -151,7 +180,7 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
             settings, name=name, **{f: getattr(sizes, f) for f in fields if f != "photos"}
         ), sizes
     if settings.plots > 1 or settings.terrain_following:
-        raise InputError("--plots, --terrain-following: are for grid flights; give --flight grid.")
+        raise InputError("--grid: plots and terrain_following are for grid flights; give --flight grid.")
     _check_rings(settings, sizes)
     return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes
 
@@ -166,7 +195,7 @@ def _planned(
             f"--flight: found {settings.flight!r}, expected rings, grid, or a flight plan that exists (plan.gpkg)."
         )
     if settings.photos is not None or settings.plots > 1:
-        raise InputError("--photos, --plots: are those of the flight plan; leave them out.")
+        raise InputError("--photos, --grid plots: are those of the flight plan; leave them out.")
     from .planned_flight import read_flight
 
     plan = read_flight(path)
@@ -187,7 +216,7 @@ def _check_rings(settings: SimulateSettings, sizes: Sizes) -> None:
     short_m = sizes.image_height * settings.gsd_cm / 100
     if short_m < 1.2 * sizes.radius_m:
         raise InputError(
-            f"--image-height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot radius "
+            f"--camera image_height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot radius "
             f"({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m."
         )
     if sizes.photos < sizes.nadir + 6:

@@ -1,4 +1,4 @@
-"""What goes wrong on real flights and in real stands, each as one parameter with a unit; all off by default.
+"""What goes wrong on real flights, each as one key with a unit; all off by default but the bursts of float.
 
 Every part draws from a random stream of its own and only when it is asked for, so that the plot is otherwise the same.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from treedgs_geo.core.settings import param
+
 from .declare import count, number
 
 if TYPE_CHECKING:
@@ -16,33 +18,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class TroubleSettings:
-    """Troubles of a synthetic plot (part of the settings of ``simulate-plot``)."""
+    """Troubles of a synthetic plot: the keys of ``simulate-plot --faults``."""
 
-    wind_sway_cm: float = number(
-        0.0, 0, 300, "cm", "sway of the crowns (18 m up) between photos, standard deviation", dialog=True
-    )
-    sweep_cm: float = number(0.0, 0, 100, "cm", "sideways bow of every in-plot stem over its lowest 4 m", dialog=True)
-    butt_flare_m: float = number(
-        0.0, 0, 3, "m", "height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn", dialog=True
-    )
-    ellipticity_pct: float = number(
-        0.0, 0, 40, "%", "widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn", dialog=True
-    )
-    twins: int = count(0, 0, 10, "in-plot trees with a second full stem beside them", dialog=True)
-    twin_gap_m: float = number(0.1, 0, 2, "m", "gap between the bark of twins at breast height", dialog=True)
-    clearing_m: float = number(0.0, 0, 30, "m", "no tree stands within this distance of the plot's centre", dialog=True)
-    shaken_pct: float = number(0.0, 0, 100, "%", "share of the photos with motion blur", dialog=True)
-    shake_px: float = number(6.0, 0, 100, "px", "length of that motion blur", dialog=True)
+    shaken_pct: float = number(0.0, 0, 100, "%", "share of the photos with motion blur")
+    shake_px: float = number(6.0, 0, 100, "px", "length of that motion blur")
     misexposed_pct: float = number(
-        0.0, 0, 100, "%", "share of the photos exposed wrongly, half of them too dark, half too light", dialog=True
+        0.0, 0, 100, "%", "share of the photos exposed wrongly, half of them too dark, half too light"
     )
-    misexposed_stops: float = number(2.0, 0, 8, "stops", "by how much", dialog=True)
-    exposure_drift_stops: float = number(0.0, 0, 4, "stops", "exposure of each photo, standard deviation", dialog=True)
-    white_drift_pct: float = number(
-        0.0, 0, 50, "%", "white balance of each photo, standard deviation a channel", dialog=True
-    )
+    misexposed_stops: float = number(2.0, 0, 8, "stops", "by how much")
+    exposure_drift_stops: float = number(0.0, 0, 4, "stops", "exposure of each photo, standard deviation")
+    white_drift_pct: float = number(0.0, 0, 50, "%", "white balance of each photo, standard deviation a channel")
     ppk_bias_m: float = number(
-        0.0, 0, 100, "m", "constant shift of the whole PPK track in E, N and h (wrong base coordinates)", dialog=True
+        0.0, 0, 100, "m", "constant shift of the whole PPK track in E, N and h (wrong base coordinates)"
+    )
+    float_epochs: int = count(3, 0, 20, "photos that fall into a burst of PPK float solutions (0.3 m error)")
+    gnss: str = param(
+        "ppk",
+        choices=("ppk", "consumer"),
+        help="ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off",
     )
 
 

@@ -23,6 +23,7 @@ from treedgs_geo.stems.photos.network.inference import plumb_colours
 from treedgs_lab.benchmarks.plot import site_of
 from treedgs_lab.benchmarks.processes import run_verb
 from treedgs_lab.simulate.labels import FOLIAGE, IVY, STEM, WOOD, read_labels
+from treedgs_lab.simulate.settings import command_words
 
 #: Photos of a stand, and the radius of the ground that its maps show, metres.
 PHOTOS, RADIUS_M = 13, 6.0
@@ -43,51 +44,51 @@ def random_options(seed: int) -> list[str]:
         "preset": "test",
         "photos": PHOTOS,
         "samples": 3,
-        "image-width": 640,
-        "image-height": 480,
-        "lidar-density-m2": 0,
-        "float-epochs": 0,
+        "image_width": 640,
+        "image_height": 480,
+        "lidar_density_m2": 0,
+        "float_epochs": 0,
         "labels": "true",
-        "gsd-cm": between(1.3, 2.6),
-        "stems-per-ha": f"{np.clip(1000 * (20 / mean_cm) ** 1.2 * rng.uniform(0.5, 1.5), 250, 1500):.0f}",
-        "dbh-mean-cm": f"{mean_cm:.4g}",
-        "dbh-sd-cm": f"{mean_cm * rng.uniform(0.15, 0.45):.4g}",
-        "lean-max-deg": between(3, 20),
-        "leaf-area-m2": between(4, 60),
-        "shrubs-per-m2": sometimes(0.8, 0.05, 1.2),
-        "saplings-per-m2": sometimes(0.8, 0.01, 0.2),
+        "gsd_cm": between(1.3, 2.6),
+        "stems_per_ha": f"{np.clip(1000 * (20 / mean_cm) ** 1.2 * rng.uniform(0.5, 1.5), 250, 1500):.0f}",
+        "dbh_mean_cm": f"{mean_cm:.4g}",
+        "dbh_sd_cm": f"{mean_cm * rng.uniform(0.15, 0.45):.4g}",
+        "lean_max_deg": between(3, 20),
+        "leaf_area_m2": between(4, 60),
+        "shrubs_per_m2": sometimes(0.8, 0.05, 1.2),
+        "saplings_per_m2": sometimes(0.8, 0.01, 0.2),
         "logs": int(rng.integers(0, 15)),
-        "slope-pct": between(0, 30),
-        "strong-leans": int(rng.integers(0, 2)),
-        "forks-above-bh": int(rng.integers(0, 2)),
-        "touching-saplings": int(rng.integers(0, 2)),
+        "slope_pct": between(0, 30),
+        "strong_leans": int(rng.integers(0, 2)),
+        "forks_above_bh": int(rng.integers(0, 2)),
+        "touching_saplings": int(rng.integers(0, 2)),
         "sensor": str(rng.choice(["clean", "drone"])),
-        "jpeg-quality": int(rng.integers(75, 96)),
+        "jpeg_quality": int(rng.integers(75, 96)),
         "contrast": sometimes(0.7, 0.05, 0.4),
         "sharpening": sometimes(0.7, 0.1, 0.6),
-        "denoise-pct": sometimes(0.5, 0.5, 2.0),
-        "exposure-drift-stops": sometimes(0.5, 0.05, 0.4),
-        "white-drift-pct": sometimes(0.5, 1, 6),
+        "denoise_pct": sometimes(0.5, 0.5, 2.0),
+        "exposure_drift_stops": sometimes(0.5, 0.05, 0.4),
+        "white_drift_pct": sometimes(0.5, 1, 6),
     }
     options |= {
-        "bark-variety": "true",
-        "moss-pct": sometimes(0.5, 2, 40),
-        "lichen-pct": sometimes(0.5, 2, 40),
-        "ivy-stems": int(rng.integers(0, 9)),
-        "wrapped-stems": int(rng.integers(0, 3)),
-        "flute-pct": sometimes(0.3, 1, 8),
-        "buttress-m": sometimes(0.3, 0.2, 0.8),
+        "bark_variety": "true",
+        "moss_pct": sometimes(0.5, 2, 40),
+        "lichen_pct": sometimes(0.5, 2, 40),
+        "ivy_stems": int(rng.integers(0, 9)),
+        "wrapped_stems": int(rng.integers(0, 3)),
+        "flute_pct": sometimes(0.3, 1, 8),
+        "buttress_m": sometimes(0.3, 0.2, 0.8),
         "snags": int(rng.integers(0, 2)),
-        "hardwood-pct": sometimes(0.5, 10, 100),
-        "leaf-off": str(rng.random() < 0.5).lower(),
+        "hardwood_pct": sometimes(0.5, 10, 100),
+        "leaf_off": str(rng.random() < 0.5).lower(),
         "spacing": str(rng.choice(["rows", "natural"])),
-        "shrub-height-m": between(0.5, 3),
-        "shrub-variety": "true",
-        "undergrowth-per-m2": sometimes(0.4, 0.02, 0.4),
+        "shrub_height_m": between(0.5, 3),
+        "shrub_variety": "true",
+        "undergrowth_per_m2": sometimes(0.4, 0.02, 0.4),
     }
     options |= {"sky": "overcast"} if rng.random() < 0.25 else {}
-    options |= {"sun-elevation-deg": between(15, 70)} if rng.random() < 0.5 else {}
-    return [f"--{key}={value}" for key, value in options.items()]
+    options |= {"sun_elevation_deg": between(15, 70)} if rng.random() < 0.5 else {}
+    return command_words(options)
 
 
 def maps_of(plot: Path) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -7,14 +7,14 @@ from typing import Any
 from treedgs_geo.core.command import Command
 from treedgs_geo.core.progress import Reporter
 
-from ..simulate.settings import SimulateSettings
+from ..simulate.settings import SimulateOptions
 
 
-def run(settings: SimulateSettings, reporter: Reporter) -> dict[str, Any]:
+def run(settings: SimulateOptions, reporter: Reporter) -> dict[str, Any]:
     """Render the plot; see :func:`treedgs_lab.simulate.simulate.simulate_plot`."""
     from ..simulate.simulate import simulate_plot
 
-    return simulate_plot(settings, reporter)
+    return simulate_plot(settings.whole(), reporter)
 
 
 COMMAND = Command(
@@ -29,10 +29,10 @@ COMMAND = Command(
         "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
         "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
         "a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a "
-        "real lens and sensor, grid flights over several plots and ground control are options of treedgs "
-        "simulate-plot, which its own help lists."
+        "real lens and sensor, grid flights over several plots and odd stands are options of treedgs simulate-plot, "
+        "which its own help lists."
     ),
-    settings=SimulateSettings,
+    settings=SimulateOptions,
     run=run,
     main=("output", "preset", "radius_m", "stems_per_ha", "dbh_mean_cm", "photos", "gsd_cm"),
     example="treedgs simulate-plot --output flight --preset demo",

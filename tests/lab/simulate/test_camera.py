@@ -102,7 +102,7 @@ def test_focal_drift_and_folded_lenses():
     assert camera_of_flight(camera, 0.001, 0) == camera
     assert camera_of_flight(camera, 0.001, 2).fx == pytest.approx(1.002 * camera.fx)
     wide = dataclasses.replace(SIZES["micro"], image_width=6000, image_height=4000)
-    with pytest.raises(InputError, match="--k1"):
+    with pytest.raises(InputError, match="--camera k1"):
         make_camera(SimulateSettings(output="x", k1=-0.5), wide)
 
 

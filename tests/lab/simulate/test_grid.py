@@ -110,9 +110,9 @@ def test_terrain_following_keeps_the_height_above_ground():
 def test_what_does_not_go_together_is_refused():
     with pytest.raises(InputError, match="--photos"):
         resolve(SimulateSettings(output="x", flight="grid", photos=40))
-    with pytest.raises(InputError, match="--plots"):
+    with pytest.raises(InputError, match="--grid: plots"):
         resolve(SimulateSettings(output="x", plots=2))
-    with pytest.raises(InputError, match="--front-overlap-pct"):
+    with pytest.raises(InputError, match="--grid front_overlap_pct"):
         planned(plots=16, front_overlap_pct=95.0, side_overlap_pct=95.0)
 
 

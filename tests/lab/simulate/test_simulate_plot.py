@@ -20,11 +20,11 @@ import rasterio
 from PIL import Image
 
 from treedgs_geo.core.errors import InputError, OutputError
-from treedgs_geo.core.settings import build
+from treedgs_geo.core.settings import build, params_of
 from treedgs_geo.planning.sun import sun_direction
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_lab.simulate import flight, scene, stem_mesh, terrain, truth
-from treedgs_lab.simulate.settings import SimulateSettings, resolve
+from treedgs_lab.simulate.settings import SimulateOptions, SimulateSettings, command_words, resolve
 from treedgs_lab.simulate.simulate import simulate_plot
 
 TINY = dict(
@@ -105,8 +105,7 @@ def test_same_seed_same_bytes_wherever_it_is_made(leafy, tmp_path):
     """On one core, in another folder, language and time zone, with other hashes and rights: also the plugin's sample
     flight, which is such a plot."""
     again = tmp_path / "elsewhere" / "leafy"
-    asked = dict(TINY, forks_below_bh=1, touching_saplings=1)
-    options = [word for name, value in asked.items() for word in (f"--{name.replace('_', '-')}", str(value))]
+    options = command_words(dict(TINY, forks_below_bh=1, touching_saplings=1))
     elsewhere = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "7"}
     elsewhere |= {"TZ": "Pacific/Auckland", "LC_ALL": "de_DE.UTF-8", "PYTHONUTF8": "0"}
     subprocess.run(
@@ -388,13 +387,31 @@ def test_sun_stands_where_the_almanac_says():
     assert np.linalg.norm(morning) == pytest.approx(1)
 
 
+def test_every_setting_has_its_place_on_the_command_line():
+    """A key of one option, or an option, and no name twice; texts and Python's values give the same plot."""
+    keys = [key for _, spec, _ in params_of(SimulateOptions) if spec.record for key, _, _ in params_of(spec.record)]
+    own = [name for name, spec, _ in params_of(SimulateOptions) if not spec.record]
+    assert sorted(keys + own) == sorted(name for name, _, _ in params_of(SimulateSettings))
+    said = build(SimulateOptions, {"output": "x", "stand": "moss_pct=12, leaf_off", "camera": "image_width=640"})
+    meant = build(SimulateOptions, {"output": "x", "stand": {"moss_pct": 12, "leaf_off": True}})
+    assert said.whole() == SimulateSettings(output=Path("x"), moss_pct=12.0, leaf_off=True, image_width=640)
+    assert meant.stand == said.stand and meant.whole().image_width is None
+
+
 def test_refusals(tmp_path):
-    with pytest.raises(InputError, match="--image-height"):
+    with pytest.raises(InputError, match="--camera image_height"):
         resolve(SimulateSettings(output=tmp_path / "x", preset="test", image_height=240))
     with pytest.raises(InputError, match="--photos"):
         resolve(SimulateSettings(output=tmp_path / "x", preset="plot", photos=10))
-    with pytest.raises(InputError, match="--preset"):
-        build(SimulateSettings, {"output": str(tmp_path), "preset": "huge"})
+    for given, (value, said) in {
+        "preset": ("huge", "--preset"),
+        "stand": ("mos_pct=3", r"--stand: found 'mos_pct', expected one of .*moss_pct.*slope_pct"),
+        "camera": ("k1=-0.1,k1=0.1", "--camera: found k1 twice"),
+        "weather": ({"sky": "grey"}, "--weather: sky: found 'grey', expected one of clear, overcast"),
+        "faults": ("shake_px", "--faults: shake_px: found 'true', expected a number in px"),
+    }.items():
+        with pytest.raises(InputError, match=said):
+            build(SimulateOptions, {"output": str(tmp_path), given: value})
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("keep")
     with pytest.raises(OutputError, match="not empty"):

@@ -31,18 +31,18 @@ from treedgs_lab.benchmarks.processes import simulate
 from treedgs_lab.benchmarks.records import write_record
 
 #: Size of a hard stand, and three kinds of it: dense, with undergrowth, ivy, hardwoods, a drone's sensor.
-HARD_SIZE = "--preset demo --radius-m 7.5 --samples 3 --float-epochs 0 --lidar-density-m2 0"
+HARD_SIZE = "--preset demo --radius-m 7.5 --samples 3 --faults float_epochs=0 --lidar-density-m2 0"
 HARD = (
-    "--stems-per-ha 1200 --dbh-mean-cm 20 --dbh-sd-cm 8 --shrubs-per-m2 0.5 --leaf-area-m2 12 --ivy-stems 1 "
-    "--wrapped-stems 3 --snags 1 --touching-saplings 2 --bark-variety true --moss-pct 15 --hardwood-pct 40 "
-    "--leaf-off true --sensor drone --spacing natural --strong-leans 1 --lean-max-deg 12",
-    "--stems-per-ha 900 --dbh-mean-cm 26 --dbh-sd-cm 9 --shrubs-per-m2 0.4 --shrub-height-m 2.5 --shrub-variety true "
-    "--leaf-area-m2 18 --flute-pct 3 --buttress-m 0.3 --ellipticity-pct 8 --wrapped-stems 2 --snags 1 --bark-variety "
-    "true --lichen-pct 20 --hardwood-pct 30 --leaf-off true --sky overcast --sensor drone --forks-below-bh 1",
-    "--stems-per-ha 1000 --dbh-mean-cm 22 --dbh-sd-cm 8 --shrubs-per-m2 0.4 --shrub-height-m 2.2 --leaf-area-m2 15 "
-    "--ivy-stems 1 --wrapped-stems 2 --touching-saplings 1 --bark-variety true --moss-pct 25 --lichen-pct 10 "
-    "--undergrowth-per-m2 0.3 --hardwood-pct 20 --sensor drone --spacing natural --forks-above-bh 1 "
-    "--sun-shift-min 20 --slope-pct 12",
+    "--stems-per-ha 1200 --dbh-mean-cm 20 --camera sensor=drone --stand dbh_sd_cm=8,shrubs_per_m2=0.5,leaf_area_m2=12,"
+    "ivy_stems=1,wrapped_stems=3,snags=1,touching_saplings=2,bark_variety,moss_pct=15,hardwood_pct=40,leaf_off,"
+    "spacing=natural,strong_leans=1,lean_max_deg=12",
+    "--stems-per-ha 900 --dbh-mean-cm 26 --camera sensor=drone --weather sky=overcast --stand dbh_sd_cm=9,"
+    "shrubs_per_m2=0.4,shrub_height_m=2.5,shrub_variety,leaf_area_m2=18,flute_pct=3,buttress_m=0.3,ellipticity_pct=8,"
+    "wrapped_stems=2,snags=1,bark_variety,lichen_pct=20,hardwood_pct=30,leaf_off,forks_below_bh=1",
+    "--stems-per-ha 1000 --dbh-mean-cm 22 --camera sensor=drone --weather sun_shift_min=20 --stand dbh_sd_cm=8,"
+    "shrubs_per_m2=0.4,shrub_height_m=2.2,leaf_area_m2=15,ivy_stems=1,wrapped_stems=2,touching_saplings=1,"
+    "bark_variety,moss_pct=25,lichen_pct=10,undergrowth_per_m2=0.3,hardwood_pct=20,spacing=natural,forks_above_bh=1,"
+    "slope_pct=12",
 )
 
 
