@@ -1,4 +1,4 @@
-"""A table of somebody else runs nothing, not even in a check; the command line may say that it does."""
+"""A table of somebody else runs nothing, not even in a check; a program of the command line is named before."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from small_campaign import make_cloud
 
-from treedgs_geo.campaign.command import CampaignSettings
 from treedgs_geo.campaign.manifest import Checker
 from treedgs_geo.cli import main
 from treedgs_geo.core.settings import params_of
@@ -22,27 +21,6 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("column", "cell"),
-    [
-        ("Segmenter_Command", "touch ran {input} {output}"),
-        ("segmenter_command", "touch ran {input} {output}"),
-        ("segmenter_model", "w.onnx"),
-    ],
-)
-@pytest.mark.parametrize("predict", [[], ["--predict"]])
-def test_a_manifest_names_no_program(folder, capsys, column, cell, predict):
-    (folder / "season.csv").write_text(f"plot_id,photos,crs,{column}\na,photos,EPSG:6344,{cell}\n")
-    words = ["campaign", "--manifest", str(folder / "season.csv"), "--workspace", str(folder / "ws"), *predict]
-    assert main([*words, "--log-format", "plain"]) == 2
-    said = "".join(capsys.readouterr())
-    assert f"line 2 (a): {column.lower()} names code to run" in said and "--run-programs" in said
-    assert not (folder / "ran").exists()
-    checker = Checker(folder / "season.csv", None, run_programs=True)
-    list(checker.rows())
-    assert "names code" not in " ".join(checker.problems)
-
-
 def test_every_setting_that_is_code_is_known_as_such():
     """By their names: a new one that runs something has to be declared."""
     names = ("segmenter_command", "segmenter_model")
@@ -50,22 +28,35 @@ def test_every_setting_that_is_code_is_known_as_such():
         for name, spec, _ in params_of(command.settings):
             runs = name in names or ".py" in spec.suffixes or "command" in name
             assert spec.code == runs, (command.name, name)
-    assert dict((name, default) for name, _, default in params_of(CampaignSettings))["run_programs"] is False
+
+
+@pytest.mark.parametrize("route", ["photos", "cloud"])
+def test_a_table_can_name_no_code(folder, route):
+    """Of the verbs that a campaign's rows have settings of, none takes code."""
+    checker = Checker(folder / "season.csv", None)
+    assert not any(spec.code for spec in (*checker.verbs[route].values(), *checker.pairing.values()))
+
+
+@pytest.mark.parametrize("predict", [[], ["--predict"]])
+def test_a_column_that_names_a_program_is_refused(folder, capsys, predict):
+    cells = "segmenter_command\na,photos,EPSG:6344,touch ran {input} {output}"
+    (folder / "season.csv").write_text(f"plot_id,photos,crs,{cells}\n")
+    words = ["campaign", "--manifest", str(folder / "season.csv"), "--workspace", str(folder / "ws"), *predict]
+    assert main([*words, "--log-format", "plain"]) == 2
+    assert "segmenter_command" in "".join(capsys.readouterr()) and not (folder / "ran").exists()
 
 
 def test_what_is_run_is_said_before(folder, capsys):
     words = [
-        "photos-to-dbh",
-        "--photos",
-        str(folder / "photos"),
-        "--crs",
-        "EPSG:6344",
+        "segment-stems",
+        "--input",
+        str(folder / "none.laz"),
         "--segmenter",
         "segmentanytree",
         "--segmenter-command",
         f"touch {folder / 'ran'} {{input}} {{output}}",
     ]
-    words += ["--workspace", str(folder / "w"), "--output", str(folder / "t.gpkg"), "--log-format", "plain"]
-    assert main(words) == 2  # no photo: refused before anything ran
+    words += ["--output", str(folder / "t.laz"), "--log-format", "plain"]
+    assert main(words) == 2  # no cloud: refused before anything ran
     said = "".join(capsys.readouterr())
     assert "--segmenter-command: runs" in said and not (folder / "ran").exists()

@@ -113,12 +113,8 @@ def test_what_the_published_route_cannot_use_is_said_before_any_work(tmp_path):
     pytest.importorskip("torch")
     with pytest.raises(InputError, match="--field-stems: the published method looks for no stem"):
         check_published(settings(tmp_path, field_stems=tmp_path / "stems.csv"))
-    with pytest.raises(InputError, match="--segmenter forestformer3d: needs its command line"):
-        check_published(settings(tmp_path, segmenter="forestformer3d"))
     with pytest.raises(InputError, match="--dense: only the published method"):
         check_published(replace(settings(tmp_path, dense=tmp_path / "a.ply"), preset="balanced"))
-    with pytest.raises(InputError, match="--segmenter: only the published method"):
-        check_published(replace(settings(tmp_path, segmenter="forestformer3d"), preset="balanced"))
 
 
 def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):

@@ -33,10 +33,6 @@ class CampaignSettings:
         "the folder, and for the jobs of a cluster's queue",
         dialog=False,
     )
-    run_programs: bool = param(
-        False,
-        help="run the programs that the table names (segmenter_command, segmenter_model)",
-    )
     threads: int = param(1, minimum=1, maximum=256, help="processor threads a plot")
     memory_gb: float = param(
         0.0,

@@ -48,10 +48,10 @@ def table_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
 class Checker:
     """Checks rows one after the other; keeps ids and marks only, so that memory stays small."""
 
-    def __init__(self, manifest: Path, crs: str | None, run_programs: bool = False) -> None:
+    def __init__(self, manifest: Path, crs: str | None) -> None:
         from ..verbs import get_command
 
-        self.manifest, self.crs, self.run_programs = Path(manifest), crs, run_programs
+        self.manifest, self.crs = Path(manifest), crs
         self.base = self.manifest.resolve().parent
         self.commands = {route: get_command(verb) for route, verb in ROUTES.items()}
         self.verbs = {route: _specs(command.settings) for route, command in self.commands.items()}
@@ -120,11 +120,6 @@ class Checker:
             if name in ROUTES:
                 values["photos" if name == "photos" else "input"] = self._path(name, text)
             elif name in specs:
-                if specs[name].code and not self.run_programs:
-                    raise InputError(
-                        f"{name} names code to run ({text[:60]}), which a table may not do by itself; look at it, and "
-                        "give --run-programs, or remove the column."
-                    )
                 values[name] = self._value(name, specs[name], text)
             elif name in self.pairing:
                 if tally:

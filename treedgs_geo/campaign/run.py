@@ -105,7 +105,7 @@ def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Re
     costs = workspace / COSTS
     model = CostModel.load(costs if costs.exists() else None)
     with reporter.stage("check the manifest", 0.0, 0.03):
-        plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter, settings.run_programs)
+        plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter)
     capacity = capacity_of(settings)
     forecast = predict(plan, model, capacity, workspace, reporter)
     if settings.predict:

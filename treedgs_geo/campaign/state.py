@@ -90,16 +90,14 @@ class Plan:
             return cls([json.loads(line) for line in stream])
 
 
-def make_plan(
-    manifest: Path, crs: str | None, folder: Path, model: CostModel, reporter: Reporter, run_programs: bool = False
-) -> Plan:
+def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, reporter: Reporter) -> Plan:
     """Check every row and write the plan: one JSON object a line, in the manifest's order.
 
     Raises:
         InputError: rows that cannot be used, with their lines and reasons. CRSError: rows in different CRS and no
             ``crs`` to bring them to.
     """
-    checker = Checker(manifest, crs, run_programs)
+    checker = Checker(manifest, crs)
     entries: list[dict[str, Any]] = []
     for row, found in checker.rows():
         inputs = asdict(found)

@@ -91,8 +91,8 @@ def _measure_key(job: PhotoJob) -> Key:
     if asked.device != "cpu":
         used["device"] = asked.device
     if is_published(asked):
-        used |= {"time_limit": asked.time_limit, "segmenter": [asked.segmenter, asked.segmenter_command]}
-        files = [path for path in (asked.dense, asked.segmenter_model) if path is not None]
+        used["time_limit"] = asked.time_limit
+        files = [asked.dense] if asked.dense is not None else []
     return Key(used, files)
 
 

@@ -21,10 +21,9 @@ from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..stems.cloud.estimate.cloud import measure_stems
 from ..stems.cloud.estimate.options import MeasureOptions
-from ..stems.cloud.propose.external_segmenters import check_segmenter, segment_other
 from ..stems.cloud.propose.labelling import Labeller
 from ..stems.cloud.propose.options import SegmentOptions
-from ..stems.cloud.propose.segment import StemMap, find_stems
+from ..stems.cloud.propose.segment import find_stems
 from ..stems.photos.fit_records import KeptFits
 from ..stems.quality.priors import BREAST_HEIGHT_M
 from ..stems.splats.options import SampleOptions, SceneOptions
@@ -55,9 +54,6 @@ def check_published(settings: PhotosToDbhSettings) -> None:
     """
     if not is_published(settings):
         used = {"device": settings.device != "cpu", "dense": settings.dense is not None}
-        used["segmenter"] = settings.segmenter != "own"
-        used["segmenter_command"] = settings.segmenter_command is not None
-        used["segmenter_model"] = settings.segmenter_model is not None
         for name, given in used.items():
             if given:
                 raise InputError(
@@ -72,7 +68,6 @@ def check_published(settings: PhotosToDbhSettings) -> None:
             "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "
             "leave it out, or measure with --fit auto and another preset."
         )
-    check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     check_torch(settings.device)
 
 
@@ -90,13 +85,10 @@ def check_torch(device: str = "cpu") -> None:
 @dataclass(frozen=True, kw_only=True)
 class Published:
     """What a run of the published method is asked for. scene: of the fit. dense: points to start from, else our own
-    stereo. segmenter, segmenter_command, segmenter_model: as ``segment-stems`` has them. bh_m: breast height."""
+    stereo. bh_m: breast height."""
 
     scene: SceneOptions
     dense: Path | None = None
-    segmenter: str = "own"
-    segmenter_command: str | None = None
-    segmenter_model: Path | None = None
     bh_m: float = BREAST_HEIGHT_M
 
     @classmethod
@@ -107,14 +99,7 @@ class Published:
             device=settings.device,
             seed=settings.seed,
         )
-        return cls(
-            scene=scene,
-            dense=settings.dense,
-            segmenter=settings.segmenter,
-            segmenter_command=settings.segmenter_command,
-            segmenter_model=settings.segmenter_model,
-            bh_m=settings.bh_m,
-        )
+        return cls(scene=scene, dense=settings.dense, bh_m=settings.bh_m)
 
 
 def published_route(
@@ -157,7 +142,9 @@ def trees_of_gaussians(
         cloud = sample_gaussians(field, site.frame, site.views, SampleOptions(seed=asked.scene.seed), reporter)
     clock.append(time.process_time())
     with reporter.stage("segment stems", 0.9, 0.97):
-        tree_id, stems, height = _segmented(site, cloud, asked, reporter)
+        height = height_above_ground(cloud.xyz, site.dtm)
+        stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
+        tree_id = Labeller(stems)(cloud.xyz, height)
         if path is not None:
             labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
             write_cloud(path(names.SURFACE), labelled)
@@ -240,15 +227,3 @@ def dense_start(
     colours = np.concatenate([colours, np.full((len(sparse), 3), 0.5)])
     inside = box.contains(points)
     return points[inside], colours[inside], source
-
-
-def _segmented(
-    site: Site, cloud: PointCloud, asked: Published, reporter: Reporter
-) -> tuple[np.ndarray, StemMap | None, np.ndarray]:
-    """(P,) stem of each point, 0 = none; the stems where our own segmenter found them; (P,) height above ground."""
-    height = height_above_ground(cloud.xyz, site.dtm)
-    if asked.segmenter != "own":
-        command, model = asked.segmenter_command, asked.segmenter_model
-        return segment_other(cloud, asked.segmenter, command, model, reporter), None, height
-    stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
-    return Labeller(stems)(cloud.xyz, height), stems, height

@@ -10,7 +10,6 @@ from ..core.settings import CLOUD_OUTPUTS, TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
-from ..stems.cloud.propose.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ..stems.splats.options import dense_option, device_option, time_limit_option
 
@@ -116,9 +115,6 @@ class PhotosToDbhSettings(PhotoInputs):
     time_limit: float = time_limit_option()
     device: str = device_option()
     dense: Path | None = dense_option()
-    segmenter: str = segmenter_option()
-    segmenter_command: str | None = segmenter_command_option()
-    segmenter_model: Path | None = segmenter_model_option()
     bh_m: float = param(
         BREAST_HEIGHT_M,
         help="Breast height above ground.",

@@ -10,12 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import CLOUD_OUTPUTS, param
 from ..run.settings import CloudSettings
-from ..stems.cloud.propose.options import (
-    SegmentOptions,
-    segmenter_command_option,
-    segmenter_model_option,
-    segmenter_option,
-)
+from ..stems.cloud.propose.options import SegmentOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,9 +26,22 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
         "tree_id): they are looked for harder, and name what is found",
         suffixes=("gpkg", "shp", "geojson", "csv"),
     )
-    segmenter: str = segmenter_option()
-    segmenter_command: str | None = segmenter_command_option()
-    segmenter_model: Path | None = segmenter_model_option()
+    segmenter: str = param(
+        "own",
+        help="who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you "
+        "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
+        choices=("own", "forestformer3d", "segmentanytree", "treex", "model"),
+    )
+    segmenter_command: str | None = param(
+        None, help="command line of that program, with {input} and {output} for its folders", code=True
+    )
+    segmenter_model: Path | None = param(
+        None,
+        kind="file",
+        help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
+        suffixes=(".pt", ".pth", ".ts", ".onnx"),
+        code=True,
+    )
 
 
 def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:

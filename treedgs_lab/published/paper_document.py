@@ -201,9 +201,8 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
     if cloud.source == "lidar":
         return "stems found in the cloud, or its own tree_id"
     plot = next(plot for plot in plots if plot.name == cloud.plot)
-    asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json")["parameters"]
     whole = "" if cloud.whole else "; the file holds stem points only, so recall and what needs it are not known"
-    named = f"found in the surface points by --segmenter {asked['segmenter']}" if asked else "tree_id of the file"
+    named = "tree_id of the file" if plot.workspace_in is None else "found in the surface points by our own segmenter"
     return named + whole
 
 

@@ -216,8 +216,8 @@ def _check_rings(settings: SimulateSettings, sizes: Sizes) -> None:
     short_m = sizes.image_height * settings.gsd_cm / 100
     if short_m < 1.2 * sizes.radius_m:
         raise InputError(
-            f"--camera image_height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot radius "
-            f"({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m."
+            f"--camera image_height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot "
+            f"radius ({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m."
         )
     if sizes.photos < sizes.nadir + 6:
         raise InputError(

@@ -1,7 +1,7 @@
 """What grows on a plot, and how: leans, forks, barks, hardwoods, ivy, odd sections, snags, undergrowth, spacing.
 
-What is odd about a stand is off by default. Like the troubles (:mod:`.trouble`), each part draws from a random stream of
-its own and only when it is asked for.
+What is odd about a stand is off by default. Like the troubles (:mod:`.trouble`), each part draws from a random stream
+of its own and only when it is asked for.
 """
 
 from __future__ import annotations

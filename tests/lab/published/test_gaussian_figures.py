@@ -61,7 +61,7 @@ def plot(tmp_path, monkeypatch) -> PlotFiles:
     for name in ("surface.laz", "stems.laz"):
         write_cloud(work / name, cloud)
     (work / "field.ply").touch()
-    (work / "run.json").write_text(json.dumps({"parameters": {"preset": "paper", "segmenter": "own"}}))
+    (work / "run.json").write_text(json.dumps({"parameters": {"preset": "paper"}}))
     rows = [[h, 200 * RADIUS, *PLACE[:2], PLACE[2] + h] for h in np.arange(0, 8.1, 0.5)]
     (truth / "stems.json").write_text(json.dumps({"origin": [0, 0, 0], "stems": {"T1": rows}}))
     monkeypatch.setattr(point_sets, "open_field", lambda _: (FRAME, views, field, dtm))
@@ -138,7 +138,7 @@ def test_labels_are_drawn_with_and_without_truth(plot):
     assert [axes.get_visible() for axes in figure.axes] == [True] * 4 + [False, True]
     assert "stem, wrongly (0 %)" in [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
     assert draw_labels([]) is None
-    assert "--segmenter own" in paper_document._labeller(cloud, [plot])
+    assert "by our own segmenter" in paper_document._labeller(cloud, [plot])
     assert "recall and what needs it are not known" in paper_document._labeller(replace(cloud, whole=False), [plot])
     assert "tree_id of the file" in paper_document._labeller(cloud, [replace(plot, workspace_in=None)])
 

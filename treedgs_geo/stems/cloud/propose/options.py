@@ -3,36 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ....core.settings import param
-
-
-def segmenter_option() -> Any:
-    """Who tells stems from the rest of a cloud."""
-    return param(
-        "own",
-        help="who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you "
-        "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
-        choices=("own", "forestformer3d", "segmentanytree", "treex", "model"),
-    )
-
-
-def segmenter_command_option() -> Any:
-    """How a program that is not ours is started."""
-    text = "command line of that program, with {input} and {output} for its folders"
-    return param(None, help=text, code=True)
-
-
-def segmenter_model_option() -> Any:
-    """A network that is run in this process."""
-    return param(
-        None,
-        kind="file",
-        help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
-        suffixes=(".pt", ".pth", ".ts", ".onnx"),
-        code=True,
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
