@@ -93,9 +93,6 @@ def test_the_users_own_rows_come_first(tmp_path):
     assert choose(book, "volume", species_of("PITA"), "natural", True).id == "mine"
     assert choose(book, "volume", species_of("longleaf pine"), "natural", True).id == "mine"
     assert choose(book, "volume", species_of("PIEC2"), "natural", True).id == "nsvb-vob-piec2"
-    assert choose(book, "volume", species_of("PIEC2"), "natural", True, "mine").id == "mine"
-    with pytest.raises(InputError, match="known: mine"):
-        choose(book, "volume", species_of("PIEC2"), "natural", True, "nonesuch")
     assert set(COLUMNS) >= set(HEAD.strip().split(","))
 
 

@@ -309,7 +309,6 @@ def test_what_is_not_known_is_not_given(tmp_path):
     assert np.isnan(odd.estimates["biomass"].mean) and any("species XX without an equation" in w for w in odd.warnings)
     huge = tree_list([{**row, "dbh_cm": 150.0, "height_m": 40.0}])
     assert any("Extrapolated" in w for w in stand_of(huge, plots).warnings)
-    assert np.isnan(stand_of(huge, plots, outside="refuse").estimates["volume"].mean)
     with pytest.raises(InputError, match="No tree with a DBH"):
         stand_of(tree_list([{**row, "dbh_cm": None, "qc_reason": "few_views"}]), plots)
 

@@ -34,7 +34,7 @@ FIGURES = ("trees", "ba", "volume", "biomass", "qmd", "lorey", "dominant")
 def written(request, tmp_path_factory):
     """The survey's report in each system of units."""
     folder = make_survey(tmp_path_factory.mktemp(request.param))
-    result, ears, out = report(folder, units=request.param, stand_id="Stand 7 é", year=2026, fvs_variant="SN")
+    result, ears, out = report(folder, units=request.param, stand_id="Stand 7 é", field_date="2026-03-12")
     return request.param, result, ears, out, json.loads((out / "summary.json").read_text(encoding="utf-8"))
 
 
@@ -154,7 +154,7 @@ def test_fvs(written):
         trees = pd.read_sql("SELECT * FROM FVS_TreeInit", connection)
         groups = pd.read_sql("SELECT * FROM FVS_GroupAddFilesAndKeywords", connection)
     connection.close()
-    assert stand[["Stand_ID", "Variant", "Inv_Year", "Num_Plots"]].values.tolist() == [["Stand 7 é", "SN", 2026, 4]]
+    assert stand[["Stand_ID", "Inv_Year", "Num_Plots"]].values.tolist() == [["Stand 7 é", 2026, 4]]
     assert (stand.Basal_Area_Factor == -1).all() and (stand.Inv_Plot_Size == 1).all()
     assert len(plots) == 4 and set(trees.StandPlot_ID) == set(plots.StandPlot_ID) and trees.Tree_ID.is_unique
     layer = pd.read_csv(out / "stand_trees.csv").set_index("tree_id")
@@ -228,7 +228,9 @@ def test_a_real_tally(tmp_path):
     more.update(dbh_unit="cm", distance_unit="m", breast_height_m=1.3)
     with pytest.raises(InputError, match="'ht' does not say its unit"):
         figures(tmp_path, **more)
-    stand, ears = figures(tmp_path, **more, height_unit="m", volume_equation="form-factor-0.45")
+    head = "id,quantity,species,formula,dbh_unit,result_unit,source\n"
+    (tmp_path / "own.csv").write_text(head + "half,volume,*,0.45*3.14159265358979/4*D**2*H,m,m3,hand\n")
+    stand, ears = figures(tmp_path, **more, height_unit="m", equations=tmp_path / "own.csv")
     table = pd.read_csv(folder / "PRF025_field.csv")
     live = table[table.Status == "L"]
     area = np.pi * 11.28**2 / 1e4
@@ -284,7 +286,6 @@ def test_large_square_plots_of_many_species(tmp_path):
         ({"plots": "bad.csv"}, InputError, "line 2: radius_m is 'ten'"),
         ({"plots": "none.csv"}, InputError, "lacks the radius"),
         ({"plots": "epsg.csv"}, CRSError, "epsg '999999' is unknown"),
-        ({"volume_equation": "best"}, InputError, "'best' is no volume equation"),
         ({"min_dbh_cm": 300.0}, InputError, "No tree with a DBH"),
     ],
 )

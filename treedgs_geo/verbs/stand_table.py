@@ -97,22 +97,12 @@ class StandTableSettings(FieldProtocol):
     equations: Path | None = param(
         None, kind="file", help="your own equations, tried before the built-in ones", suffixes=TABLES
     )
-    volume_equation: str | None = param(
-        None,
-        help="id of the volume equation for all trees (docs/technician/stand-table.md)",
-    )
-    biomass_equation: str | None = param(None, help="id of the biomass equation for all trees")
     top_cm: float = param(
         7.0,
         unit="cm",
         minimum=0,
         maximum=50,
         help="top diameter of the stem volumes that measured stem curves give (sections of the tree layer)",
-    )
-    outside: str = param(
-        "flag",
-        choices=("flag", "refuse"),
-        help="trees outside an equation's range: use it and say so, or give no volume",
     )
     edge: str = param(
         "zone",
@@ -149,13 +139,6 @@ class StandTableSettings(FieldProtocol):
         help="breast height of the height curve, for a field tally (a tree layer says its own)",
     )
     stand_id: str = param("stand", help="name of the stand, in every file")
-    fvs_variant: str | None = param(None, help="FVS variant, two letters (SN)")
-    year: int | None = param(
-        None,
-        minimum=1800,
-        maximum=2200,
-        help="year of the inventory, for FVS; empty: the flight's",
-    )
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder", help="folder for the report and the tables", holds=FILES, known_by="stand.gpkg"

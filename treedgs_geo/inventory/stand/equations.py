@@ -233,20 +233,8 @@ def read_equations(own: Path | None = None) -> list[Equation]:
     return [*mine, *(equation for equation in built_in if equation.id not in names)]
 
 
-def choose(
-    book: list[Equation], quantity: str, species: Species, origin: str, has_height: bool, named: str | None = None
-) -> Equation | None:
-    """The first row of ``book`` for this tree; with ``named`` that row or none.
-
-    Raises:
-        InputError: no row has the id ``named``, or it is for another quantity.
-    """
-    if named:
-        found = next((equation for equation in book if equation.id == named), None)
-        if found is None or found.quantity != quantity:
-            known = ", ".join(equation.id for equation in book if equation.quantity == quantity)
-            raise InputError(f"--{quantity}-equation: {named!r} is no {quantity} equation; known: {known}.")
-        return found if has_height or not found.needs_height else None
+def choose(book: list[Equation], quantity: str, species: Species, origin: str, has_height: bool) -> Equation | None:
+    """The first row of ``book`` for this tree."""
     usable = (equation for equation in book if equation.quantity == quantity and equation.fits(species, origin))
     return next((equation for equation in usable if has_height or not equation.needs_height), None)
 

@@ -205,12 +205,12 @@ _LIVE, _DEAD = 1, 9
 _LONGEST_ID = 26
 
 
-def write_fvs(path: Path, stand: Stand, variant: str | None = None, year: int | None = None) -> Path:
-    """Write the database atomically. variant: two letters (``SN``); year: of the inventory; NULL where not given."""
+def write_fvs(path: Path, stand: Stand, year: int | None = None) -> Path:
+    """Write the database atomically. year: of the inventory; NULL where it is not known, as the variant, the user's."""
     with atomic_path(path) as temporary, closing(sqlite3.connect(temporary)) as connection, connection:
         for statement in _SCHEMA:
             connection.execute(statement)
-        for name, table in _tables(stand, variant, year).items():
+        for name, table in _tables(stand, year).items():
             table.to_sql(name, connection, if_exists="append", index=False)
     return Path(path)
 
@@ -234,10 +234,10 @@ def tree_counts(stand: Stand) -> np.ndarray:
     return stand.rows["per_ha"].to_numpy() * stand.design.n * ACRE_HA
 
 
-def _tables(stand: Stand, variant: str | None, year: int | None) -> dict[str, pd.DataFrame]:
+def _tables(stand: Stand, year: int | None) -> dict[str, pd.DataFrame]:
     """Rows of each table by its name."""
     name, plot_names = stand.stand_id, [f"{stand.stand_id}_{plot.plot_id}" for plot in stand.plots]
-    common = {"Variant": variant, "Inv_Year": year, "Basal_Area_Factor": -1.0, "Inv_Plot_Size": 1.0, "Brk_DBH": 999.0}
+    common = {"Variant": None, "Inv_Year": year, "Basal_Area_Factor": -1.0, "Inv_Plot_Size": 1.0, "Brk_DBH": 999.0}
     stands = {"Stand_CN": name, "Stand_ID": name}
     places = pd.DataFrame(
         [_lonlat(stand, plot.x, plot.y) for plot in stand.plots], columns=["Longitude", "Latitude"], dtype=float

@@ -23,6 +23,7 @@ from ...core.tables import is_table
 from ...report.blocks import Document, known
 from ...report.html import write_html
 from ...report.pdf import write_pdf
+from ..declination import parse_date
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import join, read_taped
 from ..field_trees import place
@@ -63,11 +64,12 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """
     folder = Path(settings.output)
     ensure_writable(folder / "summary.json")
+    year = _year(settings)
     stand = read_stand(settings, reporter)
     with reporter.stage("write", 0.4, 1.0):
         document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
         with one_writer(folder):
-            _write(folder, stand, document, settings, reporter)
+            _write(folder, stand, document, year, reporter)
     return _result(folder, stand)
 
 
@@ -129,12 +131,9 @@ def _options(settings: Any, trees: TreeList) -> ValueOptions:
     return ValueOptions(
         heights=settings.heights,
         origin=settings.origin,
-        outside=settings.outside,
         dbh_se_cm=settings.dbh_se_cm,
         common_se_cm=common,
         breast_height_m=float(heights.median()) if len(heights) else settings.breast_height_m,
-        volume_equation=settings.volume_equation,
-        biomass_equation=settings.biomass_equation,
     )
 
 
@@ -262,7 +261,7 @@ def _facts(settings: Any, stand: Stand) -> dict[str, str]:
     if settings.species:
         facts["Species where none is known"] = settings.species
     facts["Origin"] = settings.origin
-    facts["Outside an equation's range"] = {"flag": "used and flagged", "refuse": "refused"}[settings.outside]
+    facts["Outside an equation's range"] = "used and flagged"
     if settings.boundary:
         facts["Rule at the stand's edge"] = settings.edge
     facts["Plot sizes"] = {"horizontal": "horizontal", "slope": "along the slope, corrected"}[settings.plot_size]
@@ -273,7 +272,15 @@ def _facts(settings: Any, stand: Stand) -> dict[str, str]:
     return facts
 
 
-def _write(folder: Path, stand: Stand, document: Document, settings: Any, reporter: Reporter) -> None:
+def _year(settings: Any) -> int | None:
+    """Of the inventory: when the photos were taken, else of the field work."""
+    day = parse_date(settings.field_date, "--field-date") if settings.field_date else None
+    if settings.trees is not None:
+        day = flown_on(settings.trees) or day
+    return None if day is None else day.year
+
+
+def _write(folder: Path, stand: Stand, document: Document, year: int | None, reporter: Reporter) -> None:
     """Every file; ``summary.json`` comes last, so that its presence means the rest is there."""
     (folder / "summary.json").unlink(missing_ok=True)
     write_html(folder / "report.html", document)
@@ -285,9 +292,7 @@ def _write(folder: Path, stand: Stand, document: Document, settings: Any, report
         write_csv(folder / csv_name(name), document.tables[name])
     write_geopackage(folder / "stand.gpkg", stand)
     write_shapefiles(folder, stand)
-    flown = flown_on(settings.trees) if settings.trees is not None else None
-    year = settings.year or (flown.year if flown is not None else None)
-    write_fvs(folder / "FVS_Data.db", stand, settings.fvs_variant, year)
+    write_fvs(folder / "FVS_Data.db", stand, year)
     write_json(folder / "summary.json", summary(stand))
 
 

@@ -95,17 +95,14 @@ Rule = Callable[..., np.ndarray]
 
 @dataclass(frozen=True)
 class ValueOptions:
-    """heights: ``measured`` (only those), ``fitted`` (curve from the measured ones) or ``published``. outside: ``flag``
-    or ``refuse``. dbh_se_cm: for trees without one. common_se_cm: standard error of what all DBHs share."""
+    """heights: ``measured`` (only those), ``fitted`` (curve from the measured ones) or ``published``. dbh_se_cm:
+    for trees without one. common_se_cm: standard error of what all DBHs share."""
 
     heights: str = "fitted"
     origin: str = "natural"
-    outside: str = "flag"
     dbh_se_cm: float | None = None
     common_se_cm: float = 0.2
     breast_height_m: float = BREAST_HEIGHT_M
-    volume_equation: str | None = None
-    biomass_equation: str | None = None
 
 
 @dataclass
@@ -158,8 +155,8 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
     own_height = found.height_source == "measured"
     height_se = np.where(own_height, np.nan_to_num(np.asarray(trees.get("height_se_m", np.nan), float)), 0.0)
     rules: dict[str, Rule] = {"ba": lambda x, _higher_m=0.0: BA * x**2}
-    for name, chosen in (("volume", options.volume_equation), ("biomass", options.biomass_equation)):
-        rules[name] = _equations(found, name, species, book, options, height_of, in_table, chosen)
+    for name in ("volume", "biomass"):
+        rules[name] = _equations(found, name, species, book, options.origin, height_of, in_table)
     for name, rule in rules.items():
         _propagate(found, name, rule, error, height_se, options.common_se_cm)
     far = +found.far
@@ -238,13 +235,6 @@ def _heights(
                 found.gaps.setdefault("height", []).append(f"no published height curve for {name}")
                 continue
             found.equations += [] if equation in found.equations else [equation]
-            beyond = equation.outside(d) & chosen
-            if options.outside == "refuse":
-                chosen = chosen & ~beyond
-                if (beyond & in_table).any():
-                    found.gaps.setdefault("height", []).append(
-                        f"{int((beyond & in_table).sum())} trees are outside the range of {equation.id}"
-                    )
             rules.append((chosen, equation.value))
             found.curves.append(
                 f"{int((chosen & in_table).sum())} heights of {name} are from {equation.id}, a regional curve: this "
@@ -290,18 +280,15 @@ def _equations(
     quantity: str,
     species: np.ndarray,
     book: list[Equation],
-    options: ValueOptions,
+    origin: str,
     height_of: Callable[[np.ndarray], np.ndarray],
     in_table: np.ndarray,
-    named: str | None,
 ) -> Rule:
     """Choose each tree's equation; returns the quantity as a function of the DBHs of all trees."""
     d, h = found.dbh, found.height
     used = np.full(len(d), "", object)
     beyond = np.zeros(len(d), bool)
     groups: list[tuple[np.ndarray, Equation]] = []
-    if named:
-        choose(book, quantity, species_of(None), options.origin, True, named)
     why: Counter[str] = Counter()
     generic: Counter[str] = Counter()
     for name in sorted(set(species)):
@@ -309,19 +296,15 @@ def _equations(
             chosen = np.isfinite(d) & (species == name) & (np.isfinite(h) == tall)
             if not chosen.any():
                 continue
-            equation = choose(book, quantity, species_of(name), options.origin, tall, named)
+            equation = choose(book, quantity, species_of(name), origin, tall)
             if equation is None:
-                with_height = not tall and choose(book, quantity, species_of(name), options.origin, True, named)
+                with_height = not tall and choose(book, quantity, species_of(name), origin, True)
                 reason = "without a height" if with_height else f"of species {name} without an equation"
                 why[reason] += int((chosen & in_table).sum())
                 continue
             outside = equation.outside(d, h) & chosen
             beyond |= outside
-            if options.outside == "refuse":
-                why[f"outside the range of {equation.id} ({equation.range_text})"] += int((outside & in_table).sum())
-                chosen = chosen & ~outside
-            else:
-                found.far[f"{quantity} by {equation.id} ({equation.range_text})"] += int((outside & in_table).sum())
+            found.far[f"{quantity} by {equation.id} ({equation.range_text})"] += int((outside & in_table).sum())
             if equation.id.startswith("form-factor"):
                 generic[name] += int((chosen & in_table).sum())
             used[chosen] = equation.id
