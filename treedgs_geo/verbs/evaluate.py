@@ -21,8 +21,9 @@ class EvaluateSettings:
     plots: Path | None = param(
         None,
         kind="file",
-        help="several plots at once: CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and "
-        "where there are any lidar, splats, dtm, workspace_in; paths count from the CSV's folder",
+        help="CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and where there are any "
+        "lidar, splats (surface.laz or stems.laz), dtm, workspace_in (of photos-to-dbh); paths count from the CSV's "
+        "folder",
         suffixes=("csv",),
     )
     pairs: Path | None = param(None, kind="file", help="pairs layer of match-plots, checked by you", suffixes=("gpkg",))
@@ -44,24 +45,6 @@ class EvaluateSettings:
         unit="cm",
         minimum=0,
         help="smallest DBH that the field crew tallied; thinner measured trees are not counted as false",
-    )
-    lidar: Path | None = param(
-        None,
-        kind="file",
-        help="LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)",
-        suffixes=("laz", "las"),
-    )
-    splats: Path | None = param(
-        None,
-        kind="file",
-        help="surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points",
-        suffixes=("laz", "las"),
-    )
-    dtm: Path | None = param(
-        None, kind="file", help="terrain for both clouds; without it each finds its own", suffixes=("tif", "tiff")
-    )
-    workspace_in: Path | None = param(
-        None, kind="folder", help="workspace of photos-to-dbh: adds visibility of breast height and runtime by stage"
     )
     paper: bool = param(
         False,
@@ -133,15 +116,16 @@ def _plots(settings: EvaluateSettings) -> list[PlotFiles]:
         InputError: both, or neither.
     """
     from ..core.errors import InputError
-    from ..inventory.accuracy.plot_files import FILES, PlotFiles, read_plot_files
+    from ..inventory.accuracy.plot_files import PlotFiles, read_plot_files
 
-    given = {name: getattr(settings, name) for name in FILES if getattr(settings, name) is not None}
+    names = ("pairs", "trees", "truth", "against")
+    given = {name: getattr(settings, name) for name in names if getattr(settings, name) is not None}
     if settings.plots is not None:
-        if given or settings.against is not None:
-            one = next(iter(given), "against").replace("_", "-")
+        if given:
+            one = next(iter(given))
             raise InputError(f"--plots: names the files of every plot, so --{one} cannot be given beside it.")
         return read_plot_files(settings.plots)
-    plot = PlotFiles(**given)
+    plot = PlotFiles(pairs=settings.pairs, trees=settings.trees, truth=settings.truth)
     plot.check("Nothing to evaluate")
     return [plot]
 
@@ -158,10 +142,10 @@ COMMAND = Command(
         "(measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, "
         "with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and "
         "PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --plots: several plots "
-        "in one table, with mean, standard deviation and range over plots. With --lidar and --splats: cylinder, circle "
-        "and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated "
-        "plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and "
-        "runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1."
+        "in one table, with mean, standard deviation and range over plots. With its columns lidar and splats: "
+        "cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, "
+        "ablation, and (simulated plots) segmentation scores and true labels. With workspace_in: how many photos show "
+        "breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1."
     ),
     settings=EvaluateSettings,
     run=run,

@@ -89,8 +89,8 @@ def test_tables_that_cannot_be_used_are_refused(table, tmp_path):
         table.write_text("\n".join(lines))
         with pytest.raises(InputError, match=match):
             read_plot_files(table)
-    with pytest.raises(InputError, match="so --lidar cannot be given beside it"):
-        run(EvaluateSettings(plots=table, lidar=table, output=tmp_path / "out"), Reporter())
+    with pytest.raises(InputError, match="so --truth cannot be given beside it"):
+        run(EvaluateSettings(plots=table, truth=table, output=tmp_path / "out"), Reporter())
     assert not (tmp_path / "out" / "metrics.json").exists()
 
 
