@@ -135,9 +135,8 @@ def test_shared_errors_do_not_average_out():
     plot, one = np.arange(n) % 4, np.ones(n)
     design = Design(np.full(4, 0.05), False, 0.9)
     for shared, expected in (
-        (SharedErrors(0.2, 0.0), 0.2 * np.sqrt(2)),
-        (SharedErrors(0.2, 1.0), 0.0),
-        (SharedErrors(0.0, 0.0, 0.002, 0.001), np.hypot(0.002 * 30, 0.001 * 33)),
+        (SharedErrors(0.2), 0.2 * np.sqrt(2)),
+        (SharedErrors(0.0, 0.002, 0.001), np.hypot(0.002 * 30, 0.001 * 33)),
     ):
         joined = trees.join(tree_growth(trees, shared, 5.0, 0.9)).assign(fate="survivor", chance=1.0, chance_sd=0.0)
         mean = change_per_area(design, plot, one, Slopes(one * 3, -one, one), joined, shared, one)

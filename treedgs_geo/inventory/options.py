@@ -63,9 +63,10 @@ class FieldProtocol(Bearings):
 class PairingOptions:
     """Limits of the search, tuned on simulated plots (seeds 1000 to 3999).
 
-    Of the library only: min_ratio: the best placing must score this many times the next best, and min_share: this share
-    of the trees must find a partner within 1 m, else the plot is left to a person. min_margin: a pair must be
-    exp(min_margin) times as likely as the best pairing without it, else it is only suggested.
+    Of the library only: gate_m: trees further apart than this after co-registration are never a pair. min_ratio: the
+    best placing must score this many times the next best, and min_share: this share of the trees must find a partner
+    within 1 m, else the plot is left to a person. min_margin: a pair must be exp(min_margin) times as likely as the
+    best pairing without it, else it is only suggested.
     """
 
     centre_error_m: float = param(
@@ -83,13 +84,7 @@ class PairingOptions:
         maximum=45,
         help="the plot may be turned by up to this angle (compass, declination)",
     )
-    gate_m: float = param(
-        1.5,
-        unit="m",
-        minimum=0.1,
-        maximum=10,
-        help="trees further apart than this after co-registration are never a pair",
-    )
+    gate_m: float = 1.5
     min_ratio: float = 1.15
     min_share: float = 0.6
     min_margin: float = 2.5

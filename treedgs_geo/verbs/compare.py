@@ -45,14 +45,6 @@ class CompareSettings:
         maximum=20,
         help="standard error of a bias that all DBHs of one date share",
     )
-    cancels_pct: float = param(
-        0.0,
-        unit="%",
-        minimum=0,
-        maximum=100,
-        help="of that bias's variance, what both dates have alike (same camera, same method, same settings) and what "
-        "so cancels in the growth; 0 where it is not known",
-    )
     block_before_pct: float = param(
         0.0,
         unit="%",
@@ -74,20 +66,6 @@ class CompareSettings:
         minimum=0.05,
         maximum=20,
         help="how far the two maps may be shifted against each other, standard error (0.05 with RTK or PPK, 3 without)",
-    )
-    rotation_deg: float = param(
-        2.0,
-        unit="degrees",
-        minimum=0,
-        maximum=45,
-        help="how far they may be turned against each other",
-    )
-    gate_m: float = param(
-        1.0,
-        unit="m",
-        minimum=0.1,
-        maximum=10,
-        help="trees further apart than this after co-registration are never the same tree",
     )
     #: Of the intervals, per cent; of the library only.
     confidence_pct: float = 90.0

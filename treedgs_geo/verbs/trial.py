@@ -43,7 +43,8 @@ class TrialSettings(Bearings):
         help="second step: the table of the first one, filled in: tapes.gpkg or tapes.csv",
         suffixes=("gpkg", "csv"),
     )
-    seed: int = param(0, minimum=0, help="another number draws other trees; the same draws the same again")
+    #: Of the draw; of the library only.
+    seed: int = 0
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_folder",

@@ -1,8 +1,8 @@
 """Growth of trees and of the stand, with the errors that both dates share and those that they do not.
 
 A measured diameter is true + own error of the tree + bias of the date + relative error of the block's lengths. In the
-difference of two dates the own errors add; the part of the bias that both dates share (the same camera, the same
-method) cancels; each block's relative error stays, for all trees of that date alike, so that it does not average out.
+difference of two dates all of these add; bias and block's error are the same for all trees of a date, so that they do
+not average out.
 """
 
 from __future__ import annotations
@@ -20,11 +20,10 @@ from ..stand.values import BA
 
 @dataclass(frozen=True)
 class SharedErrors:
-    """common_se_cm: standard error of a bias that all DBHs of a date share; cancels: share of its variance that both
-    dates have alike (0 to 1). block1, block2: relative standard error of lengths in each date's block."""
+    """common_se_cm: standard error of a bias that all DBHs of a date share, each date's by itself. block1, block2:
+    relative standard error of lengths in each date's block."""
 
     common_se_cm: float = 0.2
-    cancels: float = 0.0
     block1: float = 0.0
     block2: float = 0.0
 
@@ -57,7 +56,7 @@ def tree_growth(trees: pd.DataFrame, shared: SharedErrors, years: float, level: 
         own_errors(trees[f"se{k}_cm"].to_numpy(float), d, block)
         for k, d, block in ((1, d1, shared.block1), (2, d2, shared.block2))
     )
-    bias = 2 * shared.common_se_cm**2 * (1 - shared.cancels)
+    bias = 2 * shared.common_se_cm**2
     se = np.sqrt(own1**2 + own2**2 + bias + (shared.block1 * d1) ** 2 + (shared.block2 * d2) ** 2)
     growth, half = d2 - d1, stats.norm.ppf(0.5 + level / 2) * se
     error1, error2 = (np.nan_to_num(trees[f"se{k}_cm"].to_numpy(float)) for k in (1, 2))
@@ -111,11 +110,9 @@ def change_per_area(
     ]
     se_trees = float(np.sqrt(np.sum(own[0] ** 2 + own[1] ** 2)))
     s1, s2 = by1.sum(), by2.sum()
-    alone = shared.common_se_cm**2 * (1 - shared.cancels)
     se_shared = float(
         np.sqrt(
-            alone * (s1**2 + s2**2)
-            + shared.common_se_cm**2 * shared.cancels * (s1 + s2) ** 2
+            shared.common_se_cm**2 * (s1**2 + s2**2)
             + (shared.block1 * (by1 * d1).sum()) ** 2
             + (shared.block2 * (by2 * d2).sum()) ** 2
             + _missed_error(used, value, trees, float(bottom.sum())) ** 2

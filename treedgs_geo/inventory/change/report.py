@@ -107,9 +107,9 @@ def make_change_document(
 
 def _facts(settings: Any) -> list[str]:
     return [
-        f"Shared errors: a bias of {settings.common_se_cm:g} cm (standard error) of each date's DBHs, of whose "
-        f"variance {settings.cancels_pct:g} % cancels between the dates; relative error of each block's lengths "
-        f"{settings.block_before_pct:g} % and {settings.block_after_pct:g} %. They do not average out over trees.",
+        f"Shared errors: a bias of {settings.common_se_cm:g} cm (standard error) of each date's DBHs; relative error "
+        f"of each block's lengths {settings.block_before_pct:g} % and {settings.block_after_pct:g} %. They do not "
+        "average out over trees.",
         "A new tree that is thicker than any can have grown (1.5 times the survivors' 95 % quantile, at most "
         f"{settings.max_yearly_growth_cm:g} cm a year, over the smallest DBH) was missed at the first date. Their "
         "share among the thick trees says how many of the lost and of the thin new ones were only missed; each counts "

@@ -38,6 +38,8 @@ from .report import LAYER, OWN_LAYERS, change_table, make_change_document
 
 #: A tree that shrank, or grew faster than the limit, by more than this many standard errors is named.
 _ODD = 3.0
+#: How far the maps of two dates may be turned against each other, degrees, and the same tree lie apart after that, m.
+_TURN_DEG, _APART_M = 2.0, 1.0
 #: Trees this near to ground that both dates searched are compared, m: two maps of it do not agree to the decimetre.
 _RIM_M = 0.5
 
@@ -60,16 +62,13 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         before.notes += [said] if said else []
     with reporter.stage("pair trees", 0.2, 0.6):
         limits = Limits(settings.min_dbh_cm, settings.max_yearly_growth_cm * settings.years)
-        options = PairingOptions(
-            centre_error_m=settings.centre_error_m, rotation_deg=settings.rotation_deg, gate_m=settings.gate_m
-        )
+        options = PairingOptions(centre_error_m=settings.centre_error_m, rotation_deg=_TURN_DEG, gate_m=_APART_M)
         joined = join_dates(before, after, plots, options, limits)
         joined.warnings += judge_growth(joined.trees, years, settings.max_yearly_growth_cm)
     with reporter.stage("estimate", 0.6, 0.7):
         level = settings.confidence_pct / 100
         shared = SharedErrors(
             settings.common_se_cm,
-            settings.cancels_pct / 100,
             settings.block_before_pct / 100,
             settings.block_after_pct / 100,
         )
@@ -259,11 +258,10 @@ def _remarks(
             "One plot: how much the stand differs from it cannot be known; the intervals are of measuring this one "
             "plot."
         )
-    if not settings.cancels_pct:
-        notes.append(
-            "The bias of both dates is taken as independent. Flown with the same camera and measured in the same way, "
-            "part of it cancels in the growth: --cancels-pct."
-        )
+    notes.append(
+        "The bias of both dates is taken as independent. Flown with the same camera and measured in the same way, part "
+        "of it cancels in the growth: the intervals are then too wide."
+    )
     return warnings, notes
 
 
