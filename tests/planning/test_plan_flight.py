@@ -257,7 +257,7 @@ def test_speed_keeps_to_trigger_blur_and_shutter(tmp_path):
     photos = gpd.read_file(tmp_path / "plan" / "plan.gpkg", layer="plan_photos")
     same = photos["leg"].shift(-1) == photos["leg"]
     assert (photos["speed_m_s"][same] * 0.005 <= 0.5 * photos["above_m"].min() / photos["focal_px"][same] + 1e-3).all()
-    rolling = plan_flight(settings(tmp_path, camera="mini4pro", readout_ms=40.0), Ears())
+    rolling = plan_flight(settings(tmp_path, camera="4032,3024,2793,2,40"), Ears())
     assert slow["speed_m_s"] < 3 and rolling["speed_m_s"] < 8
 
 
@@ -270,7 +270,7 @@ BAD = [
     ({"target_error_cm": 0.1}, "--target-error-cm: 0.1 cm is out of reach, the best found is"),
     ({"take_off": "somewhere"}, "--take-off: found 'somewhere', expected easting,northing"),
     ({"take_off": "0,0"}, "km from the nearest plot"),
-    ({"batteries": 1, "camera": "4000,3000,9000", "trigger_s": 30.0}, "--batteries: 1 carry no flight"),
+    ({"batteries": 1, "camera": "4000,3000,9000,30"}, "--batteries: 1 carry no flight"),
 ]
 
 

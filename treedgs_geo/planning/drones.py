@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from ..core.errors import InputError, ReconstructionError
 from ..geotags.photos import read_photo
@@ -14,6 +13,8 @@ from ..reconstruction.calibration import calibration_of
 
 #: Batteries are not flown below this share.
 RESERVE = 0.3
+#: Least and most of the numbers of a camera: width, height, focal length (pixels), trigger (s), rolling shutter (ms).
+_LIMITS = ((200, 30000), (200, 30000), (100, 60000), (0.2, 30), (0, 200))
 #: Photos of a camera of the table have its focal length but for this share: lenses differ so much.
 SAME_FOCAL = 0.05
 
@@ -59,10 +60,9 @@ def known_cameras() -> dict[str, DroneCamera]:
     return found
 
 
-def camera_of(text: str, interval_s: float | None = None, readout_ms: float | None = None) -> DroneCamera:
-    """The camera of a name of the table, of a photo that it took, or of numbers: ``width_px,height_px,focal_px``.
-
-    interval_s, readout_ms: in place of the table's (numbers alone: 2 s and 0 ms).
+def camera_of(text: str) -> DroneCamera:
+    """The camera of a name of the table, of a photo that it took, or of numbers: ``width_px,height_px,focal_px``, and
+    where known the shortest time between two photos (s, else 2) and the rolling shutter (ms, else 0).
 
     Raises:
         InputError: none of these, or a photo that does not say its focal length.
@@ -75,29 +75,31 @@ def camera_of(text: str, interval_s: float | None = None, readout_ms: float | No
     known = known_cameras()
     key = text.strip().lower()
     if key in known:
-        found = known[key]
-    elif Path(text.strip()).is_file():
-        found = _of_photo(Path(text.strip()), known)
-    else:
-        try:
-            width, height, focal = (float(part) for part in key.split(","))
-            if not (200 <= width <= 30000 and 200 <= height <= 30000 and 100 <= focal <= 60000):
-                raise ValueError
-        except ValueError:
-            raise InputError(
-                f"--camera: {text!r} is unknown, expected one of {', '.join(known)}, a photo of the drone, or "
-                "width,height,focal length in pixels like 4000,3000,2800 (focal length in mm / sensor width in mm x "
-                "width in pixels)."
-            ) from None
-        found = _own(int(width), int(height), focal, "given by the user")
-    changes: dict[str, Any] = {"interval_s": interval_s, "readout_ms": readout_ms}
-    return replace(found, **{name: value for name, value in changes.items() if value is not None})
+        return known[key]
+    if Path(text.strip()).is_file():
+        return _of_photo(Path(text.strip()), known)
+    try:
+        numbers = [float(part) for part in key.split(",")]
+        if not 3 <= len(numbers) <= 5 or not all(
+            low <= number <= high for number, (low, high) in zip(numbers, _LIMITS, strict=False)
+        ):
+            raise ValueError
+    except ValueError:
+        raise InputError(
+            f"--camera: {text!r} is unknown, expected one of {', '.join(known)}, a photo of the drone, or "
+            "width,height,focal length in pixels like 4000,3000,2800 (focal length in mm / sensor width in mm x "
+            "width in pixels)."
+        ) from None
+    width, height, focal, *more = numbers
+    return _own(int(width), int(height), focal, "given by the user", *more)
 
 
-def _own(width: int, height: int, focal_px: float, source: str) -> DroneCamera:
+def _own(
+    width: int, height: int, focal_px: float, source: str, interval_s: float = 2.0, readout_ms: float = 0.0
+) -> DroneCamera:
     return DroneCamera(
-        "own", f"own camera {width} x {height} px, f = {focal_px:.0f} px", width, height, focal_px, 2.0, 0.0,
-        (-90.0, 0.0), 25.0, 0.5 * width * height / 1e6, None, source,
+        "own", f"own camera {width} x {height} px, f = {focal_px:.0f} px", width, height, focal_px, interval_s,
+        readout_ms, (-90.0, 0.0), 25.0, 0.5 * width * height / 1e6, None, source,
     )  # fmt: skip
 
 

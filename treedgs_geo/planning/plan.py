@@ -45,7 +45,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     ensure_writable(folder / "plan.json")
     load_fonts()  # says that the extra "reports" is missing before anything is computed
     ensure_unlocked(folder / "plan.gpkg", OWN_LAYERS)
-    camera = camera_of(settings.camera, settings.trigger_s, settings.readout_ms)
+    camera = camera_of(settings.camera)
     day = parse_date(settings.flight_date, "--flight-date") if settings.flight_date else dt.date.today()
     with reporter.stage("read", 0.0, 0.1):
         site = read_site(settings, reporter)

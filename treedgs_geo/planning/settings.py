@@ -32,13 +32,6 @@ class StandNumberSettings:
         maximum=12,
         help="one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5",
     )
-    crown_radius_m: float | None = param(
-        None,
-        unit="m",
-        minimum=0.3,
-        maximum=15,
-        help="reach of the crown of a tree of mean DBH; default: 1 m and four times the DBH",
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,23 +40,10 @@ class FlyingSettings:
 
     camera: str = param(
         "m3e",
-        help="camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels",
+        help="camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels, and "
+        "where known the shortest time between two photos in s and the rolling shutter in ms",
     )
     exposure_ms: float = param(1.0, unit="ms", minimum=0.05, maximum=20, help="shutter: 1 ms is 1/1000 s")
-    trigger_s: float | None = param(
-        None,
-        unit="s",
-        minimum=0.2,
-        maximum=30,
-        help="shortest time between two photos; default: the camera's",
-    )
-    readout_ms: float | None = param(
-        None,
-        unit="ms",
-        minimum=0,
-        maximum=200,
-        help="rolling shutter: first row to last; default: the camera's",
-    )
     speed_m_s: float = param(8.0, unit="m/s", minimum=0.5, maximum=20, help="most speed to fly at")
     clearance_m: float = param(
         15.0, unit="m", minimum=MIN_CLEARANCE_M, maximum=100, help="least height over the canopy, anywhere on the way"

@@ -170,7 +170,7 @@ def _trees_of_canopy(canopy: Canopy, numbers: StandNumbers, origin: np.ndarray) 
     found = canopy.numbers().get("stems_per_ha")
     if not found:
         return None
-    reach = numbers.crown_radius_m or canopy.crown_radius_m(found, numbers.crown_base_m)
+    reach = canopy.crown_radius_m(found, numbers.crown_base_m)
     # Thick trees are tall: DBH with the square of the height, as heights go with its root.
     dbh_m = numbers.dbh_mean_cm / 100 * np.clip(height / numbers.height_m, 0.4, 1.6) ** 2
     return dressed_trees(xy - origin, dbh_m, replace(numbers, stems_per_ha=found, crown_radius_m=reach), height)
@@ -203,9 +203,9 @@ def _numbers(
 ) -> StandNumbers:
     """The stand's numbers: as given, else from what was measured."""
     names = ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m")
-    more = {name: getattr(settings, name) for name in ("leaf_area_index", "crown_radius_m")}
     found: dict[str, float | None] = {name: getattr(settings, name) for name in names}
-    found |= {name: value for name, value in more.items() if value is not None}
+    if settings.leaf_area_index is not None:
+        found["leaf_area_index"] = settings.leaf_area_index
     measured: dict[str, float] = {}
     if trees is not None:
         xy, dbh, height = trees
