@@ -1,9 +1,9 @@
 """Put the outputs of ``treedgs benchmark`` and ``treedgs evaluate`` into the docs: one command each, nothing by hand.
 
     treedgs benchmark --quick --output OUT            (on an idle machine: the seconds count)
-    treedgs benchmark --stability --output OUT
-    treedgs benchmark --cost --output OUT
-    treedgs evaluate --trees ... --truth ... --lidar ... --splats ... --workspace-in ... --output EVALUATION
+    treedgs benchmark --suite stability --output OUT
+    treedgs benchmark --suite cost --output OUT
+    treedgs evaluate --plots PLOTS.csv --output EVALUATION     (columns trees, truth, lidar, splats, workspace_in)
     python -m treedgs_lab.benchmarks.evidence --from OUT [--evaluation EVALUATION ...]
 
 Copies charts, CSV and JSON into ``docs/results/`` and notes commit, date and machine of each in ``published.json`` (so

@@ -27,28 +27,24 @@ class BenchmarkSettings:
         holds=("trees.csv",),
         known_by="benchmark.json",
     )
+    suite: str = param(
+        "chart",
+        choices=("chart", "stability", "cost"),
+        help="chart: seconds against error; stability: one factor at a time from harmless to hopeless; cost: seconds "
+        "and memory of each stage against photos, megapixels, stems and points, fitted",
+    )
     quick: bool = param(False, help="one small plot and a dozen configurations: about 10 minutes on two idle cores")
-    stability: bool = param(
-        False,
-        help="instead of the chart: the stability suite, one factor at a time from harmless to hopeless",
-    )
-    cost: bool = param(
-        False,
-        help="instead of the chart: seconds and memory of each stage against "
-        "photos, megapixels, stems and points, fitted",
-    )
     repeats: int = param(1, minimum=1, maximum=20, help="runs of each configuration")
     seeds: str = param("1,2,3", help="seeds of the stability suite", dialog=False)
-    factors: str = param("", help="only these factors of the stability suite, by commas", dialog=False)
-    methods: str = param("", help="only these methods of the stability suite, by commas", dialog=False)
-    only: str = param("", help="only these configurations of the chart, by commas", dialog=False)
+    only: str = param(
+        "", help="only these configurations of the chart, or factors and methods of the suite, by commas", dialog=False
+    )
     budget_min: float = param(
         0.0,
         unit="min",
         minimum=0,
         help="begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes",
     )
-    fresh: bool = param(False, help="stability: measure again what other measuring code had measured", dialog=False)
 
 
 def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
@@ -60,9 +56,7 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
     def words(text: str) -> list[str]:
         return [word.strip() for word in text.split(",") if word.strip()]
 
-    if settings.stability and settings.cost:
-        raise InputError("--stability and --cost: are two benchmarks; give one of them.")
-    if settings.stability:
+    if settings.suite == "stability":
         try:
             seeds = [int(word) for word in words(settings.seeds)]
         except ValueError:
@@ -72,9 +66,8 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
         if settings.quick:
             seeds = seeds[:1]
         budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
-        chosen = StabilityChoice(seeds, words(settings.factors), words(settings.methods))
-        return run_stability(settings.output, chosen, settings.fresh, budget, reporter)
-    if settings.cost:
+        return run_stability(settings.output, StabilityChoice(seeds, words(settings.only)), budget, reporter)
+    if settings.suite == "cost":
         from ..benchmarks.speed.cost import run_cost
 
         return run_cost(settings.output, settings.plots, settings.budget_min, reporter)
@@ -95,14 +88,15 @@ COMMAND = Command(
     help=(
         "Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated "
         "plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a "
-        "recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, "
-        "pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree "
-        "that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, "
-        "CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine."
+        "recommended configuration for each preset. With --suite stability: one trouble at a time (few photos, wind, "
+        "lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted "
+        "tree that is more than 2 cm or three stated errors off. With --suite cost: how seconds and memory grow. "
+        "Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on "
+        "an idle machine."
     ),
     settings=BenchmarkSettings,
     run=run,
-    main=("plots", "output", "quick", "stability", "cost", "repeats", "budget_min"),
+    main=("plots", "output", "suite", "quick", "repeats", "budget_min"),
     example="treedgs benchmark --quick --output benchmark",
     outputs={
         "output": "folder",

@@ -239,10 +239,9 @@ def test_another_level_of_reconstruction_is_no_point_of_the_guided_law(simulated
 @pytest.mark.parametrize(
     "values, word",
     [
-        (dict(stability=True, cost=True), "--stability and --cost"),
-        (dict(stability=True, seeds="1,x"), "--seeds"),
-        (dict(stability=True, seeds=","), "--seeds"),
-        (dict(stability=True, factors="moon"), "moon"),
+        (dict(suite="stability", seeds="1,x"), "--seeds"),
+        (dict(suite="stability", seeds=","), "--seeds"),
+        (dict(suite="stability", only="moon"), "moon"),
         (dict(only="nothing"), "nothing"),
     ],
 )

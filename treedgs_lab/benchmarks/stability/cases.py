@@ -97,17 +97,17 @@ def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[
 
 
 def run_cases(
-    cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False, seconds: float = np.inf
+    cases: list[Case], folder: Path, reporter: Reporter | None = None, seconds: float = np.inf
 ) -> Iterator[dict]:
-    """Records of the cases; what is kept in ``folder`` is not run again. ``fresh``: measured again where the measuring
-    code has changed since. Begins no case after ``seconds``, and goes on with those that are kept."""
+    """Records of the cases; what is kept in ``folder`` is not run again, whatever code measured it. Begins no
+    case after ``seconds``, and goes on with those that are kept."""
     reporter, began, code = reporter or Reporter(), time.monotonic(), code_digest()
     same: dict[tuple, dict] = {}
     for number, case in enumerate(cases):
         kept = folder / "cases" / f"{case.name}.json"
         record = _kept(kept)
         key = (case.stand, case.method, "base" if case.is_base else case.name)
-        if record is not None and not (fresh and record["code"] != code):
+        if record is not None:
             same.setdefault(key, record)
             yield record
             continue

@@ -1,4 +1,4 @@
-"""What ``treedgs benchmark --stability`` does: the suite, kept and resumed in one output folder."""
+"""What ``treedgs benchmark --suite stability`` does: the suite, kept and resumed in one output folder."""
 
 from __future__ import annotations
 
@@ -21,34 +21,33 @@ from .factors import FACTORS
 
 @dataclass(frozen=True)
 class StabilityChoice:
-    """Which cases of the stability suite to run. factors, methods: their keys; empty: all."""
+    """Which cases of the stability suite to run. only: keys of factors and methods; of a kind that has none, all."""
 
     seeds: list[int]
-    factors: list[str] = field(default_factory=list)
-    methods: list[str] = field(default_factory=list)
+    only: list[str] = field(default_factory=list)
 
     def cases(self) -> list[Case]:
         """Those cases; :class:`.InputError` for a key that is none."""
-        known = {"factor": {factor.key for factor in FACTORS}, "method": set(METHODS)}
-        for what, keys in (("factor", self.factors), ("method", self.methods)):
-            if unknown := [key for key in keys if key not in known[what]]:
-                raise InputError(f"--{what}s: {unknown[0]!r} is no {what}; known: {', '.join(sorted(known[what]))}.")
-        cases = all_cases(self.seeds, self.factors, self.methods)
+        methods = [key for key in self.only if key in METHODS]
+        factors = [key for key in self.only if key not in METHODS]
+        known = [factor.key for factor in FACTORS]
+        if unknown := [key for key in factors if key not in known]:
+            said = ", ".join(sorted([*known, *METHODS]))
+            raise InputError(f"--only: {unknown[0]!r} is no factor and no method; known: {said}.")
+        cases = all_cases(self.seeds, factors, methods)
         if not cases:
-            raise InputError("--methods: none of them reads what the factors given trouble; choose others.")
+            raise InputError("--only: the method does not read what the factors given trouble; choose others.")
         return cases
 
 
-def run_stability(
-    output: Path, chosen: StabilityChoice, fresh: bool, budget_min: float, reporter: Reporter
-) -> dict[str, Any]:
+def run_stability(output: Path, chosen: StabilityChoice, budget_min: float, reporter: Reporter) -> dict[str, Any]:
     """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-curves.{svg,png}``."""
     began = time.monotonic()
     ensure_writable(output / "stability.json")
     cases = chosen.cases()
     with reporter.stage("cases", 0.0, 0.97):
         budget = 60 * budget_min if budget_min else float("inf")
-        records = list(run_cases(cases, output, reporter, fresh, budget))
+        records = list(run_cases(cases, output, reporter, budget))
     if len(records) < len(cases):
         reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time); run again to go on.")
     return {
