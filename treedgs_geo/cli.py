@@ -274,13 +274,15 @@ def _completion(shells: list[str]) -> int:
 def _add_options(parser: argparse.ArgumentParser, command: Command) -> dict[str, argparse.Action]:
     options = {}
     for name, spec, default in ordered_params(command):
+        more: dict[str, Any] = {"flag": {"nargs": "?", "const": "true"}, "record": {"action": "append"}}.get(
+            spec.kind, {}
+        )
         options[name] = parser.add_argument(
             f"--{name.replace('_', '-')}",
             dest=name,
             metavar=_metavar(spec),
             help=_help_line(spec, default).replace("%", "%%"),
-            nargs="?" if spec.kind == "flag" else None,
-            const="true" if spec.kind == "flag" else None,
+            **more,
         )
     parser.add_argument(
         "--log-format",

@@ -42,22 +42,12 @@ _WORDS = {
     "crs": "CRS",
     "dbh": "DBH",
     "bh": "breast height",
-    "ppk": "PPK",
-    "sfm": "SfM",
     "id": "ID",
     "gsd": "ground sample distance",
-    "ransac": "RANSAC",
-    "las": "LAS",
-    "laz": "LAZ",
-    "csv": "CSV",
-    "fvs": "FVS",
-    "ssim": "SSIM",
-    "lidar": "LiDAR",
     "se": "standard error",
     "sd": "standard deviation",
     "ha": "hectare",
     "gcp": "ground control points",
-    "gnss": "GNSS",
 }
 #: Names that do not say what is meant, in words.
 _LABELS = {
@@ -72,7 +62,6 @@ _LABELS = {
     "n": "Trees to tape",
     "highest_m": "Highest flight over the ground",
     "clearance_m": "Distance kept from the crowns",
-    "cancels_pct": "Part of the bias that both dates share",
     "missing": "Stems without a DBH",
     "to": "Distances reach to",
     "distance": "Distances were taken",
@@ -83,7 +72,7 @@ _LABELS = {
     "north": "North of the bearings",
 }
 #: Endings of a name that only repeat the unit.
-_UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms", "stops"}
+_UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms"}
 _NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg|cm_m|count)|seconds)$")
 
 
@@ -92,7 +81,7 @@ def label(entry: dict[str, Any]) -> str:
     words, unit = entry["name"].split("_"), entry.get("unit", "")
     if entry["name"] in _LABELS:
         return f"{_LABELS[entry['name']]} [{unit}]" if unit else _LABELS[entry["name"]]
-    # A unit of two words is two endings: flight_speed_m_s, gimbal_rate_deg_s.
+    # A unit of two words is two endings: speed_m_s.
     for _ in range(1 + unit.count("/")) if unit else ():
         if len(words) > 1 and words[-1] in _UNIT_WORDS:
             words.pop()

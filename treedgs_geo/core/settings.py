@@ -89,8 +89,7 @@ def parse_value(name: str, spec: Param, value: Any, of: str = "") -> Any:
         return None
     option = f"{of}: {name}" if of else f"--{name.replace('_', '-')}"
     if spec.record:
-        given = value if isinstance(value, dict) else _pairs(option, str(value))
-        return value if isinstance(value, spec.record) else build(spec.record, given, option)
+        return _parse_record(option, spec.record, value)
     if spec.kind in ("file", "folder", "files", "output_file", "output_folder"):
         if not isinstance(value, (str, Path)) or "\0" in str(value):
             found = repr(value) if isinstance(value, str) else f"a {type(value).__name__}"
@@ -136,15 +135,18 @@ def parse_value(name: str, spec: Param, value: Any, of: str = "") -> Any:
     return number
 
 
-def _pairs(option: str, text: str) -> dict[str, str]:
-    """``KEY=VALUE,KEY=VALUE`` by key."""
-    pairs: dict[str, str] = {}
+def _parse_record(option: str, record: type, value: Any) -> Any:
+    """A settings object of ``KEY=VALUE,KEY=VALUE``, several such texts, or values by key."""
+    if isinstance(value, record):
+        return value
+    pairs: dict[str, Any] = dict(value) if isinstance(value, dict) else {}
+    text = "" if isinstance(value, dict) else ",".join(value) if isinstance(value, list) else str(value)
     for word in filter(None, map(str.strip, text.split(","))):
-        name, given, value = word.partition("=")
+        name, given, said = word.partition("=")
         if name in pairs:
             raise InputError(f"{option}: found {name} twice; give each key once.")
-        pairs[name] = value if given else "true"
-    return pairs
+        pairs[name] = said if given else "true"
+    return build(record, pairs, option)
 
 
 def build(settings_class: type, values: dict[str, Any], of: str = "") -> Any:

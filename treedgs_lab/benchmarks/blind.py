@@ -47,8 +47,8 @@ KINDS = {
 }
 #: Plots of each kind.
 PLOTS = 2
-SIZE = "--preset demo --radius-m 7.5 --photos 62 --samples 2"
-TRIAL_SIZE = "--preset test --samples 1"
+SIZE = "--preset demo --radius-m 7.5 --photos 62 --camera samples=2"
+TRIAL_SIZE = "--preset test --camera samples=1"
 DRAWS = 2000
 
 

@@ -36,6 +36,8 @@ class CameraSettings(SensorSettings):
 
     image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
     image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
+    samples: int | None = count(None, 1, 16, "rays a pixel")
+    labels: bool = flag("write truth/labels: what every pixel of every photo shows")
 
     readout_ms: float = number(
         0.0, 0, 100, "ms", "rolling shutter: time from reading the first row of a photo to the last"

@@ -10,7 +10,7 @@ from typing import Any
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.settings import param, params_of
 
-from .declare import count, flag, number
+from .declare import count, number
 from .options import CameraSettings, GridSettings, WeatherSettings
 from .stand_options import StandSettings
 from .trouble import TroubleSettings
@@ -38,19 +38,20 @@ class PlotSettings:
     stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density")
     dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height")
     photos: int | None = count(None, 8, 400, "number of photos, both flights together")
-    samples: int | None = count(None, 1, 16, "rays a pixel")
     gsd_cm: float = number(1.84, 0.3, 10, "cm", "ground sample distance straight down from 70 m; sets the focal length")
     flight: str = param(
         "rings",
+        dialog=False,
         help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
         "ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and "
         "plots",
     )
     control_points: int = count(
-        0, 0, 40, "surveyed plates on the ground, with their marks in the photos (gcp_list.txt)"
+        0, 0, 40, "surveyed plates on the ground, with their marks in the photos (gcp_list.txt)", dialog=False
     )
-    lidar_density_m2: float | None = number(None, 0, 5000, "1/m2", "LiDAR pulses per square metre; 0 = no cloud")
-    labels: bool = flag("write truth/labels: what every pixel of every photo shows")
+    lidar_density_m2: float | None = number(
+        None, 0, 5000, "1/m2", "LiDAR pulses per square metre; 0 = no cloud", dialog=False
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +71,7 @@ class SimulateOptions(PlotSettings):
     """Options of ``simulate-plot``: what is rarely set is a key of one of five."""
 
     stand: StandSettings | None = _keys(StandSettings, "leans, forks, barks, undergrowth, ground")
-    camera: CameraSettings | None = _keys(CameraSettings, "photo size, lens, shutter, motion, how a photo is developed")
+    camera: CameraSettings | None = _keys(CameraSettings, "size, rays, lens, shutter, motion and developing of photos")
     grid: GridSettings | None = _keys(GridSettings, "of --flight grid: height, overlaps, number of plots")
     weather: WeatherSettings | None = _keys(WeatherSettings, "sky, sun, wind")
     faults: TroubleSettings | None = _keys(TroubleSettings, "blurred and badly exposed photos, errors of the receiver")

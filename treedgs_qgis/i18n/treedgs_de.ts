@@ -1508,8 +1508,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Kamera</translation>
     </message>
     <message>
-      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels</source>
-      <translation>Kamera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, ein Foto von ihr, oder Breite,Höhe,Brennweite in Pixeln</translation>
+      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels, and where known the shortest time between two photos in s and the rolling shutter in ms</source>
+      <translation>Kamera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, ein Foto von ihr, oder Breite,Höhe,Brennweite in Pixeln; wo bekannt dazu die kürzeste Zeit zwischen zwei Fotos in s und der Rolling Shutter in ms</translation>
     </message>
     <message>
       <source>Target error [cm]</source>
@@ -1600,36 +1600,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>einseitige Blattfläche je Bodenfläche; Vorgabe: aus einer LiDAR-Punktwolke, sonst 2,5</translation>
     </message>
     <message>
-      <source>Crown radius [m]</source>
-      <translation>Kronenradius [m]</translation>
-    </message>
-    <message>
-      <source>reach of the crown of a tree of mean DBH; default: 1 m and four times the DBH</source>
-      <translation>Reichweite der Krone eines Baums von mittlerem BHD; Vorgabe: 1 m und das Vierfache des BHD</translation>
-    </message>
-    <message>
       <source>Exposure [ms]</source>
       <translation>Belichtungszeit [ms]</translation>
     </message>
     <message>
       <source>shutter: 1 ms is 1/1000 s</source>
       <translation>Verschluss: 1 ms ist 1/1000 s</translation>
-    </message>
-    <message>
-      <source>Trigger [s]</source>
-      <translation>Auslösung [s]</translation>
-    </message>
-    <message>
-      <source>shortest time between two photos; default: the camera's</source>
-      <translation>kürzeste Zeit zwischen zwei Fotos; Vorgabe: die der Kamera</translation>
-    </message>
-    <message>
-      <source>Readout [ms]</source>
-      <translation>Auslesezeit [ms]</translation>
-    </message>
-    <message>
-      <source>rolling shutter: first row to last; default: the camera's</source>
-      <translation>Rollverschluss: erste bis letzte Zeile; Vorgabe: der der Kamera</translation>
     </message>
     <message>
       <source>Speed [m/s]</source>
@@ -1922,30 +1898,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.</source>
       <translation>Zum veröffentlichten Verfahren: Punkte, mit denen die Gauß-Elemente beginnen, OpenMVS' scene_dense.ply aus dem Ordner sfm des Arbeitsordners, oder LAS/LAZ im KBS des Projekts; ohne sie macht sie unser eigenes Stereoverfahren.</translation>
-    </message>
-    <message>
-      <source>Segmenter</source>
-      <translation>Segmentierer</translation>
-    </message>
-    <message>
-      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
-      <translation>wer die Bäume findet: own braucht nichts; forestformer3d, segmentanytree und treex sind Programme, die Sie selbst installiert haben, model ist ein Netz in einer Datei von Ihnen (docs/analyst/measuring.md)</translation>
-    </message>
-    <message>
-      <source>Segmenter command</source>
-      <translation>Befehl des Segmentierers</translation>
-    </message>
-    <message>
-      <source>command line of that program, with {input} and {output} for its folders</source>
-      <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
-    </message>
-    <message>
-      <source>Segmenter model</source>
-      <translation>Netz des Segmentierers</translation>
-    </message>
-    <message>
-      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
-      <translation>zu --segmenter model: das Netz, TorchScript oder ONNX; Punkte (N, 3) hinein, Baumnummern (N,) heraus</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -2254,14 +2206,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
       <translation>der eine Baumlayer (.gpkg oder .csv); sonst trees.gpkg im Arbeitsordner</translation>
-    </message>
-    <message>
-      <source>Run programs</source>
-      <translation>Programme ausführen</translation>
-    </message>
-    <message>
-      <source>run the programs that the table names (segmenter_command, segmenter_model)</source>
-      <translation>die Programme ausführen, die die Tabelle nennt (segmenter_command, segmenter_model)</translation>
     </message>
     <message>
       <source>Threads</source>
@@ -2648,6 +2592,30 @@ beginnen von vorn.&lt;/p&gt;
       <translation>dickster Stamm</translation>
     </message>
     <message>
+      <source>Segmenter</source>
+      <translation>Segmentierer</translation>
+    </message>
+    <message>
+      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
+      <translation>wer die Bäume findet: own braucht nichts; forestformer3d, segmentanytree und treex sind Programme, die Sie selbst installiert haben, model ist ein Netz in einer Datei von Ihnen (docs/analyst/measuring.md)</translation>
+    </message>
+    <message>
+      <source>Segmenter command</source>
+      <translation>Befehl des Segmentierers</translation>
+    </message>
+    <message>
+      <source>command line of that program, with {input} and {output} for its folders</source>
+      <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
+    </message>
+    <message>
+      <source>Segmenter model</source>
+      <translation>Netz des Segmentierers</translation>
+    </message>
+    <message>
+      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
+      <translation>zu --segmenter model: das Netz, TorchScript oder ONNX; Punkte (N, 3) hinein, Baumnummern (N,) heraus</translation>
+    </message>
+    <message>
       <source>stem points with tree_id and height_m</source>
       <translation>Stammpunkte mit tree_id und height_m</translation>
     </message>
@@ -2844,14 +2812,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>um diesen Winkel darf die Fläche höchstens gedreht sein (Kompass, Deklination)</translation>
     </message>
     <message>
-      <source>Gate [m]</source>
-      <translation>Fangweite [m]</translation>
-    </message>
-    <message>
-      <source>trees further apart than this after co-registration are never a pair</source>
-      <translation>Bäume, die nach der Einpassung weiter auseinander liegen, sind nie ein Paar</translation>
-    </message>
-    <message>
       <source>Trees DBH unit</source>
       <translation>BHD-Einheit der gemessenen Bäume</translation>
     </message>
@@ -2904,12 +2864,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Tabellen und Diagramme: gemessener BHD gegen Feld-BHD.</translation>
     </message>
     <message>
-      <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With --lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
-      <translation>Aus dem Paar-Layer von match-plots (pair_status auto, ok und moved zählen; rejected nie): Zahl der Bäume, Erfolgsquote (Bäume mit BHD von allen Feldbäumen), RMSE, RRMSE (vom mittleren Feld-BHD), MAE, mittlerer Fehler (gemessen minus Feld), Anteil der Bäume im angegebenen 90-%-Intervall und falsche Bäume, je Probefläche und gesamt, mit Bootstrap-Intervallen über die Flächen. Schreibt metrics.json, per_plot.csv, trees.csv, table.tex, Diagramme (SVG und PNG) und evaluation.html. Flächen, die von Hand zu prüfen sind, zählen nicht und werden genannt. Mit --plots: mehrere Flächen in einer Tabelle, mit Mittel, Standardabweichung und Spanne über die Flächen. Mit --lidar und --splats: Zylinder, Kreis und gewichteter Kreis auf beiden, p an zurückgehaltenen Stämmen gewählt, Dichten, Gang über den BHD, Weglassversuche und (simulierte Flächen) Güte der Segmentierung und wahre Kennungen. Mit --workspace-in: wie viele Fotos die Brusthöhe zeigen, und Laufzeit. Einheiten: Zentimeter und Prozent; Quoten in metrics.json sind 0 bis 1.</translation>
+      <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With its columns lidar and splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With workspace_in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
+      <translation>Aus dem Paar-Layer von match-plots (pair_status auto, ok und moved zählen; rejected nie): Zahl der Bäume, Erfolgsquote (Bäume mit BHD von allen Feldbäumen), RMSE, RRMSE (vom mittleren Feld-BHD), MAE, mittlerer Fehler (gemessen minus Feld), Anteil der Bäume im angegebenen 90-%-Intervall und falsche Bäume, je Probefläche und gesamt, mit Bootstrap-Intervallen über die Flächen. Schreibt metrics.json, per_plot.csv, trees.csv, table.tex, Diagramme (SVG und PNG) und evaluation.html. Flächen, die von Hand zu prüfen sind, zählen nicht und werden genannt. Mit --plots: mehrere Flächen in einer Tabelle, mit Mittel, Standardabweichung und Spanne über die Flächen. Mit deren Spalten lidar und splats: Zylinder, Kreis und gewichteter Kreis auf beiden, p an zurückgehaltenen Stämmen gewählt, Dichten, Gang über den BHD, Weglassversuche und (simulierte Flächen) Güte der Segmentierung und wahre Kennungen. Mit workspace_in: wie viele Fotos die Brusthöhe zeigen, und Laufzeit. Einheiten: Zentimeter und Prozent; Quoten in metrics.json sind 0 bis 1.</translation>
     </message>
     <message>
-      <source>several plots at once: CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and where there are any lidar, splats, dtm, workspace_in; paths count from the CSV's folder</source>
-      <translation>mehrere Flächen auf einmal: CSV mit einer Zeile je Fläche und den Spalten plot_id, trees und truth (oder pairs), und wo vorhanden lidar, splats, dtm, workspace_in; Pfade zählen vom Ordner der CSV</translation>
+      <source>CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and where there are any lidar, splats (surface.laz or stems.laz), dtm, workspace_in (of photos-to-dbh); paths count from the CSV's folder</source>
+      <translation>CSV mit einer Zeile je Fläche und den Spalten plot_id, trees und truth (oder pairs), und wo vorhanden lidar, splats (surface.laz oder stems.laz), dtm, workspace_in (von photos-to-dbh); Pfade zählen vom Ordner der CSV</translation>
     </message>
     <message>
       <source>pairs layer of match-plots, checked by you</source>
@@ -2942,34 +2902,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
       <translation>Paar-Layer eines anderen Verfahrens für dieselben Feldbäume: beide werden auch auf den von beiden gemessenen Bäumen bewertet</translation>
-    </message>
-    <message>
-      <source>LiDAR</source>
-      <translation>LiDAR</translation>
-    </message>
-    <message>
-      <source>LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)</source>
-      <translation>LiDAR-Wolke der Probefläche: ergänzt den veröffentlichten Zylinder und die Kreise (mit tree_id: wie segmentiert)</translation>
-    </message>
-    <message>
-      <source>Splats</source>
-      <translation>Splats</translation>
-    </message>
-    <message>
-      <source>surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points</source>
-      <translation>surface.laz (oder stems.laz) eines Arbeitsordners von photos-to-dbh mit Splats: dieselben Anpassungen auf Oberflächenpunkten</translation>
-    </message>
-    <message>
-      <source>terrain for both clouds; without it each finds its own</source>
-      <translation>Gelände für beide Wolken; ohne es findet jede ihr eigenes</translation>
-    </message>
-    <message>
-      <source>Workspace in</source>
-      <translation>Arbeitsordner der Messung</translation>
-    </message>
-    <message>
-      <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
-      <translation>Arbeitsordner von photos-to-dbh: ergänzt Sichtbarkeit der Brusthöhe und Laufzeit je Stufe</translation>
     </message>
     <message>
       <source>folder</source>
@@ -3324,36 +3256,12 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ihre eigenen Gleichungen, vor den eingebauten versucht</translation>
     </message>
     <message>
-      <source>Volume equation</source>
-      <translation>Volumengleichung</translation>
-    </message>
-    <message>
-      <source>id of the volume equation for all trees (docs/technician/stand-table.md)</source>
-      <translation>Kennung der Volumengleichung für alle Bäume (docs/technician/stand-table.md)</translation>
-    </message>
-    <message>
-      <source>Biomass equation</source>
-      <translation>Biomassegleichung</translation>
-    </message>
-    <message>
-      <source>id of the biomass equation for all trees</source>
-      <translation>Kennung der Biomassegleichung für alle Bäume</translation>
-    </message>
-    <message>
       <source>Top [cm]</source>
       <translation>Zopf [cm]</translation>
     </message>
     <message>
       <source>top diameter of the stem volumes that measured stem curves give (sections of the tree layer)</source>
       <translation>Zopfdurchmesser der Stammvolumen, die gemessene Stammkurven ergeben (sections des Baumlayers)</translation>
-    </message>
-    <message>
-      <source>Outside</source>
-      <translation>Außerhalb des Bereichs</translation>
-    </message>
-    <message>
-      <source>trees outside an equation's range: use it and say so, or give no volume</source>
-      <translation>Bäume außerhalb des Bereichs einer Gleichung: sie anwenden und es sagen, oder kein Volumen angeben</translation>
     </message>
     <message>
       <source>Edge</source>
@@ -3406,22 +3314,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>name of the stand, in every file</source>
       <translation>Name des Bestands, in jeder Datei</translation>
-    </message>
-    <message>
-      <source>FVS variant</source>
-      <translation>FVS-Variante</translation>
-    </message>
-    <message>
-      <source>FVS variant, two letters (SN)</source>
-      <translation>FVS-Variante, zwei Buchstaben (SN)</translation>
-    </message>
-    <message>
-      <source>Year</source>
-      <translation>Jahr</translation>
-    </message>
-    <message>
-      <source>year of the inventory, for FVS; empty: the flight's</source>
-      <translation>Jahr der Inventur, für FVS; leer: das des Flugs</translation>
     </message>
     <message>
       <source>plots and trees as map layers</source>
@@ -3528,14 +3420,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Standardfehler einer Verzerrung, die alle BHD eines Zeitpunkts teilen</translation>
     </message>
     <message>
-      <source>Part of the bias that both dates share [%]</source>
-      <translation>Teil der Verzerrung, den beide Zeitpunkte gemeinsam haben [%]</translation>
-    </message>
-    <message>
-      <source>of that bias's variance, what both dates have alike (same camera, same method, same settings) and what so cancels in the growth; 0 where it is not known</source>
-      <translation>von der Varianz dieser Verzerrung der Teil, den beide Zeitpunkte gemeinsam haben (gleiche Kamera, gleiches Verfahren, gleiche Einstellungen) und der sich im Zuwachs aufhebt; 0, wo man es nicht weiß</translation>
-    </message>
-    <message>
       <source>Block before [%]</source>
       <translation>Block vorher [%]</translation>
     </message>
@@ -3554,14 +3438,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>how far the two maps may be shifted against each other, standard error (0.05 with RTK or PPK, 3 without)</source>
       <translation>wie weit die beiden Karten gegeneinander verschoben sein können, Standardfehler (0,05 mit RTK oder PPK, 3 ohne)</translation>
-    </message>
-    <message>
-      <source>how far they may be turned against each other</source>
-      <translation>wie weit sie gegeneinander gedreht sein können</translation>
-    </message>
-    <message>
-      <source>trees further apart than this after co-registration are never the same tree</source>
-      <translation>Bäume, die nach dem Einpassen weiter auseinander stehen, sind nie derselbe Baum</translation>
     </message>
     <message>
       <source>every tree with what became of it</source>
@@ -3600,8 +3476,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Sekunden gegen BHD-Fehler für jede Voreinstellung und jedes Verfahren; oder prüfen, wo sie versagen.</translation>
     </message>
     <message>
-      <source>Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 2 cm oder drei angegebene Fehler daneben liegt. Mit --cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
+      <source>Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --suite stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --suite cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --suite stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 2 cm oder drei angegebene Fehler daneben liegt. Mit --suite cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
@@ -3612,28 +3488,20 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Ordner für Diagramme und Tabellen; fertige Läufe bleiben dort, so dass ein abgebrochener Vergleich fortgesetzt wird</translation>
     </message>
     <message>
+      <source>Suite</source>
+      <translation>Reihe</translation>
+    </message>
+    <message>
+      <source>chart: seconds against error; stability: one factor at a time from harmless to hopeless; cost: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
+      <translation>chart: Sekunden gegen Fehler; stability: eine Störung nach der anderen von harmlos bis aussichtslos; cost: Sekunden und Speicher jeder Stufe gegen Fotos, Megapixel, Stämme und Punkte, angepasst</translation>
+    </message>
+    <message>
       <source>Quick</source>
       <translation>Kurz</translation>
     </message>
     <message>
       <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
       <translation>eine kleine Probefläche und ein Dutzend Konfigurationen: etwa 10 Minuten auf zwei freien Kernen</translation>
-    </message>
-    <message>
-      <source>Stability</source>
-      <translation>Stabilität</translation>
-    </message>
-    <message>
-      <source>instead of the chart: the stability suite, one factor at a time from harmless to hopeless</source>
-      <translation>statt des Diagramms: die Stabilitätsreihe, eine Störung nach der anderen von harmlos bis aussichtslos</translation>
-    </message>
-    <message>
-      <source>Cost</source>
-      <translation>Aufwand</translation>
-    </message>
-    <message>
-      <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
-      <translation>statt des Diagramms: Sekunden und Speicher jeder Stufe gegen Fotos, Megapixel, Stämme und Punkte, angepasst</translation>
     </message>
     <message>
       <source>Repeats</source>
@@ -3708,8 +3576,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Eine künstliche Probefläche erzeugen: Drohnenfotos, PPK-Dateien, LiDAR, Feldtabelle und Wahrheit.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of treedgs simulate-plot, which its own help lists.</source>
-      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind Optionen der Befehlszeile (treedgs simulate-plot, siehe dessen Hilfe).</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and odd stands are options of treedgs simulate-plot, which its own help lists.</source>
+      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und eigenwillige Bestände sind Optionen der Befehlszeile (treedgs simulate-plot, siehe dessen Hilfe).</translation>
     </message>
     <message>
       <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
@@ -3748,128 +3616,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Bodenauflösung senkrecht nach unten aus 70 m; legt die Brennweite fest</translation>
     </message>
     <message>
-      <source>Wind sway [cm]</source>
-      <translation>Schwanken im Wind [cm]</translation>
-    </message>
-    <message>
-      <source>sway of the crowns (18 m up) between photos, standard deviation</source>
-      <translation>Schwanken der Kronen (in 18 m Höhe) zwischen den Fotos, Standardabweichung</translation>
-    </message>
-    <message>
-      <source>Sweep [cm]</source>
-      <translation>Krümmung [cm]</translation>
-    </message>
-    <message>
-      <source>sideways bow of every in-plot stem over its lowest 4 m</source>
-      <translation>seitliche Krümmung jedes Stamms der Fläche auf den untersten 4 m</translation>
-    </message>
-    <message>
-      <source>Butt flare [m]</source>
-      <translation>Wurzelanlauf [m]</translation>
-    </message>
-    <message>
-      <source>height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn</source>
-      <translation>Höhe, auf der der Wurzelanlauf auf ein Drittel fällt; 0 = 0,16 bis 0,28 m, gezogen</translation>
-    </message>
-    <message>
-      <source>Ellipticity [%]</source>
-      <translation>Unrundheit [%]</translation>
-    </message>
-    <message>
-      <source>widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn</source>
-      <translation>größte weniger kleinste Breite jedes Stamms, vom Mittel; 0 = bis 6, gezogen</translation>
-    </message>
-    <message>
-      <source>Twins</source>
-      <translation>Zwillinge</translation>
-    </message>
-    <message>
-      <source>in-plot trees with a second full stem beside them</source>
-      <translation>Bäume der Fläche mit einem zweiten vollen Stamm daneben</translation>
-    </message>
-    <message>
-      <source>Twin gap [m]</source>
-      <translation>Abstand der Zwillinge [m]</translation>
-    </message>
-    <message>
-      <source>gap between the bark of twins at breast height</source>
-      <translation>Abstand zwischen den Rinden von Zwillingen in Brusthöhe</translation>
-    </message>
-    <message>
-      <source>Clearing [m]</source>
-      <translation>Lichtung [m]</translation>
-    </message>
-    <message>
-      <source>no tree stands within this distance of the plot's centre</source>
-      <translation>in diesem Abstand vom Mittelpunkt der Fläche steht kein Baum</translation>
-    </message>
-    <message>
-      <source>Shaken [%]</source>
-      <translation>Verwackelt [%]</translation>
-    </message>
-    <message>
-      <source>share of the photos with motion blur</source>
-      <translation>Anteil der Fotos mit Bewegungsunschärfe</translation>
-    </message>
-    <message>
-      <source>Shake [px]</source>
-      <translation>Verwacklung [px]</translation>
-    </message>
-    <message>
-      <source>length of that motion blur</source>
-      <translation>Länge dieser Bewegungsunschärfe</translation>
-    </message>
-    <message>
-      <source>Misexposed [%]</source>
-      <translation>Falsch belichtet [%]</translation>
-    </message>
-    <message>
-      <source>share of the photos exposed wrongly, half of them too dark, half too light</source>
-      <translation>Anteil der falsch belichteten Fotos, die Hälfte zu dunkel, die Hälfte zu hell</translation>
-    </message>
-    <message>
-      <source>Misexposed [stops]</source>
-      <translation>Fehlbelichtung [Blenden]</translation>
-    </message>
-    <message>
-      <source>by how much</source>
-      <translation>um wie viel</translation>
-    </message>
-    <message>
-      <source>Exposure drift [stops]</source>
-      <translation>Belichtungsschwankung [Blenden]</translation>
-    </message>
-    <message>
-      <source>exposure of each photo, standard deviation</source>
-      <translation>Belichtung jedes Fotos, Standardabweichung</translation>
-    </message>
-    <message>
-      <source>White drift [%]</source>
-      <translation>Schwankung des Weißabgleichs [%]</translation>
-    </message>
-    <message>
-      <source>white balance of each photo, standard deviation a channel</source>
-      <translation>Weißabgleich jedes Fotos, Standardabweichung je Kanal</translation>
-    </message>
-    <message>
-      <source>PPK bias [m]</source>
-      <translation>PPK-Versatz [m]</translation>
-    </message>
-    <message>
-      <source>constant shift of the whole PPK track in E, N and h (wrong base coordinates)</source>
-      <translation>fester Versatz der ganzen PPK-Bahn in O, N und h (falsche Basiskoordinaten)</translation>
-    </message>
-    <message>
       <source>random seed; the same seed gives the same plot</source>
       <translation>Startwert; derselbe gibt dieselbe Probefläche</translation>
-    </message>
-    <message>
-      <source>Name</source>
-      <translation>Name</translation>
-    </message>
-    <message>
-      <source>plot name, used in file names; default: the folder's name</source>
-      <translation>Name der Probefläche, in Dateinamen verwendet; Vorgabe: Name des Ordners</translation>
     </message>
     <message>
       <source>the plot's folder</source>

@@ -1506,8 +1506,8 @@ cero.&lt;/p&gt;
       <translation>Cámara</translation>
     </message>
     <message>
-      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels</source>
-      <translation>cámara: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, una foto suya, o ancho,alto,focal en píxeles</translation>
+      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, a photo of it, or width,height,focal in pixels, and where known the shortest time between two photos in s and the rolling shutter in ms</source>
+      <translation>cámara: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, una foto suya, o ancho,alto,focal en píxeles; y, si se conocen, el menor tiempo entre dos fotos en s y el obturador rodante en ms</translation>
     </message>
     <message>
       <source>Target error [cm]</source>
@@ -1598,36 +1598,12 @@ cero.&lt;/p&gt;
       <translation>área foliar de una cara por área de suelo; por defecto: de una nube LiDAR, si no 2,5</translation>
     </message>
     <message>
-      <source>Crown radius [m]</source>
-      <translation>Radio de copa [m]</translation>
-    </message>
-    <message>
-      <source>reach of the crown of a tree of mean DBH; default: 1 m and four times the DBH</source>
-      <translation>alcance de la copa de un árbol de DAP medio; por defecto: 1 m y cuatro veces el DAP</translation>
-    </message>
-    <message>
       <source>Exposure [ms]</source>
       <translation>Tiempo de exposición [ms]</translation>
     </message>
     <message>
       <source>shutter: 1 ms is 1/1000 s</source>
       <translation>obturador: 1 ms es 1/1000 s</translation>
-    </message>
-    <message>
-      <source>Trigger [s]</source>
-      <translation>Disparo [s]</translation>
-    </message>
-    <message>
-      <source>shortest time between two photos; default: the camera's</source>
-      <translation>tiempo más corto entre dos fotos; por defecto: el de la cámara</translation>
-    </message>
-    <message>
-      <source>Readout [ms]</source>
-      <translation>Tiempo de lectura [ms]</translation>
-    </message>
-    <message>
-      <source>rolling shutter: first row to last; default: the camera's</source>
-      <translation>obturador rodante: de la primera fila a la última; por defecto: el de la cámara</translation>
     </message>
     <message>
       <source>Speed [m/s]</source>
@@ -1920,30 +1896,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.</source>
       <translation>Del método publicado: puntos con los que empiezan las gaussianas, scene_dense.ply de OpenMVS hecho con la carpeta sfm del espacio de trabajo, o LAS/LAZ en el SRC del proyecto; sin ellos los hace nuestro propio estéreo.</translation>
-    </message>
-    <message>
-      <source>Segmenter</source>
-      <translation>Segmentador</translation>
-    </message>
-    <message>
-      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
-      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d, segmentanytree y treex son programas que usted mismo instaló, model es una red en un archivo suyo (docs/analyst/measuring.md)</translation>
-    </message>
-    <message>
-      <source>Segmenter command</source>
-      <translation>Orden del segmentador</translation>
-    </message>
-    <message>
-      <source>command line of that program, with {input} and {output} for its folders</source>
-      <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
-    </message>
-    <message>
-      <source>Segmenter model</source>
-      <translation>Red del segmentador</translation>
-    </message>
-    <message>
-      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
-      <translation>de --segmenter model: la red, TorchScript u ONNX; puntos (N, 3) de entrada, números de árbol (N,) de salida</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -2252,14 +2204,6 @@ cero.&lt;/p&gt;
     <message>
       <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
       <translation>la única capa de árboles (.gpkg o .csv); si falta, trees.gpkg en la carpeta de trabajo</translation>
-    </message>
-    <message>
-      <source>Run programs</source>
-      <translation>Ejecutar programas</translation>
-    </message>
-    <message>
-      <source>run the programs that the table names (segmenter_command, segmenter_model)</source>
-      <translation>ejecutar los programas que nombra la tabla (segmenter_command, segmenter_model)</translation>
     </message>
     <message>
       <source>Threads</source>
@@ -2646,6 +2590,30 @@ cero.&lt;/p&gt;
       <translation>tronco más grueso</translation>
     </message>
     <message>
+      <source>Segmenter</source>
+      <translation>Segmentador</translation>
+    </message>
+    <message>
+      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
+      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d, segmentanytree y treex son programas que usted mismo instaló, model es una red en un archivo suyo (docs/analyst/measuring.md)</translation>
+    </message>
+    <message>
+      <source>Segmenter command</source>
+      <translation>Orden del segmentador</translation>
+    </message>
+    <message>
+      <source>command line of that program, with {input} and {output} for its folders</source>
+      <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
+    </message>
+    <message>
+      <source>Segmenter model</source>
+      <translation>Red del segmentador</translation>
+    </message>
+    <message>
+      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
+      <translation>de --segmenter model: la red, TorchScript u ONNX; puntos (N, 3) de entrada, números de árbol (N,) de salida</translation>
+    </message>
+    <message>
       <source>stem points with tree_id and height_m</source>
       <translation>puntos del tronco con tree_id y height_m</translation>
     </message>
@@ -2842,14 +2810,6 @@ cero.&lt;/p&gt;
       <translation>la parcela puede estar girada hasta este ángulo (brújula, declinación)</translation>
     </message>
     <message>
-      <source>Gate [m]</source>
-      <translation>Distancia máxima [m]</translation>
-    </message>
-    <message>
-      <source>trees further apart than this after co-registration are never a pair</source>
-      <translation>los árboles más alejados que esto tras el ajuste nunca son un par</translation>
-    </message>
-    <message>
       <source>Trees DBH unit</source>
       <translation>Unidad del DAP de los árboles medidos</translation>
     </message>
@@ -2902,12 +2862,12 @@ cero.&lt;/p&gt;
       <translation>Tablas y gráficos del DAP medido frente al de campo.</translation>
     </message>
     <message>
-      <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With --lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
-      <translation>De la capa de pares de match-plots (cuentan pair_status auto, ok y moved; rejected nunca): número de árboles, tasa de éxito (árboles con DAP de todos los de campo), RMSE, RRMSE (del DAP medio de campo), MAE, error medio (medido menos campo), parte de los árboles dentro del intervalo del 90 % indicado y árboles falsos, por parcela y en conjunto, con intervalos bootstrap por parcela. Escribe metrics.json, per_plot.csv, trees.csv, table.tex, gráficos (SVG y PNG) y evaluation.html. Las parcelas pendientes de revisión manual no cuentan y se nombran. Con --plots: varias parcelas en una tabla, con media, desviación estándar y rango entre parcelas. Con --lidar y --splats: cilindro, círculo y círculo ponderado en ambos, p elegido con troncos reservados, densidades, tendencia con el DAP, ablación y (parcelas simuladas) calidad de la segmentación y etiquetas verdaderas. Con --workspace-in: cuántas fotos muestran la altura del pecho, y tiempos. Unidades: centímetros y por ciento; las tasas en metrics.json van de 0 a 1.</translation>
+      <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With its columns lidar and splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With workspace_in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
+      <translation>De la capa de pares de match-plots (cuentan pair_status auto, ok y moved; rejected nunca): número de árboles, tasa de éxito (árboles con DAP de todos los de campo), RMSE, RRMSE (del DAP medio de campo), MAE, error medio (medido menos campo), parte de los árboles dentro del intervalo del 90 % indicado y árboles falsos, por parcela y en conjunto, con intervalos bootstrap por parcela. Escribe metrics.json, per_plot.csv, trees.csv, table.tex, gráficos (SVG y PNG) y evaluation.html. Las parcelas pendientes de revisión manual no cuentan y se nombran. Con --plots: varias parcelas en una tabla, con media, desviación estándar y rango entre parcelas. Con sus columnas lidar y splats: cilindro, círculo y círculo ponderado en ambos, p elegido con troncos reservados, densidades, tendencia con el DAP, ablación y (parcelas simuladas) calidad de la segmentación y etiquetas verdaderas. Con workspace_in: cuántas fotos muestran la altura del pecho, y tiempos. Unidades: centímetros y por ciento; las tasas en metrics.json van de 0 a 1.</translation>
     </message>
     <message>
-      <source>several plots at once: CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and where there are any lidar, splats, dtm, workspace_in; paths count from the CSV's folder</source>
-      <translation>varias parcelas a la vez: CSV con una fila por parcela y las columnas plot_id, trees y truth (o pairs), y donde los haya lidar, splats, dtm, workspace_in; las rutas cuentan desde la carpeta del CSV</translation>
+      <source>CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and where there are any lidar, splats (surface.laz or stems.laz), dtm, workspace_in (of photos-to-dbh); paths count from the CSV's folder</source>
+      <translation>CSV con una fila por parcela y las columnas plot_id, trees y truth (o pairs), y donde los haya lidar, splats (surface.laz o stems.laz), dtm, workspace_in (de photos-to-dbh); las rutas cuentan desde la carpeta del CSV</translation>
     </message>
     <message>
       <source>pairs layer of match-plots, checked by you</source>
@@ -2940,34 +2900,6 @@ cero.&lt;/p&gt;
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
       <translation>capa de pares de otro método para los mismos árboles de campo: ambos se puntúan también en los árboles medidos por los dos</translation>
-    </message>
-    <message>
-      <source>LiDAR</source>
-      <translation>LiDAR</translation>
-    </message>
-    <message>
-      <source>LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)</source>
-      <translation>nube LiDAR de la parcela: añade el cilindro y los círculos publicados (con tree_id: según la segmentación)</translation>
-    </message>
-    <message>
-      <source>Splats</source>
-      <translation>Splats</translation>
-    </message>
-    <message>
-      <source>surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points</source>
-      <translation>surface.laz (o stems.laz) de una carpeta de trabajo de photos-to-dbh con splats: los mismos ajustes en puntos de superficie</translation>
-    </message>
-    <message>
-      <source>terrain for both clouds; without it each finds its own</source>
-      <translation>terreno para ambas nubes; si falta, cada una busca el suyo</translation>
-    </message>
-    <message>
-      <source>Workspace in</source>
-      <translation>Carpeta de trabajo de entrada</translation>
-    </message>
-    <message>
-      <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
-      <translation>carpeta de trabajo de photos-to-dbh: añade la visibilidad de la altura del pecho y los tiempos por etapa</translation>
     </message>
     <message>
       <source>folder</source>
@@ -3322,36 +3254,12 @@ cero.&lt;/p&gt;
       <translation>sus propias ecuaciones, probadas antes que las incorporadas</translation>
     </message>
     <message>
-      <source>Volume equation</source>
-      <translation>Ecuación de volumen</translation>
-    </message>
-    <message>
-      <source>id of the volume equation for all trees (docs/technician/stand-table.md)</source>
-      <translation>identificador de la ecuación de volumen para todos los árboles (docs/technician/stand-table.md)</translation>
-    </message>
-    <message>
-      <source>Biomass equation</source>
-      <translation>Ecuación de biomasa</translation>
-    </message>
-    <message>
-      <source>id of the biomass equation for all trees</source>
-      <translation>identificador de la ecuación de biomasa para todos los árboles</translation>
-    </message>
-    <message>
       <source>Top [cm]</source>
       <translation>Extremo delgado [cm]</translation>
     </message>
     <message>
       <source>top diameter of the stem volumes that measured stem curves give (sections of the tree layer)</source>
       <translation>diámetro en punta delgada de los volúmenes de fuste que dan las curvas medidas (sections de la capa de árboles)</translation>
-    </message>
-    <message>
-      <source>Outside</source>
-      <translation>Fuera de rango</translation>
-    </message>
-    <message>
-      <source>trees outside an equation's range: use it and say so, or give no volume</source>
-      <translation>árboles fuera del rango de una ecuación: usarla y decirlo, o no dar volumen</translation>
     </message>
     <message>
       <source>Edge</source>
@@ -3404,22 +3312,6 @@ cero.&lt;/p&gt;
     <message>
       <source>name of the stand, in every file</source>
       <translation>nombre del rodal, en cada archivo</translation>
-    </message>
-    <message>
-      <source>FVS variant</source>
-      <translation>Variante de FVS</translation>
-    </message>
-    <message>
-      <source>FVS variant, two letters (SN)</source>
-      <translation>variante de FVS, dos letras (SN)</translation>
-    </message>
-    <message>
-      <source>Year</source>
-      <translation>Año</translation>
-    </message>
-    <message>
-      <source>year of the inventory, for FVS; empty: the flight's</source>
-      <translation>año del inventario, para FVS; vacío: el del vuelo</translation>
     </message>
     <message>
       <source>plots and trees as map layers</source>
@@ -3526,14 +3418,6 @@ cero.&lt;/p&gt;
       <translation>error estándar de un sesgo que comparten todos los DAP de una fecha</translation>
     </message>
     <message>
-      <source>Part of the bias that both dates share [%]</source>
-      <translation>Parte del sesgo que comparten ambas fechas [%]</translation>
-    </message>
-    <message>
-      <source>of that bias's variance, what both dates have alike (same camera, same method, same settings) and what so cancels in the growth; 0 where it is not known</source>
-      <translation>de la varianza de ese sesgo, la parte que ambas fechas tienen igual (misma cámara, mismo método, mismos ajustes) y que se anula en el crecimiento; 0 si no se sabe</translation>
-    </message>
-    <message>
       <source>Block before [%]</source>
       <translation>Bloque antes [%]</translation>
     </message>
@@ -3552,14 +3436,6 @@ cero.&lt;/p&gt;
     <message>
       <source>how far the two maps may be shifted against each other, standard error (0.05 with RTK or PPK, 3 without)</source>
       <translation>cuánto pueden estar desplazados los dos mapas entre sí, error estándar (0,05 con RTK o PPK, 3 sin)</translation>
-    </message>
-    <message>
-      <source>how far they may be turned against each other</source>
-      <translation>cuánto pueden estar girados entre sí</translation>
-    </message>
-    <message>
-      <source>trees further apart than this after co-registration are never the same tree</source>
-      <translation>árboles más separados que esto tras el ajuste nunca son el mismo árbol</translation>
     </message>
     <message>
       <source>every tree with what became of it</source>
@@ -3598,8 +3474,8 @@ cero.&lt;/p&gt;
       <translation>Gráfico de segundos frente al error del DAP para cada preajuste y método; o probar dónde fallan.</translation>
     </message>
     <message>
-      <source>Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 2 cm o de tres errores indicados. Con --cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
+      <source>Runs each configuration (presets, number of photos, photo size, features, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --suite stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 2 cm or three stated errors off. With --suite cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --suite stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 2 cm o de tres errores indicados. Con --suite cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
@@ -3610,28 +3486,20 @@ cero.&lt;/p&gt;
       <translation>carpeta para gráficos y tablas; ahí se conservan las ejecuciones terminadas, así una comparación interrumpida continúa</translation>
     </message>
     <message>
+      <source>Suite</source>
+      <translation>Serie</translation>
+    </message>
+    <message>
+      <source>chart: seconds against error; stability: one factor at a time from harmless to hopeless; cost: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
+      <translation>chart: segundos frente a error; stability: un factor cada vez, de inofensivo a imposible; cost: segundos y memoria de cada etapa frente a fotos, megapíxeles, troncos y puntos, ajustados</translation>
+    </message>
+    <message>
       <source>Quick</source>
       <translation>Rápido</translation>
     </message>
     <message>
       <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
       <translation>una parcela pequeña y una docena de configuraciones: unos 10 minutos en dos núcleos libres</translation>
-    </message>
-    <message>
-      <source>Stability</source>
-      <translation>Estabilidad</translation>
-    </message>
-    <message>
-      <source>instead of the chart: the stability suite, one factor at a time from harmless to hopeless</source>
-      <translation>en vez del gráfico: la serie de estabilidad, un factor cada vez, de inofensivo a imposible</translation>
-    </message>
-    <message>
-      <source>Cost</source>
-      <translation>Coste</translation>
-    </message>
-    <message>
-      <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
-      <translation>en vez del gráfico: segundos y memoria de cada etapa frente a fotos, megapíxeles, troncos y puntos, ajustados</translation>
     </message>
     <message>
       <source>Repeats</source>
@@ -3706,8 +3574,8 @@ cero.&lt;/p&gt;
       <translation>Crear una parcela sintética: fotos de dron, archivos PPK, LiDAR, tabla de campo y verdad.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are options of treedgs simulate-plot, which its own help lists.</source>
-      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones de la línea de órdenes (treedgs simulate-plot; véase su ayuda).</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and odd stands are options of treedgs simulate-plot, which its own help lists.</source>
+      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y rodales peculiares son opciones de la línea de órdenes (treedgs simulate-plot; véase su ayuda).</translation>
     </message>
     <message>
       <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
@@ -3746,128 +3614,8 @@ cero.&lt;/p&gt;
       <translation>tamaño de píxel en el suelo en vertical desde 70 m; fija la distancia focal</translation>
     </message>
     <message>
-      <source>Wind sway [cm]</source>
-      <translation>Balanceo por viento [cm]</translation>
-    </message>
-    <message>
-      <source>sway of the crowns (18 m up) between photos, standard deviation</source>
-      <translation>balanceo de las copas (a 18 m) entre fotos, desviación estándar</translation>
-    </message>
-    <message>
-      <source>Sweep [cm]</source>
-      <translation>Curvatura [cm]</translation>
-    </message>
-    <message>
-      <source>sideways bow of every in-plot stem over its lowest 4 m</source>
-      <translation>arqueo lateral de cada tronco de la parcela en sus 4 m inferiores</translation>
-    </message>
-    <message>
-      <source>Butt flare [m]</source>
-      <translation>Ensanche basal [m]</translation>
-    </message>
-    <message>
-      <source>height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn</source>
-      <translation>altura en la que el ensanche basal cae a un tercio; 0 = de 0,16 a 0,28 m, al azar</translation>
-    </message>
-    <message>
-      <source>Ellipticity [%]</source>
-      <translation>Elipticidad [%]</translation>
-    </message>
-    <message>
-      <source>widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn</source>
-      <translation>anchura mayor menos menor de cada tronco, respecto a la media; 0 = hasta 6, al azar</translation>
-    </message>
-    <message>
-      <source>Twins</source>
-      <translation>Gemelos</translation>
-    </message>
-    <message>
-      <source>in-plot trees with a second full stem beside them</source>
-      <translation>árboles de la parcela con un segundo tronco completo al lado</translation>
-    </message>
-    <message>
-      <source>Twin gap [m]</source>
-      <translation>Separación de gemelos [m]</translation>
-    </message>
-    <message>
-      <source>gap between the bark of twins at breast height</source>
-      <translation>distancia entre las cortezas de los gemelos a la altura del pecho</translation>
-    </message>
-    <message>
-      <source>Clearing [m]</source>
-      <translation>Claro [m]</translation>
-    </message>
-    <message>
-      <source>no tree stands within this distance of the plot's centre</source>
-      <translation>ningún árbol está a menos de esta distancia del centro de la parcela</translation>
-    </message>
-    <message>
-      <source>Shaken [%]</source>
-      <translation>Movidas [%]</translation>
-    </message>
-    <message>
-      <source>share of the photos with motion blur</source>
-      <translation>parte de las fotos con desenfoque de movimiento</translation>
-    </message>
-    <message>
-      <source>Shake [px]</source>
-      <translation>Desenfoque [px]</translation>
-    </message>
-    <message>
-      <source>length of that motion blur</source>
-      <translation>longitud de ese desenfoque</translation>
-    </message>
-    <message>
-      <source>Misexposed [%]</source>
-      <translation>Mal expuestas [%]</translation>
-    </message>
-    <message>
-      <source>share of the photos exposed wrongly, half of them too dark, half too light</source>
-      <translation>parte de las fotos mal expuestas, la mitad demasiado oscuras, la mitad demasiado claras</translation>
-    </message>
-    <message>
-      <source>Misexposed [stops]</source>
-      <translation>Error de exposición [pasos]</translation>
-    </message>
-    <message>
-      <source>by how much</source>
-      <translation>en cuánto</translation>
-    </message>
-    <message>
-      <source>Exposure drift [stops]</source>
-      <translation>Deriva de exposición [pasos]</translation>
-    </message>
-    <message>
-      <source>exposure of each photo, standard deviation</source>
-      <translation>exposición de cada foto, desviación estándar</translation>
-    </message>
-    <message>
-      <source>White drift [%]</source>
-      <translation>Deriva de blancos [%]</translation>
-    </message>
-    <message>
-      <source>white balance of each photo, standard deviation a channel</source>
-      <translation>balance de blancos de cada foto, desviación estándar por canal</translation>
-    </message>
-    <message>
-      <source>PPK bias [m]</source>
-      <translation>Sesgo PPK [m]</translation>
-    </message>
-    <message>
-      <source>constant shift of the whole PPK track in E, N and h (wrong base coordinates)</source>
-      <translation>desplazamiento constante de toda la trayectoria PPK en E, N y h (coordenadas de base erróneas)</translation>
-    </message>
-    <message>
       <source>random seed; the same seed gives the same plot</source>
       <translation>semilla; la misma semilla da la misma parcela</translation>
-    </message>
-    <message>
-      <source>Name</source>
-      <translation>Nombre</translation>
-    </message>
-    <message>
-      <source>plot name, used in file names; default: the folder's name</source>
-      <translation>nombre de la parcela, usado en los archivos; por defecto, el de la carpeta</translation>
     </message>
     <message>
       <source>the plot's folder</source>

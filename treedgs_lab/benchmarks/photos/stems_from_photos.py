@@ -31,7 +31,7 @@ from treedgs_lab.benchmarks.processes import simulate
 from treedgs_lab.benchmarks.records import write_record
 
 #: Size of a hard stand, and three kinds of it: dense, with undergrowth, ivy, hardwoods, a drone's sensor.
-HARD_SIZE = "--preset demo --radius-m 7.5 --samples 3 --faults float_epochs=0 --lidar-density-m2 0"
+HARD_SIZE = "--preset demo --radius-m 7.5 --camera samples=3 --faults float_epochs=0 --lidar-density-m2 0"
 HARD = (
     "--stems-per-ha 1200 --dbh-mean-cm 20 --camera sensor=drone --stand dbh_sd_cm=8,shrubs_per_m2=0.5,leaf_area_m2=12,"
     "ivy_stems=1,wrapped_stems=3,snags=1,touching_saplings=2,bark_variety,moss_pct=15,hardwood_pct=40,leaf_off,"
