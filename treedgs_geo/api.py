@@ -311,6 +311,8 @@ def _doc(summary: str, text: str, params: list[tuple[str, Param, Any]], outputs:
 
     def line(name: str, spec: Param) -> str:
         choices = f" One of {', '.join(spec.choices)}." if spec.choices else ""
+        if spec.record:
+            choices = f" Keys: {', '.join(key for key, _, _ in params_of(spec.record))}."
         return f"    {name}: {spec.help.rstrip('.')}{f', {spec.unit}' if spec.unit else ''}.{choices}"
 
     lines = [summary, "", text, "", "Args:", *(line(name, spec) for name, spec, _ in params)]

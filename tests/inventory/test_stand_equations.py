@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.settings import params_of
 from treedgs_geo.inventory.stand.equations import COLUMNS, ORIGINS, QUANTITIES, Formula, choose, read_equations
 from treedgs_geo.inventory.stand.species import species_of
 from treedgs_geo.inventory.stand.values import fit_curve
@@ -204,14 +205,13 @@ def test_the_page_names_what_there_is():
     from pathlib import Path
 
     from treedgs_geo.inventory.stand.expansion import MISSING
-    from treedgs_geo.inventory.stand.sample import EDGE_RULES
-    from treedgs_geo.inventory.stand.values import HEIGHT_MODES
-    from treedgs_geo.verbs.stand_table import FILES
+    from treedgs_geo.verbs.stand_table import FILES, StandTableSettings
 
     page = (Path(__file__).parents[2] / "docs" / "technician" / "stand-table.md").read_text(encoding="utf-8")
     shapefile_parts = (".shx", ".dbf", ".prj", ".cpg")
     assert [name for name in FILES if f"`{name}`" not in page and not name.endswith(shapefile_parts)] == []
-    assert [rule for rule in EDGE_RULES if f"| `{rule}`" not in page] == []
-    assert [mode for mode in (*HEIGHT_MODES, *MISSING) if mode not in page] == []
+    choices = {name: spec.choices for name, spec, _ in params_of(StandTableSettings)}
+    assert [rule for rule in choices["edge"] if f"| `{rule}`" not in page] == []
+    assert [mode for mode in (*choices["heights"], *MISSING) if mode not in page] == []
     families = {equation.id.rsplit("-", 1)[0].split("-")[0] for equation in read_equations()}
     assert [name for name in families if f"`{name}-" not in page] == []

@@ -41,6 +41,16 @@ def some(names: Iterable[Any], limit: int, joint: str = ", ") -> str:
     return joint.join(texts[:limit] + ["…"] * (len(texts) > limit))
 
 
+def shorten(names: list[str], most: int = 5) -> str:
+    """The first few names in a row, and how many more there are.
+
+    Examples:
+        >>> shorten(["a", "b", "c"], 2)
+        'a, b and 1 more'
+    """
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def count_of(n: int, what: str) -> str:
     """``1 tree``, ``2 trees``."""
     return f"{n} {what}{'' if n == 1 else 's'}"

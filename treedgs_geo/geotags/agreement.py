@@ -13,8 +13,8 @@ from ..core.errors import CRSError, GeotagError
 from ..core.frames import transform
 from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
+from ..core.shown import shorten
 from .gpstime import describe_utc
-from .photos import shorten
 from .stations import Stations
 from .trajectory import FLOAT_FLOOR_M, SINGLE_FLOOR_M
 

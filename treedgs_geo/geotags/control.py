@@ -17,8 +17,8 @@ from ..core.errors import InputError
 from ..core.frames import same_datum, transform
 from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
+from ..core.shown import shorten
 from .control_files import DEVIATIONS, PIXEL, PLACE, read_control_rows
-from .photos import shorten
 from .stations import Stations
 
 #: Standard deviation of a point for which the file gives none, E, N, U metres: RTK GNSS on a pole, and pricking.

@@ -11,11 +11,12 @@ import pyproj
 from ..core.crs import grid_convergence_deg, lonlat_to_project
 from ..core.errors import GeotagError
 from ..core.progress import Reporter
+from ..core.shown import shorten
 from .datum import decimal_year
 from .gpstime import gps_to_utc
 from .mrk import Marks
 from .pairing import MAX_CLOCK_ERROR_S, pair_photos
-from .photos import Photo, shorten
+from .photos import Photo
 from .rtklib import Trajectory, read_pos
 from .timing import EXIF_MIN_S, GPS_UTC_S, MIN_WITNESSES, NEAR_S, PRECISE_M, PRECISE_MIN_S, ROUGH_MIN_S, find_shift
 from .trajectory import Interpolated, interpolate

@@ -10,7 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..core.progress import Reporter
-from .photos import Photo, shorten
+from ..core.shown import shorten
+from .photos import Photo
 
 #: Photos that have to agree before something is a fault of the tags.
 _LEAST = 3

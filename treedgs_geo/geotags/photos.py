@@ -14,6 +14,7 @@ from ..core.errors import InputError
 from ..core.files import PHOTO_SUFFIXES
 from ..core.number_cells import as_number
 from ..core.progress import Reporter
+from ..core.shown import shorten
 from .copies import find_copies
 from .gpstime import parse_datetime_unix
 from .xmp import gimbal_angles, read_xmp, uses_dji_pitch
@@ -228,11 +229,6 @@ def _unreadable(path: Path, problem: Exception) -> str:
         except rasterio.errors.RasterioIOError:
             pass
     return f"{path}: cannot be read as a photo ({problem}); copy it again or remove it."
-
-
-def shorten(names: list[str], most: int = 5) -> str:
-    """A few names for a message."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:

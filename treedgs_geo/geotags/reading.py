@@ -16,6 +16,7 @@ from ..core.files import atomic_path
 from ..core.frames import satellite_frame, usual_crs, vertical_of
 from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
+from ..core.shown import shorten
 from .agreement import check_agreement
 from .datum import check_frame, geotags_frame, place_of
 from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare, on_map
@@ -23,7 +24,7 @@ from .gpstime import describe_utc, gps_to_utc
 from .mrk import read_mrk
 from .own_tags import without_faults
 from .pairing import pair_photos
-from .photos import Photo, read_photos, shorten
+from .photos import Photo, read_photos
 from .ppk import solve
 from .rtklib import read_pos
 from .sharpness import find_defects

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .photos import Photo, shorten
+from ..core.shown import shorten
+from .photos import Photo
 
 #: Standard deviation of a figure of the table: most were read off one photo of a blinking light, to whole milliseconds,
 #: and firmwares differ.

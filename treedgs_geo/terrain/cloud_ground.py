@@ -14,7 +14,6 @@ from ..pointcloud.cloud import extent
 from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
 from .dtm import GROUND_WARN_M, Dtm
 from .ground import MANY_POINTS, dtm_from_cloud, flat_ground
-from .normalised import BLOCK_M, NORMALISED_SE_M, lowest_height
 from .surface import cell_quantile
 
 #: A given terrain model that lies farther than this from the ground that the cloud shows is not that cloud's.
@@ -32,6 +31,15 @@ _SURE_BELOW_M = 0.3
 #: The ground of a cloud that shows none is about where the lowest points of its stems are: filters take off half a
 #: metre, seldom more. Its standard error, m.
 LOWEST_SE_M = 1.0
+#: The lowest points of a cloud whose z is height above ground: with its ground, or cut so far above it at most, metres.
+CUT_M = (-0.3, 1.1)
+#: In blocks of this side; those with stems or low plants have points up to ``LOW_M`` above the cloud's lowest, and such
+#: a share of them begins within ``LEVEL_M`` of it. A slope or relief spreads over ``LOW_M``.
+BLOCK_M, LOW_M, LEVEL_M, LEVEL_SHARE = 3.0, 2.0, 0.25, 0.7
+#: So many blocks tell a plot; fewer are one tree.
+MIN_BLOCKS = 4
+#: Standard error of heights that another program's ground was taken off from, metres.
+NORMALISED_SE_M = 0.1
 
 
 @dataclass(frozen=True)
@@ -264,3 +272,18 @@ def _completed(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndar
     completed = replace(own, heights=np.where(bad, own.heights, theirs))
     area = own.resolution_m**2
     return completed, area * float(holes.sum()), area * float(wrong.sum())
+
+
+def lowest_height(xyz: np.ndarray) -> float | None:
+    """z of the lowest points of (N, 3) ``xyz`` where it looks like height above ground, else ``None``.
+
+    The ground may be in the cloud or cut off at one height. A cloud of one tree says little about its slope, but there
+    zero and the lowest points are hardly a metre apart.
+    """
+    lows = cell_quantile(xyz, BLOCK_M, 0.0)[:, 2]
+    low = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
+    if not CUT_M[0] <= low <= CUT_M[1]:
+        return None
+    near = lows[lows < low + LOW_M]
+    level = len(near) < MIN_BLOCKS or np.mean(near < low + LEVEL_M) >= LEVEL_SHARE
+    return low if level else None

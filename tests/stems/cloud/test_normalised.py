@@ -11,9 +11,9 @@ from synthetic_cloud import plot_cloud, stem_points
 from treedgs_geo.cli import main
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
+from treedgs_geo.terrain.cloud_ground import lowest_height
 from treedgs_geo.terrain.dtm import write_dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
-from treedgs_geo.terrain.normalised import lowest_height
 
 STEMS = [(3.0, 3.0, 25.0), (8.0, 8.0, 35.0), (3.5, 8.5, 20.0), (9.0, 3.5, 30.0)]
 

@@ -21,11 +21,10 @@ from shapely.geometry.base import BaseGeometry
 from ...core.columns import FoundColumn, columns, line_of, measured, places, require, table_crs
 from ...core.errors import CRSError, InputError
 from ...core.plots import plot_names, refuse_same
+from ...core.shown import shorten
 from ...core.tables import column_name, is_table, read_table, refuse_other_formats
 from ..searched import ALMOST, SEARCHED, WHOLE
 
-#: How a tree of a plot that reaches over the stand's boundary counts.
-EDGE_RULES = ("zone", "walkthrough", "area", "none")
 #: What a table or layer of plots may hold.
 _PLACE = ("easting", "northing", "lon", "lat", "epsg")
 _MEASURES = ("radius", "width", "length", "area", "slope", "azimuth", "aspect")
@@ -225,10 +224,9 @@ def at_the_edge(
         kept.append(replace(plot, inside=share, weight_area_ha=area, edge=f"slopover, {chosen}"))
         over.setdefault(chosen, []).append(f"{plot.plot_id} ({100 * (1 - share):.0f} %)")
     for chosen, names in over.items():
-        more = f" and {len(names) - 12} more" if len(names) > 12 else ""
         notes.append(
             f"{len(names)} plot{'s reach' if len(names) > 1 else ' reaches'} over the stand's edge: "
-            f"{', '.join(names[:12])}{more}. Rule: {_RULE_TEXT[chosen]}."
+            f"{shorten(names, 12)}. Rule: {_RULE_TEXT[chosen]}."
         )
     return kept, notes
 
@@ -409,7 +407,7 @@ def as_searched(
             part_of.append((plot, made))
     if not kept:
         raise InputError(
-            f"{name}: stems were searched for in none of the {len(plots)} plots ({_some(missing)}); check their "
+            f"{name}: stems were searched for in none of the {len(plots)} plots ({shorten(missing, 8)}); check their "
             "coordinates and epsg, or measure them."
         )
     _refuse_same_ground(part_of, name)
@@ -417,7 +415,7 @@ def as_searched(
     if missing:
         warnings.append(
             f"{name}: {len(missing)} of {len(plots)} plots {'was' if len(missing) == 1 else 'were'} not searched for "
-            f"stems and {'is' if len(missing) == 1 else 'are'} left out: {_some(missing)}."
+            f"stems and {'is' if len(missing) == 1 else 'are'} left out: {shorten(missing, 8)}."
         )
     larger = [
         f"{made.plot_id} ({1e4 * made.area_ha:,.0f} of {1e4 * plot.area_ha:,.0f} m²{_like_feet(plot, made)})"
@@ -427,7 +425,7 @@ def as_searched(
     if larger:
         sentence = (
             f"{name}: {len(larger)} of {len(plots)} plots {'asks' if len(larger) == 1 else 'ask'} for more ground than "
-            f"stems were searched for on: {_some(larger)}. Only the searched part counts, and the trees in it."
+            f"stems were searched for on: {shorten(larger, 8)}. Only the searched part counts, and the trees in it."
         )
         least = min(made.searched for _, made in part_of)
         (warnings if least < ALMOST else notes).append(sentence)
@@ -469,7 +467,3 @@ def _like_feet(plot: SamplePlot, made: SamplePlot) -> str:
     """A hint where the radius is that of the searched circle in feet."""
     circle = np.sqrt(1e4 * made.area_ha / np.pi)
     return ": a radius in feet?" if abs(np.log(plot.radius_m / circle * 0.3048)) < 0.03 else ""
-
-
-def _some(names: list[str]) -> str:
-    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

@@ -86,7 +86,6 @@ BA = np.pi / 4e4
 _NODE = np.sqrt(3.0)
 #: What is summed up, beside the number of trees.
 QUANTITIES = ("ba", "volume", "biomass")
-HEIGHT_MODES = ("measured", "fitted", "published")
 
 
 #: DBHs (cm) of all trees, and how much higher they are taken (m) -> their values.
