@@ -1,4 +1,4 @@
-"""The canopy from photos of a scene that is drawn: two level crowns over a textured ground."""
+"""The canopy from photos of a scene that is drawn: two crowns of three loose layers over a textured ground."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.canopy import surface_of, volume_of
 from treedgs_geo.reconstruction.multi_view_correlation import pictures_of
 
-#: A crown (a level square, texture on top): half width, middle, height above the ground, metres; a smaller one.
+#: A crown (level squares with gaps, 0.6 m apart): half width, middle, height above the ground, metres; a smaller one.
 CROWNS = ((1.5, (2.0, 1.0), 12.0), (1.0, (-4.0, -2.0), 7.0))
 GROUND_Z = 3.0
 ABOUT = np.array([0.0, 0.0, GROUND_Z + 8])
@@ -22,13 +22,17 @@ def drawn(view: View, textures: list[np.ndarray]) -> np.ndarray:
     u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
     levels = [(GROUND_Z, np.array([0.0, 0.0]), 60.0)]
-    levels += [(GROUND_Z + height, np.array(middle), half) for half, middle, height in CROWNS]
+    for half, middle, height in CROWNS:
+        levels += [(GROUND_Z + height - down, np.array(middle), half) for down in (1.2, 0.6, 0.0)]
     image = np.zeros(len(rays), np.uint8)
     for (z, middle, half), texture in zip(levels, textures, strict=True):
         at = view.centre[:2] + rays[:, :2] * ((z - view.centre[2]) / rays[:, 2])[:, None]
         inside = (np.abs(at - middle) <= half).all(axis=1)
         cell = np.floor((at[inside] - middle + half) / 0.05).astype(int) % len(texture)
-        image[inside] = texture[cell[:, 0], cell[:, 1]]
+        leaf = texture[cell[:, 0], cell[:, 1]]
+        # Every other patch of a crown is a gap.
+        solid = (z == GROUND_Z) | ((cell // 6).sum(axis=1) * 7919 % 5 > 1)
+        image[np.flatnonzero(inside)[solid]] = leaf[solid]
     return np.repeat(image.reshape(camera.height, camera.width, 1), 3, axis=2)
 
 
@@ -36,7 +40,7 @@ def drawn(view: View, textures: list[np.ndarray]) -> np.ndarray:
 def views(tmp_path_factory):
     """20 photos, 40 m up, in two rings; a lens that bends."""
     rng = np.random.default_rng(5)
-    noise = [cv2.GaussianBlur(rng.integers(0, 256, (800, 800)).astype(np.uint8), (0, 0), 0.7) for _ in range(3)]
+    noise = [cv2.GaussianBlur(rng.integers(0, 256, (800, 800)).astype(np.uint8), (0, 0), 0.7) for _ in range(7)]
     textures = [np.clip(128 + 3.0 * (t.astype(float) - t.mean()), 0, 255).astype(np.uint8) for t in noise]
     folder, made = tmp_path_factory.mktemp("canopy"), []
     camera = Camera(640, 480, 1240.0, 1240.0, 325.0, 237.0, k1=-0.05, p1=0.001)
@@ -61,7 +65,7 @@ def ground(x, y):
 
 @pytest.fixture(scope="module")
 def volume(views):
-    return volume_of(pictures_of(views, ABOUT, 0.07, 4), ground, (-8.0, -8.0, 8.0, 8.0), 20.0)
+    return volume_of(pictures_of(views, ABOUT, 0.11, 4), ground, (-8.0, -8.0, 8.0, 8.0), 20.0)
 
 
 def test_what_stands_is_found_at_its_height_and_nothing_is_in_the_air(volume):
@@ -79,7 +83,7 @@ def test_what_stands_is_found_at_its_height_and_nothing_is_in_the_air(volume):
 def test_pictures_are_no_finer_than_the_photo_and_unknown_ground_is_left_out(views):
     assert pictures_of(views[:3], ABOUT, 0.001).images.shape[1:] == (480, 640)
     half = lambda x, y: np.where(x > 0, GROUND_Z, np.nan)  # noqa: E731
-    unknown = volume_of(pictures_of(views, ABOUT, 0.07, 4), half, (-4.0, -4.0, 4.0, 4.0), 20.0)
+    unknown = volume_of(pictures_of(views, ABOUT, 0.11, 4), half, (-4.0, -4.0, 4.0, 4.0), 20.0)
     found = surface_of(unknown)
     assert np.isnan(found[:, unknown.x < 0]).all() and np.isfinite(found).any()
 

@@ -8,11 +8,11 @@ core does: it falls to that of empty air where the crown ends. The top is where 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ..core.progress import Reporter
 from .multi_view_correlation import Pictures
@@ -21,22 +21,25 @@ from .multi_view_correlation import Pictures
 CELL_M = 0.3
 #: Smallest height that counts as canopy, metres.
 MIN_M = 2.0
-#: Highest part of a volume where nothing stands, metres: what empty air looks like.
+#: Highest part of a volume where nothing stands, metres.
 AIR_M = 4.0
 #: Correlations of levels nearer than this are not independent, metres.
-_INDEPENDENT_M = 1.0
-#: So far below its top a crown is seen on every level, on average; farther down on about half of them.
-_CROWN_M, _SEEN_BELOW = 5.0, 0.5
-#: The air's s.d. is not below this, and that much larger among crowns than above them.
-_MIN_AIR_SD, _AMONG_CROWNS = 0.01, 1.1
+_INDEPENDENT_M = 2.5
+#: So far below its top a crown is seen on every level, from opaque to thin ones, metres; farther down on every
+#: fifth.
+_CROWNS_M, _SEEN_BELOW = (1.0, 5.0), 0.2
+#: Least noise of a mean over one pair, and what counts as no pair.
+_MIN_NOISE, _NO_PAIR = 0.05, 0.01
+#: A crown is as alike as its clearest level, less so many s.d. of chance, at least this; s.d. within it, share.
+_CLEAR, _MIN_CROWN, _SPREAD = 2.0, 0.02, 0.5
 #: Photos from nearly the same direction still show a crown alike somewhat above it: so large a share of its correlation
 #: is air's.
 _HALO = 0.2
 #: A piece of a photo that shows a top reaches above it, metres.
 _REACH_M = 0.2
-#: Log likelihood by which something must stand there, rather than nothing: along a stem, and at one of thousands of
-#: cells.
-STANDS, _CELL_STANDS = 3.0, 10.0
+#: By this something must stand along a stem, rather than nothing: log likelihood; and at one of thousands of cells:
+#: s.d. of chance, on the clearest level.
+STANDS, _CELL_STANDS_SD = 2.0, 5.0
 #: A cell's top must be seen by so many pairs of photos.
 MIN_PAIRS = 6
 
@@ -58,43 +61,60 @@ class CanopyVolume:
     alike: np.ndarray
     pairs: np.ndarray
 
-    def smoothed(self, radius_m: float) -> np.ndarray:
-        """(L, R, C) mean round each cell, Gaussian of ``radius_m`` (s.d.)."""
-        return gaussian_filter(self.alike, (0.0, radius_m / CELL_M, radius_m / CELL_M))
+    def smoothed(self, radius_m: float) -> Alike:
+        """The mean round each cell, Gaussian of ``radius_m`` (s.d.) on its level."""
+        width = (0.0, radius_m / CELL_M, radius_m / CELL_M)
+        pairs = gaussian_filter(self.pairs.astype(np.float32), width)
+        total = gaussian_filter(self.alike * self.pairs, width)
+        return Alike.of(np.divide(total, pairs, out=np.zeros_like(total), where=pairs > _NO_PAIR), pairs)
 
 
 @dataclass(frozen=True)
-class Contrast:
-    """Correlation of a crown and of empty air. air_sd: s.d. in the air, where the mean is 0. crown, crown_sd: mean and
-    s.d. in crowns."""
+class Alike:
+    """Mean correlation over pairs of photos, and what chance makes of it. mean, pairs: (...) alike. noise: s.d. of the
+    mean in empty air is this over the root of ``pairs``."""
 
-    air_sd: float
-    crown: float
-    crown_sd: float
+    mean: np.ndarray
+    pairs: np.ndarray
+    noise: float
 
     @classmethod
-    def of_air(cls, alike: np.ndarray) -> Contrast:
-        """From values in the air; of crowns it is only known that they are seen far better."""
-        sd = 1.4826 * float(np.median(np.abs(alike))) if len(alike) else 0.0
-        sd = _AMONG_CROWNS * max(sd, _MIN_AIR_SD)
-        return cls(sd, 4 * sd, 4 * sd)
+    def of(cls, mean: np.ndarray, pairs: np.ndarray) -> Alike:
+        """With the noise that the negative values tell: what stands is alike, and chance has no sign."""
+        below = mean < 0
+        noise = np.sqrt(np.mean(mean[below] ** 2 * pairs[below])) if below.any() else 0.0
+        return cls(mean, pairs, max(float(noise), _MIN_NOISE))
 
-    def with_crowns(self, alike: np.ndarray) -> Contrast:
-        """From values in crowns too."""
-        return Contrast(self.air_sd, max(float(alike.mean()), 1.5 * self.air_sd), max(float(alike.std()), self.air_sd))
+    @classmethod
+    def joined(cls, parts: Sequence[Alike]) -> Alike:
+        """One after the other, along the first axis."""
+        mean, pairs = (np.concatenate([getattr(part, name) for part in parts]) for name in ("mean", "pairs"))
+        return cls(mean, pairs, float(np.sqrt(np.mean([part.noise**2 for part in parts]))))
 
-    def log_likelihood(self, alike: np.ndarray) -> np.ndarray:
-        """(..., L) correlation by level -> (..., L + 1) log likelihood that what stands ends below level k, over that
-        nothing stands."""
-        seen = np.maximum(alike, 0.0)
-        air_sd = max(self.air_sd, _HALO * self.crown)
-        odds = 0.5 * (seen / air_sd) ** 2 - 0.5 * ((seen - self.crown) / self.crown_sd) ** 2
-        odds += np.log(air_sd / self.crown_sd)
-        below = np.logaddexp(np.log(_SEEN_BELOW) + odds, np.log(1 - _SEEN_BELOW))
-        crown, below = (_summed(values * (CELL_M / _INDEPENDENT_M)) for values in (odds, below))
-        deep = int(_CROWN_M / CELL_M)
-        crown[..., deep:] += (below - crown)[..., :-deep]
-        return crown
+    def at(self, where: np.ndarray) -> Alike:
+        """Between cells: where (3, ...) level, row, column."""
+        mean, pairs = (map_coordinates(values, where, order=1, mode="constant") for values in (self.mean, self.pairs))
+        return Alike(mean, pairs, self.noise)
+
+
+def log_likelihood(alike: Alike, others: np.ndarray | float = 0.0) -> np.ndarray:
+    """(..., L) by level -> (..., L + 1) log likelihood that what stands ends below level k, over that nothing stands.
+    others: (..., L) probability that the crown of another tree is there anyway.
+
+    How alike a crown is in the photos depends on its leaves and on wind: each is held against its own clearest level.
+    """
+    seen, chance = np.maximum(alike.mean, 0.0), alike.noise**2 / np.maximum(alike.pairs, _NO_PAIR)
+    crown = (seen - _CLEAR * np.sqrt(chance)).max(axis=-1, keepdims=True).clip(_MIN_CROWN)
+    air, stands = chance + (_HALO * crown) ** 2, chance + (_SPREAD * crown) ** 2
+    odds = 0.5 * (seen**2 / air - (seen - crown) ** 2 / stands + np.log(air / stands))
+    odds = -np.log(others + (1 - others) * np.exp(-odds.clip(-50.0)))
+    below = np.logaddexp(np.log(_SEEN_BELOW) + odds, np.log(1 - _SEEN_BELOW))
+    ends, below = (_summed(values * (CELL_M / _INDEPENDENT_M)) for values in (odds, below))
+    found = []
+    for deep in (int(crown_m / CELL_M) for crown_m in _CROWNS_M):
+        found.append(ends.copy())
+        found[-1][..., deep:] += (below - ends)[..., :-deep]
+    return np.logaddexp.reduce(found) - np.log(len(found))
 
 
 def _summed(values: np.ndarray) -> np.ndarray:
@@ -104,12 +124,6 @@ def _summed(values: np.ndarray) -> np.ndarray:
 def edges_of(levels_m: np.ndarray) -> np.ndarray:
     """(L + 1,) heights at which what stands may end, metres."""
     return np.append(levels_m - CELL_M / 2, levels_m[-1] + CELL_M / 2) - _REACH_M
-
-
-def is_air(levels_m: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """(L, ...) bool: in the highest ``AIR_M``, where photos look. pairs: (L, ...)."""
-    high = levels_m > levels_m[-1] - AIR_M
-    return high.reshape(-1, *[1] * (pairs.ndim - 1)) & (pairs >= MIN_PAIRS)
 
 
 def volume_of(
@@ -142,11 +156,13 @@ def volume_of(
 
 def surface_of(volume: CanopyVolume) -> np.ndarray:
     """(R, C) height above the ground of what stands over each cell, metres; NaN where nothing is seen to stand."""
-    smoothed = volume.smoothed(CELL_M)
-    alike, contrast = np.moveaxis(smoothed, 0, -1), Contrast.of_air(smoothed[is_air(volume.levels_m, volume.pairs)])
-    found = contrast.log_likelihood(alike)
-    at = found.argmax(axis=-1)
-    pairs = np.take_along_axis(volume.pairs, np.minimum(at, len(volume.pairs) - 1)[None], axis=0)[0]
-    top = edges_of(volume.levels_m)[at]
-    stands = (found.max(axis=-1) > _CELL_STANDS) & (pairs >= MIN_PAIRS) & np.isfinite(volume.ground_z)
+    by_level = volume.smoothed(CELL_M)
+    mean, pairs = (np.moveaxis(values, 0, -1) for values in (by_level.mean, by_level.pairs))
+    found = log_likelihood(Alike(mean, pairs, by_level.noise))
+    at = found.argmax(axis=-1)[..., None]
+    top = edges_of(volume.levels_m)[at[..., 0]]
+    shown = np.take_along_axis(pairs, np.minimum(at, pairs.shape[-1] - 1), axis=-1)[..., 0]
+    below = np.arange(pairs.shape[-1]) < at
+    clearest = (below * mean * np.sqrt(pairs)).max(axis=-1) / by_level.noise
+    stands = (clearest > _CELL_STANDS_SD) & (shown >= MIN_PAIRS) & np.isfinite(volume.ground_z)
     return np.where(stands & (top < volume.levels_m[-1] - AIR_M), top, np.nan)

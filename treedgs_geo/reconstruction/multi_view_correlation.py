@@ -19,8 +19,8 @@ from .images import load_image
 
 #: Half the width of the piece that is compared, pixels.
 HALF_PX = 3
-#: Pairs of photos that must show a point for their mean to count in full, and so many are looked at.
-FULL_PAIRS, MAX_PAIRS = 12, 24
+#: So many pairs of photos that show a point are looked at.
+MAX_PAIRS = 48
 #: Grey values squared that are added to a piece's variance: flat pieces are alike by chance.
 _MIN_VARIANCE = 4.0
 #: Two photos are compared when they look at the place from so many degrees apart; so many would be best.
@@ -41,7 +41,7 @@ class Pictures:
 
     def alike(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, 3) local points -> (N,) float32: mean correlation of the pieces round them, -1 to 1, over the pairs that
-        show them; less where few do, 0 where none does. (N,) uint8: so many pairs, up to ``MAX_PAIRS``."""
+        show them, 0 where none does. (N,) uint8: so many pairs, up to ``MAX_PAIRS``."""
         points = np.ascontiguousarray(points, np.float32)
         found, count = np.zeros(len(points), np.float32), np.zeros(len(points), np.uint8)
         if len(points) and len(self.pairs):
@@ -156,6 +156,8 @@ def _correlation(images, matrix, axes, focal, i, j, x, y, z):  # pragma: no cove
             sum_pp += p * p
             sum_qq += q * q
             sum_pq += p * q
+    if sum_p == 0 or sum_q == 0:  # outside of a photo
+        return np.float32(-2)
     one = np.float32(1) / np.float32((2 * HALF_PX + 1) ** 2)
     mean_p, mean_q = np.float32(sum_p) * one, np.float32(sum_q) * one
     var_p = np.float32(sum_pp) * one - mean_p * mean_p + np.float32(_MIN_VARIANCE)
@@ -176,4 +178,4 @@ def _alike(images, matrix, axes, focal, pairs, points, found, counts):  # pragma
                 count += 1
                 if count == MAX_PAIRS:
                     break
-        found[k], counts[k] = total / np.float32(max(count, FULL_PAIRS)), count
+        found[k], counts[k] = total / np.float32(max(count, 1)), count

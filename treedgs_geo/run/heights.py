@@ -16,7 +16,7 @@ from ..core.progress import Reporter
 from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from ..reconstruction.canopy import CELL_M, CanopyVolume, is_air, surface_of, volume_of
+from ..reconstruction.canopy import CELL_M, Alike, CanopyVolume, surface_of, volume_of
 from ..reconstruction.multi_view_correlation import pictures_of
 from ..stems.photos.fit_records import read_fits
 from ..stems.photos.tiles import split
@@ -30,7 +30,7 @@ from .stage import Key, Stage
 #: The heights of a run's trees, in its workspace.
 KEPT_HEIGHTS = "heights.json"
 #: Pixel of the pictures that are compared, metres at the middle of the crowns, and photos that each is compared with.
-PIXEL_M, NEIGHBOURS = 0.0735, 12
+PIXEL_M, NEIGHBOURS = 0.11, 12
 #: Crowns reach over the rim of a plot, and their tops stand beside their stems, metres.
 _RIM_M = 2.0
 #: Middle of the crowns above the ground, where the pictures' pixels have their size, metres.
@@ -58,7 +58,7 @@ def find_heights(
     slopes = _slopes(fits, trees)
     foot = places - slopes * bh_m
     pieces, highest_m = list(pieces_of(site)), highest(points, site)
-    surfaces, alike, pairs, air, numbers = [], [], [], [], []
+    surfaces, profiled, numbers = [], [], []
     levels = np.empty(0)
     for number, (views, box) in enumerate(pieces):
         own = [k for k, (x, y) in enumerate(places) if box[0] <= x <= box[2] and box[1] <= y <= box[3]]
@@ -66,16 +66,13 @@ def find_heights(
             volume = canopy_over(site, views, box, highest_m, reporter)
         surfaces.append((volume.x, volume.y, surface_of(volume)))
         levels = volume.levels_m
-        seen, by = profiles(volume, foot[own], slopes[own])
-        alike.append(seen)
-        pairs.append(by)
-        air.append(np.moveaxis(seen, 2, 0)[is_air(levels, by.T)].ravel())
+        profiled.append(profiles(volume, foot[own], slopes[own]))
         numbers += own
     _write(raster, surfaces, site)
     if not numbers:
         return {}
     dbh = np.array([np.nan if tree.dbh_cm is None else tree.dbh_cm for tree in trees])[numbers]
-    heights = heights_of(np.concatenate(alike), np.concatenate(pairs), levels, np.concatenate(air), dbh)
+    heights = heights_of(Alike.joined(profiled), levels, dbh, foot[numbers], slopes[numbers])
     return {str(trees[k].tree_id): _entry(heights, row) for row, k in enumerate(numbers)}
 
 

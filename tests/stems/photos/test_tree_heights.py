@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from treedgs_geo.reconstruction.canopy import CELL_M, MIN_M, CanopyVolume, is_air
+from treedgs_geo.reconstruction.canopy import CELL_M, MIN_M, CanopyVolume
 from treedgs_geo.stems.photos.tree_heights import heights_of, profiles
 
 PLACES = np.array([[4.0 * (k % 4), 4.0 * (k // 4)] for k in range(16)])
@@ -31,9 +31,7 @@ def stand(seed: int, alike: float = 0.12, scatter: float = 0.05):
 
 
 def measured(volume, places, slopes, dbh):
-    alike, pairs = profiles(volume, places, slopes)
-    air = np.moveaxis(alike, 2, 0)[is_air(volume.levels_m, pairs.T)]
-    return heights_of(alike, pairs, volume.levels_m, air.ravel(), dbh)
+    return heights_of(profiles(volume, places, slopes), volume.levels_m, dbh, places, slopes)
 
 
 def test_faint_crowns_have_heights_that_are_right_within_their_errors():
@@ -62,6 +60,22 @@ def test_a_sapling_does_not_get_the_height_of_the_crown_above_it():
     found = measured(volume, places, np.vstack([slopes, slopes[5]]), np.append(dbh, 4.0))
     assert np.isnan(found.height_m[-1]) and found.why[-1] == "other_tree"
     assert found.height_m[5] == pytest.approx(height[5], abs=1.0)
+
+
+def test_a_smaller_tree_is_told_from_the_crown_that_leans_over_it():
+    low, tall = [], []
+    for seed in range(5, 13):
+        slopes, dbh, height, volume = stand(seed)
+        under, above = int(dbh.argmin()), int(dbh.argmax())
+        gx, gy = np.meshgrid(volume.x, volume.y)
+        over = np.hypot(gx - PLACES[under][0] - 0.5, gy - PLACES[under][1]) < 0.8
+        volume.alike[(volume.levels_m < height[above]) & (volume.levels_m > height[above] - 6)] += 0.06 * over
+        places, lean = np.vstack([PLACES, PLACES[under] + [0.9, 0.0]]), np.vstack([slopes, [0.0, 0.0]])
+        found = measured(volume, places, lean, np.append(dbh, dbh[above]))
+        low.append(found.height_m[under] - height[under])
+        tall.append(found.height_m[above] - height[above])
+    assert np.isfinite(low).sum() >= 5 and np.nanmax(np.abs(low)) < 2.5
+    assert np.nanmax(np.abs(tall)) < 1.5
 
 
 def test_without_a_diameter_there_is_no_height():

@@ -1,41 +1,41 @@
 """Heights of trees: how far up along its stem's axis a crown is seen.
 
 What neighbouring photos show alike round the axis gives the likelihood of every height
-(:mod:`treedgs_geo.reconstruction.canopy`); the stand's own curve of height over diameter, fitted to the trees that are
-seen well, weighs these heights, so that a sapling does not get the height of the crown above it.
+(:mod:`treedgs_geo.reconstruction.canopy`). All trees together tell the stand's curve of height over diameter, which
+weighs these heights; and where the crown of a taller tree is likely to be over the axis, what is seen there is no sign
+of this one.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
-from ...reconstruction.canopy import CELL_M, MIN_PAIRS, STANDS, CanopyVolume, Contrast, edges_of
+from ...reconstruction.canopy import CELL_M, MIN_PAIRS, STANDS, Alike, CanopyVolume, edges_of, log_likelihood
 from ..quality.tops import EXPONENT
 
 #: Radius (s.d.) of the core of a crown round its axis, metres; by as much (s.d.) it stands beside the stem's axis at
 #: this height, metres.
 _CORE_M, _ASIDE_HEIGHT_M = 0.35, 20.0
-#: Levels below a top that tell what crowns look like, metres.
-_TOP_M = (0.5, 4.0)
-#: Heights of trees of one diameter scatter so much at least (s.d. of the logarithm), with tails of Student's t of so
-#: many degrees of freedom.
-_MIN_SCATTER, _TAILS = 0.06, 3.0
-#: Trees that make a curve of the stand.
-_MIN_TREES = 5
-#: A height that is known no better than this (s.d.) is none, metres and share; one that is known to the first by itself
-#: counts for the stand's curve.
-_MAX_SD_M, _MAX_SD_SHARE = 1.0, 0.05
+#: Heights of trees of one diameter scatter so much about the stand's curve (s.d. of the logarithm), with tails of
+#: Student's t of so many degrees of freedom; at this diameter they are one of these; mean and s.d. of its logarithm
+#: over stands.
+_SCATTERS, _TAILS = (0.05, 0.07, 0.1, 0.14), 3.0
+_MIDDLE_CM, _LEVELS_M, _USUAL = 25.0, np.arange(5.0, 60.0, 0.25), (float(np.log(19.0)), 0.4)
+#: Taller trees than this are looked for over a tree, share of its height; their crowns begin at this share of theirs,
+#: have this radius (s.d., share) and are this probable over their middle.
+_TALLER, _CROWN_BASE, _CROWN_RADIUS, _COVERS = 1.1, 0.4, 0.07, 0.6
 #: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
 _ABOVE_M = 2.0
-#: What a height is unsure by beside its likelihood: metres, and a share of how far the stand's heights lie off its
-#: curve.
-_SE_M, _SE_SCATTER = 0.4, 0.7
+#: What a height is unsure by beside its likelihood, metres.
+_SE_M = 0.25
 #: A height that is off the stand's curve by more (logarithm) is another tree's; one with a larger standard error (share
 #: of it) says no more than the curve.
 _OFF_CURVE = 0.15
+#: And so is one that nothing speaks for but the crowns of others: log likelihood over that nothing stands.
+_OWN = 0.0
 
 
 @dataclass(frozen=True)
@@ -48,22 +48,21 @@ class Heights:
     why: np.ndarray
 
 
-def profiles(volume: CanopyVolume, places: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def profiles(volume: CanopyVolume, places: np.ndarray, slopes: np.ndarray) -> Alike:
     """What is seen alike in the core of each crown.
 
     Args:
         places: (S, 2) local metres, the axes at the ground. slopes: (S, 2) metres sideways for one metre up.
 
     Returns:
-        (S, O, L) correlation at O places beside the axis, by level; (S, L) pairs of photos that show the axis.
+        (S, O, L) at O places beside the axis, the axis first, by level.
     """
     levels = volume.levels_m
     moved = np.minimum(levels / _ASIDE_HEIGHT_M, 1.2)[:, None] * _aside()[:, None]
     at = places[:, None, None] + slopes[:, None, None] * levels[:, None] + moved[None]
     rows, columns = (at[..., 1] - volume.y[0]) / CELL_M, (at[..., 0] - volume.x[0]) / CELL_M
     where = np.stack([np.broadcast_to(np.arange(len(levels)), rows.shape), rows, columns])
-    alike = map_coordinates(volume.smoothed(_CORE_M), where, order=1, mode="constant")
-    return alike, map_coordinates(volume.pairs, where[:, :, 0], order=0, mode="constant")
+    return volume.smoothed(_CORE_M).at(where)
 
 
 def _aside() -> np.ndarray:
@@ -73,46 +72,74 @@ def _aside() -> np.ndarray:
     return np.vstack([np.zeros(2), np.sqrt(2) * _CORE_M * np.column_stack([np.cos(angle), np.sin(angle)])])
 
 
-def heights_of(
-    alike: np.ndarray, pairs: np.ndarray, levels_m: np.ndarray, air: np.ndarray, dbh_cm: np.ndarray
-) -> Heights:
+def heights_of(alike: Alike, levels_m: np.ndarray, dbh_cm: np.ndarray, foot: np.ndarray, slopes: np.ndarray) -> Heights:
     """The heights of a stand's trees.
 
     Args:
-        alike: (S, O, L), pairs: (S, L), :func:`profiles`. air: (A,) values where nothing stands. dbh_cm: (S,) NaN where
-            unknown.
+        alike: (S, O, L), :func:`profiles`. levels_m: (L,). dbh_cm: (S,) NaN where unknown. foot, slopes: (S, 2) as in
+            :func:`profiles`.
     """
-    contrast, edges, log_d = Contrast.of_air(air), edges_of(levels_m), np.log(np.asarray(dbh_cm, float))
-    prior_of_place = -0.5 * (np.linalg.norm(_aside(), axis=1) / _CORE_M) ** 2
-    curve, off, scatter = np.zeros((len(alike), len(edges))), np.zeros(len(alike)), _MIN_SCATTER
-    for _ in range(4):
-        by_place = contrast.log_likelihood(alike) + prior_of_place[:, None]
-        likelihood = np.logaddexp.reduce(by_place, axis=1) - np.log(len(prior_of_place))
-        height, sd = _moments(likelihood + curve, edges)
-        seen = likelihood.max(axis=1) > likelihood[:, 0] + STANDS
-        good = np.flatnonzero(seen & np.isfinite(log_d) & (sd < _MAX_SD_M))
-        if len(good) < _MIN_TREES:
-            break
-        ratio = np.log(height) - EXPONENT * log_d
-        level = float(np.median(ratio[good]))
-        scatter = 1.4826 * float(np.median(np.abs(ratio[good] - level)))
-        off = np.nan_to_num(ratio - level)
-        away = (np.log(edges) - level - EXPONENT * log_d[:, None]) / max(scatter, _MIN_SCATTER)
-        curve = np.nan_to_num(-0.5 * (_TAILS + 1) * np.log1p(away**2 / _TAILS))
-        core = alike[np.arange(len(alike)), by_place.max(axis=2).argmax(axis=1)]
-        below = height[good, None] - levels_m
-        if (crowns := (below > _TOP_M[0]) & (below < _TOP_M[1])).any():
-            contrast = contrast.with_crowns(core[good][crowns])
-    se = np.sqrt(sd**2 + _SE_M**2 + (_SE_SCATTER * scatter * height) ** 2)
-    why = np.full(len(alike), "", object)
-    why[(sd > np.maximum(_MAX_SD_M, _MAX_SD_SHARE * height)) | (se > _OFF_CURVE * height)] = "unclear"
+    edges, log_d = edges_of(levels_m), np.log(np.asarray(dbh_cm, float) / _MIDDLE_CM)
+    off_axis = -0.5 * (np.linalg.norm(_aside(), axis=1) / _CORE_M) ** 2
+    likelihood = _likelihood(alike, off_axis, 0.0)
+    seen = likelihood.max(axis=1) > likelihood[:, 0] + STANDS
+    expected, curve = _curve_of_stand(likelihood, edges, log_d)
+    for _ in range(2):
+        others = _other_crowns(expected, levels_m, foot, slopes)
+        likelihood = _likelihood(alike, off_axis, others[:, None])
+        expected, curve = _curve_of_stand(likelihood, edges, log_d)
+    height, sd = _moments(likelihood + curve, edges)
+    own = likelihood[np.arange(len(log_d)), np.searchsorted(edges, height).clip(max=len(edges) - 1)] - likelihood[:, 0]
+    se = np.hypot(sd, _SE_M)
+    why = np.full(len(log_d), "", object)
+    why[se > _OFF_CURVE * height] = "unclear"
     above = np.minimum(np.searchsorted(levels_m, height + _ABOVE_M), len(levels_m) - 1)
     # Without a diameter nothing tells a crown from the one above it.
-    why[(pairs[np.arange(len(alike)), above] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
-    why[np.abs(off) > _OFF_CURVE] = "other_tree"
+    why[(alike.pairs[np.arange(len(log_d)), 0, above] < MIN_PAIRS) | np.isnan(log_d)] = "unclear"
+    why[(np.abs(np.log(height / expected)) > _OFF_CURVE) | (own < _OWN)] = "other_tree"
     why[~seen] = "no_top"
     known = why == ""
     return Heights(np.where(known, height, np.nan), np.where(known, se, np.nan), why)
+
+
+def _likelihood(alike: Alike, off_axis: np.ndarray, others: np.ndarray | float) -> np.ndarray:
+    """(S, E) log likelihood of each height, wherever beside its axis the crown stands. off_axis: (O,) log density."""
+    by_place = log_likelihood(alike, others) + off_axis[:, None]
+    return np.logaddexp.reduce(by_place, axis=1) - np.log(len(off_axis))
+
+
+def _other_crowns(height_m: np.ndarray, levels_m: np.ndarray, foot: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """(S, L) probability that the crown of a taller tree is over each axis at a level. height_m: (S,) expected ones,
+    NaN where unknown."""
+    at = foot[:, None] + slopes[:, None] * levels_m[:, None]
+    apart = np.linalg.norm(at[:, None] - at[None], axis=-1)
+    tall, own = np.nan_to_num(height_m)[:, None], np.nan_to_num(height_m, nan=np.inf)[:, None, None]
+    covers = _COVERS * np.exp(-0.5 * (apart / np.maximum(_CROWN_RADIUS * tall, CELL_M)) ** 2)
+    covers *= (tall > _TALLER * own) & (levels_m < tall) & (levels_m > _CROWN_BASE * tall)
+    return 1 - np.prod(1 - covers, axis=1)
+
+
+def _curve_of_stand(likelihood: np.ndarray, edges: np.ndarray, log_d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The curve of height over diameter that explains all trees best, whatever the height of each (empirical Bayes).
+
+    Args:
+        likelihood: (S, E) log likelihood of each tree's height. log_d: (S,) logarithm of the diameter over
+            ``_MIDDLE_CM``, NaN where unknown.
+
+    Returns:
+        (S,) heights by the curve; (S, E) log density of each tree's heights about it, 0 without a diameter.
+    """
+    known, best = np.isfinite(log_d), -np.inf
+    curve = np.full(len(log_d), np.nan), np.zeros_like(likelihood)
+    for level, scatter in product(np.log(_LEVELS_M), _SCATTERS):
+        expected = level + EXPONENT * log_d
+        away = (np.log(edges) - expected[:, None]) / scatter
+        density = -0.5 * (_TAILS + 1) * np.log1p(away**2 / _TAILS) - np.log(scatter)
+        all_trees = np.logaddexp.reduce((likelihood + density)[known], axis=1).sum()
+        all_trees -= 0.5 * ((level - _USUAL[0]) / _USUAL[1]) ** 2
+        if all_trees > best:
+            best, curve = all_trees, (np.exp(expected), np.where(known[:, None], density, 0.0))
+    return curve
 
 
 def _moments(log_density: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
