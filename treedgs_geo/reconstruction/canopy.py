@@ -24,7 +24,7 @@ MIN_M = 2.0
 #: Highest part of a volume where nothing stands, metres.
 AIR_M = 4.0
 #: Correlations of levels nearer than this are not independent, metres.
-_INDEPENDENT_M = 2.5
+_INDEPENDENT_M = 1.7
 #: So far below its top a crown is seen on every level, from opaque to thin ones, metres; farther down on every
 #: fifth.
 _CROWNS_M, _SEEN_BELOW = (1.0, 5.0), 0.2
@@ -36,7 +36,7 @@ _CLEAR, _MIN_CROWN, _SPREAD = 2.0, 0.02, 0.5
 #: is air's.
 _HALO = 0.2
 #: A piece of a photo that shows a top reaches above it, metres.
-_REACH_M = 0.2
+_REACH_M = 0.1
 #: By this something must stand along a stem, rather than nothing: log likelihood; and at one of thousands of cells:
 #: s.d. of chance, on the clearest level.
 STANDS, _CELL_STANDS_SD = 2.0, 5.0

@@ -30,7 +30,7 @@ _TALLER, _CROWN_BASE, _CROWN_RADIUS, _COVERS = 1.1, 0.4, 0.07, 0.6
 #: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
 _ABOVE_M = 2.0
 #: What a height is unsure by beside its likelihood, metres.
-_SE_M = 0.25
+_SE_M = 0.15
 #: A height that is off the stand's curve by more (logarithm) is another tree's; one with a larger standard error (share
 #: of it) says no more than the curve.
 _OFF_CURVE = 0.15
