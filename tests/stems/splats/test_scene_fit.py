@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from painted_stem import GROUND, RADIUS, STEM, ground, scene
 torch = pytest.importorskip("torch")
 
 from treedgs_geo.core.errors import InputError, MissingComponentError  # noqa: E402
+from treedgs_geo.core.progress import Reporter  # noqa: E402
 from treedgs_geo.reconstruction.area import Area  # noqa: E402
 from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.scene import DensityRule, Scene, grow, to_prune, update_filter  # noqa: E402
@@ -147,7 +149,6 @@ def test_a_start_that_is_wide_for_want_of_gaussians_is_not_pruned_for_it(of_star
 def test_what_a_fit_warns_of():
     points, colours = prior()
     fit = SceneFit(Scene(points, colours, np.full(300, 0.02)), small_photos(), box(), QUICK)
-    fit.now.losses = [1.0]
     whole = replace(fit.report(300), steps=30_000)
     assert whole.warnings(QUICK) == []
     (cut,) = replace(whole, steps=700).warnings(replace(QUICK, time_limit_min=8))
@@ -233,6 +234,24 @@ def test_a_fit_lowers_its_loss_grows_and_repeats_to_the_bit():
     assert replace(same, cpu_s=0) == replace(report, cpu_s=0)
     other, _ = fit_scene(photos, box(), points, colours, replace(QUICK, seed=1))
     assert not np.array_equal(first.packed[:50], other.packed[:50])
+
+
+def test_a_fit_that_was_cut_off_goes_on_to_the_bit(tmp_path, monkeypatch):
+    photos, (points, colours), kept = small_photos(), prior(), tmp_path / "fit.pt"
+    whole, report = fit_scene(photos, box(), points, colours, QUICK)
+    minutes = itertools.count(step=60.0)
+    monkeypatch.setattr("treedgs_geo.stems.splats.on_torch.scene_fit._clock", lambda device: next(minutes))
+
+    class Cut(Reporter):
+        def progress(self, fraction):
+            if fraction > 0.5:
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fit_scene(photos, box(), points, colours, QUICK, Cut(), kept)
+    again, same = fit_scene(photos, box(), points, colours, QUICK, kept=kept)
+    assert np.array_equal(whole.packed, again.packed)
+    assert replace(same, cpu_s=0) == replace(report, cpu_s=0)
 
 
 def test_rlgs_tries_takes_back_and_repeats():

@@ -6,8 +6,8 @@
 
 WORKSPACE is one of ``photos-to-dbh`` on PLOT (cameras and ground of our own; nothing true is given). ``pack`` writes
 the dense prior, the cameras and the photos into the folder SCENE; ``fit`` needs that folder, torch and, for a card,
-warp-lang; it leaves ``field.npy`` and ``fit.json`` there; ``measure`` samples, segments and measures them and scores
-the trees against the truth.
+warp-lang; it leaves ``field.npy`` and ``fit.json`` there, and one that was cut off goes on when it is called again;
+``measure`` samples, segments and measures them and scores the trees against the truth.
 """
 
 from __future__ import annotations
@@ -74,9 +74,11 @@ def fit(scene: Path, device: str, minutes: float, tried_every: int) -> None:
     start, photos = np.load(scene / "start.npz"), WholePhotos.load(views)
     box = Box(start["low"], start["high"])
     options = SceneOptions(time_limit_min=minutes, device=device, tried_every=tried_every)
-    field, report = fit_scene(photos, box, start["points"], start["colours"], options, make_reporter("plain"))
+    reporter, kept = make_reporter("plain"), scene / "fit.pt"
+    field, report = fit_scene(photos, box, start["points"], start["colours"], options, reporter, kept)
     np.save(scene / "field.npy", field.packed.astype(np.float32))
     card = torch.cuda.get_device_name() if device == "cuda" else None
+    kept.unlink(missing_ok=True)
     write_json(scene / "fit.json", {"card": card, **asdict(report)})
 
 

@@ -121,7 +121,7 @@ def _smoothed(image: torch.Tensor) -> torch.Tensor:
         return torch.from_numpy(cv2.GaussianBlur(plain, window, _SIGMA, borderType=cv2.BORDER_CONSTANT))
     at = torch.arange(_WINDOW, dtype=image.dtype, device=image.device) - _WINDOW // 2
     line = torch.exp(-0.5 * (at / _SIGMA) ** 2)
-    line = line / line.sum()
-    moved = image.detach().permute(2, 0, 1).unsqueeze(1)
-    moved = conv2d(moved, line.view(1, 1, -1, 1), padding=(_WINDOW // 2, 0))
-    return conv2d(moved, line.view(1, 1, 1, -1), padding=(0, _WINDOW // 2)).squeeze(1).permute(1, 2, 0)
+    # One group a channel, contiguous: torch's own kernel, which for one channel is many times faster than cuDNN's.
+    moved, line = image.detach().permute(2, 0, 1).contiguous(), (line / line.sum()).expand(image.shape[2], 1, 1, -1)
+    moved = conv2d(moved, line.mT, padding=(_WINDOW // 2, 0), groups=len(moved))
+    return conv2d(moved, line, padding=(0, _WINDOW // 2), groups=len(moved)).permute(1, 2, 0)

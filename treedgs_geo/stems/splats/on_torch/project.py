@@ -19,6 +19,7 @@ sigma_ray)^2 exactly. The surface normal is the gradient of r - d(u) in camera a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 
@@ -29,6 +30,11 @@ from ..raster import ALPHA_MIN
 TILE_PX = 8
 #: Gaussians by tile: start (tiles + 1,) int32, items int32, tiles along x.
 Lists = tuple[torch.Tensor, torch.Tensor, int]
+
+
+def placed(value: Any, like: torch.Tensor) -> torch.Tensor:
+    """A few numbers as a tensor of the dtype and on the device of another, without waiting for a GPU."""
+    return torch.as_tensor(value, dtype=like.dtype).to(like.device, non_blocking=True)
 
 
 def turned(quats: torch.Tensor) -> torch.Tensor:
@@ -58,8 +64,8 @@ def projected_rows(
     their dtype.
     """
     means, quats, log_scales, opacity_logits, colours = parts
-    turn = torch.as_tensor(camera.rotation, dtype=means.dtype, device=means.device)
-    centre = means @ turn.T + torch.as_tensor(camera.translation, dtype=means.dtype, device=means.device)
+    turn = placed(camera.rotation, means)
+    centre = means @ turn.T + placed(camera.translation, means)
     x, y, z = centre.unbind(1)
     length, zero = centre.norm(dim=1), torch.zeros_like(z)
     axes = turn @ turned(quats) * torch.exp(log_scales)[:, None, :]
@@ -105,7 +111,7 @@ def project(
         index = torch.nonzero(drawn)[:, 0]
         index = index[torch.argsort(rows[6, index], stable=True)]
     # Once more for those alone: gradients of what is behind the camera would not be finite.
-    rows, _ = projected_rows([part[index] for part in parts], camera, dilation_px2, alpha_min)
+    rows, _ = projected_rows([part.index_select(0, index) for part in parts], camera, dilation_px2, alpha_min)
     return rows, index
 
 
@@ -124,6 +130,7 @@ def lists_by_tile(rows: torch.Tensor, width: int, height: int) -> Lists:
     place = torch.arange(len(of), device=rows.device) - (torch.cumsum(count, 0) - count)[of]
     wide = across[of].clamp_min(1)
     tile = (top[of] + place // wide) * tiles_x + left[of] + place % wide
-    tile, order = torch.sort(tile, stable=True)
-    start = torch.searchsorted(tile, torch.arange(tiles_x * tiles_y + 1, device=rows.device))
+    # Half the bits take half the time.
+    tile, order = torch.sort(tile.to(torch.int32), stable=True)
+    start = torch.searchsorted(tile, torch.arange(tiles_x * tiles_y + 1, dtype=torch.int32, device=rows.device))
     return start.to(torch.int32), of[order].to(torch.int32).contiguous(), tiles_x

@@ -19,7 +19,7 @@ from ..camera import CropCamera
 from ..kernels import N_PLANES
 from ..raster import ALPHA_MIN
 from .harmonics import COEFFICIENTS, seen_colours
-from .project import project
+from .project import placed, project
 
 #: Widths of the parts of the packed parameters: means, quaternions, log-scales, opacity logit, colours.
 _PARTS = {"means": 3, "quats": 4, "log_scales": 3, "opacity_logits": 1, "colours": 3}
@@ -171,7 +171,7 @@ def rasterize(
         InputError: tensors of other shapes, or on several devices. ImportError: GPU tensors without warp-lang.
     """
     if colours.ndim == 3 and colours.shape[1] in COEFFICIENTS and colours.shape[2] == 3:
-        colours = seen_colours(colours, means, torch.as_tensor(camera.centre, dtype=means.dtype, device=means.device))
+        colours = seen_colours(colours, means, placed(camera.centre, means))
     parts = {
         "means": means,
         "quats": quats,

@@ -12,7 +12,7 @@ import torch
 from ..camera import CropCamera
 from ..field import GaussianField
 from .harmonics import COEFFICIENTS, colours_of, constant_of
-from .project import turned
+from .project import placed, turned
 from .rasterize import Rendered, rasterize
 
 #: Steps of Adam as published (3DGS); the positions' are shares of the scene's extent and fall to a hundredth.
@@ -146,8 +146,7 @@ def update_filter(scene: Scene, cameras: list[CropCamera]) -> torch.Tensor:
     means = scene.tensors["means"].detach()
     nearest = torch.full((len(means),), torch.inf, device=means.device)
     for camera in cameras:
-        turn = torch.as_tensor(camera.rotation, dtype=means.dtype, device=means.device)
-        local = means @ turn.T + torch.as_tensor(camera.translation, dtype=means.dtype, device=means.device)
+        local = means @ placed(camera.rotation, means).T + placed(camera.translation, means)
         z = local[:, 2].clamp_min(1e-6)
         u, v = camera.fx * local[:, 0] / z + camera.cx, camera.fy * local[:, 1] / z + camera.cy
         # A margin, because an ellipse reaches further than its centre.

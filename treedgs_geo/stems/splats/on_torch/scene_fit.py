@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..field import GaussianField
 from ..options import SceneOptions
 from ..scene_start import Box, WholePhotos, start_scales, thinned
 from .losses import depth_normal, photometric, unit_rays
+from .project import placed
 from .rlgs import KNOBS, SCALED, TRIALS, Rlgs
 from .scene import RATES, DensityRule, Scene, grow, to_prune, update_filter
 from .scene_report import SceneReport
@@ -38,8 +40,13 @@ FACTORS, MIN_STEPS = (1.0, 0.5, 0.25), 300
 #: Gaussians are pruned for their width in a photo from so many times the median of those that the fit began with, if
 #: that is more than published: a start that is thinned has wide ones, and hardly any other.
 STARTS_WIDE = 2.0
+#: Steps that say how fast this machine is.
+_TRIED_STEPS = 4
 #: How much longer a step takes on average than at the start: Gaussians grow in number, then normals are drawn too.
 _GROWTH = 2.0
+
+#: What of a :class:`SceneFit` goes into a file beside its state.
+_KEPT = ("planned", "tried", "rewards")
 
 
 @dataclass
@@ -47,7 +54,8 @@ class Progress:
     """What the steps of a fit change beside the scene.
 
     steps: done so far. order: photos of this round that are still to come. last_reset, last_grown: steps at the last
-    reset of the opacities and the last densification. split, cloned, pruned: Gaussians so far. losses: one a step.
+    reset of the opacities and the last densification. split, cloned, pruned: Gaussians so far. losses: one a step,
+    on the device, so that no step waits for another's.
     pull: (2, N) of :func:`.scene.grow`. footprint_m: (N,) of a pixel at each Gaussian in its nearest photo. full: no
     more Gaussians were allowed.
     """
@@ -55,7 +63,7 @@ class Progress:
     pull: torch.Tensor
     footprint_m: torch.Tensor
     order: list[int]
-    losses: list[float]
+    losses: torch.Tensor
     steps: int = 0
     last_reset: int = 0
     last_grown: int = 0
@@ -75,17 +83,20 @@ class SceneFit:
         self.generator = torch.Generator().manual_seed(options.seed)
         self.controller = Rlgs(options.seed)
         device = scene.device
+        # All photos stay on the device, as bytes.
+        self.images = [torch.as_tensor(image, device=device) for image in photos.images]
         self.weights = [
-            torch.as_tensor((inside > 0.5) & box.seen(camera), dtype=torch.float32, device=device)
+            torch.as_tensor((inside > 0.5) & box.seen(camera), device=device)
             for camera, inside in zip(photos.cameras, photos.inside, strict=True)
         ]
         # A photo that sees nothing of the box has nothing to teach.
-        self.usable = [k for k, weight in enumerate(self.weights) if float(weight.sum()) > 0]
+        self.usable = [k for k, weight in enumerate(self.weights) if bool(weight.any())]
         if not self.usable:
             raise InputError("None of the photos shows the plot's box; check the plot's coordinates and the cameras.")
         centres = np.array([camera.centre for camera in photos.cameras])
         self.extent_m = float(1.1 * np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
-        self.now = Progress(self._no_pull(), update_filter(scene, photos.cameras), [], [])
+        losses = torch.zeros(max(options.steps, _TRIED_STEPS), device=device)
+        self.now = Progress(self._no_pull(), update_filter(scene, photos.cameras), [], losses)
         rule = DensityRule()
         self.rule = replace(rule, wide_px=max(rule.wide_px, STARTS_WIDE * self._radius_px()))
         self._split_rewards()
@@ -111,6 +122,11 @@ class SceneFit:
                 return
             self.step(factors, density)
 
+    def wait(self) -> None:
+        """Until a GPU has done what it was given."""
+        if self.scene.device.type == "cuda":
+            torch.cuda.synchronize(self.scene.device)
+
     def save(self) -> Any:
         """Everything that running changes, but the clock."""
         return self.scene.save(), copy.deepcopy(self.now), self.rng.bit_generator.state, self.generator.get_state()
@@ -124,15 +140,31 @@ class SceneFit:
         self.rng.bit_generator.state = draws
         self.generator.set_state(torch_draws)
 
+    def keep(self, path: Path) -> None:
+        """Write what :meth:`go_on` needs; not in it are RLGS's policies, which begin anew."""
+        scene, now, draws, torch_draws = self.save()
+        state = {"scene": scene, "now": vars(now), "draws": draws, "torch_draws": torch_draws, "seconds": self.seconds}
+        part = path.with_suffix(".part")
+        torch.save(state | {name: getattr(self, name) for name in _KEPT}, part)
+        part.replace(path)
+
+    def go_on(self, path: Path) -> None:
+        """From where the fit of the same photos and points stood that wrote ``path``."""
+        state = torch.load(path, map_location=self.scene.device, weights_only=True)
+        self.restore((state["scene"], Progress(**state["now"]), state["draws"], state["torch_draws"].cpu()))
+        for name in _KEPT:
+            setattr(self, name, state[name])
+        self.began = _clock(self.options.device) - state["seconds"]
+
     def reward_loss(self) -> float:
         """Mean absolute colour error of the reward views; NaN where there are none."""
         total = mass = 0.0
         with torch.no_grad():
             for k in self.rewards:
                 shown = self.scene.render(self.photos.cameras[k], self.degree, False)
-                off = (shown.colour - self._image(k)).abs().mean(dim=-1)
-                total += float((off * self.weights[k]).sum())
-                mass += float(self.weights[k].sum())
+                off, weight = (shown.colour - self._image(k)).abs().mean(dim=-1), self.weights[k].to(torch.float32)
+                total += float((off * weight).sum())
+                mass += float(weight.sum())
         return total / mass if mass else float("nan")
 
     # The fit ------------------------------------------------------------------------------------------------------
@@ -142,10 +174,10 @@ class SceneFit:
         """Of the harmonics, so far."""
         return min(int(self.done / _DEGREE_EVERY + 1e-9), _MAX_DEGREE)
 
-    def fit(self, reporter: Reporter | None = None) -> None:
-        """Phase after phase until the schedule or the time limit ends it."""
-        reporter = reporter or Reporter()
-        number, block, every = 0, 0, self.options.tried_every
+    def fit(self, reporter: Reporter | None = None, kept: Path | None = None) -> None:
+        """Phase after phase until the schedule or the time limit ends it. kept: written each minute (:meth:`keep`)."""
+        reporter, every, minute = reporter or Reporter(), self.options.tried_every, self.seconds // 60
+        number, block = self.now.steps // self.options.phase_steps, int(self.done * _REWARD_BLOCKS)
         while self.done < 1:
             if every and number % every == 0:
                 self.controller.phase(self)
@@ -155,6 +187,9 @@ class SceneFit:
             if int(self.done * _REWARD_BLOCKS) > block:
                 block = int(self.done * _REWARD_BLOCKS)
                 self._split_rewards()
+            if kept and self.seconds // 60 > minute:
+                minute = self.seconds // 60
+                self.keep(kept)
             reporter.progress(self.done)
 
     def step(self, factors: np.ndarray, density: np.ndarray) -> None:
@@ -167,7 +202,7 @@ class SceneFit:
         for group in self.scene.optimiser.param_groups:
             rate = RATES[group["name"]] * scaled.get(group["name"], 1.0)
             group["lr"] = rate * (self.extent_m * _LAST_RATE**done if group["name"] == "means" else 1.0)
-        camera, weight = self.photos.cameras[k], self.weights[k]
+        camera, weight = self.photos.cameras[k], self.weights[k].to(torch.float32)
         normals = done >= NORMALS_FROM
         shown = self.scene.render(camera, self.degree, normals)
         loss = photometric(shown.colour, self._image(k), weight)
@@ -178,12 +213,11 @@ class SceneFit:
         for tensor in self.scene.tensors.values():
             if tensor.grad is not None:
                 torch.nan_to_num_(tensor.grad, nan=0.0, posinf=0.0, neginf=0.0)
-        half = torch.tensor([camera.width / 2, camera.height / 2], device=shown.pull.device)
-        length = (shown.pull * half).norm(dim=1)
+        length = (shown.pull * placed([camera.width / 2, camera.height / 2], shown.pull)).norm(dim=1)
         now.pull += torch.stack([length, (length > 0).to(length.dtype)])
         self.scene.optimiser.step()
+        now.losses[now.steps] = loss.detach()
         now.steps += 1
-        now.losses.append(float(loss.detach()))
         self._control_density(density)
 
     def _control_density(self, knobs: np.ndarray) -> None:
@@ -237,14 +271,13 @@ class SceneFit:
         return float((3 * scale / self.now.footprint_m.clamp_min(1e-9)).median())
 
     def _image(self, k: int) -> torch.Tensor:
-        image = torch.as_tensor(self.photos.images[k], device=self.weights[k].device)
-        return image.to(torch.float32) / 255
+        return self.images[k].to(torch.float32) / 255
 
     def report(self, first: int) -> SceneReport:
         """What was done. first: Gaussians at the start."""
         now, options = self.now, self.options
         late = options.time_limit_min is not None and now.steps < options.steps
-        tenth = max(len(now.losses) // 10, 1)
+        losses, tenth = now.losses[: max(now.steps, 1)].cpu().numpy().astype(float), max(now.steps // 10, 1)
         return SceneReport(
             photos=len(self.photos),
             factor=options.factor,
@@ -260,7 +293,7 @@ class SceneFit:
             phases_tried=self.controller.phases,
             cpu_s=round(self.seconds, 1),
             ended="time limit" if late else "schedule",
-            loss=(float(np.mean(now.losses[:tenth])), float(np.mean(now.losses[-tenth:]))),
+            loss=(float(losses[:tenth].mean()), float(losses[-tenth:].mean())),
         )
 
 
@@ -286,12 +319,14 @@ def fit_scene(
     colours: np.ndarray,
     options: SceneOptions | None = None,
     reporter: Reporter | None = None,
+    kept: Path | None = None,
 ) -> tuple[GaussianField, SceneReport]:
     """The published fit of a whole scene.
 
     Args:
         photos: all of them, undistorted, at full size. box: what is modelled. points, colours: (M, 3) local metres and
-            (M, 3) 0..1, of the dense prior.
+            (M, 3) 0..1, of the dense prior. kept: a file that the fit writes each minute, and goes on from where there is
+            one.
 
     Returns:
         The Gaussians in the box, 3D filter worked in, and how far the fit came.
@@ -313,7 +348,9 @@ def fit_scene(
     try:
         fit = _prepared(photos, box, points, colours, options)
         first = len(fit.scene)
-        fit.fit(reporter)
+        if kept and kept.exists():
+            fit.go_on(kept)
+        fit.fit(reporter, kept)
         made = fit.scene.field()
         return made.select(box.contains(made.means.astype(float))), fit.report(first)
     finally:
@@ -335,10 +372,12 @@ def _prepared(
         # A first few steps say how fast this machine is; they are taken back.
         state = fit.save()
         fit.step(*as_scheduled)
+        fit.wait()
         start = fit.seconds
-        for _ in range(3):
+        for _ in range(_TRIED_STEPS - 1):
             fit.step(*as_scheduled)
-        each = (fit.seconds - start) / 3
+        fit.wait()
+        each = (fit.seconds - start) / (_TRIED_STEPS - 1)
         fit.restore(state)
         fit.tried = 0
         fit.planned = plan(each, 60 * options.time_limit_min - fit.seconds, options)

@@ -17,11 +17,15 @@ from .. import kernels
 from .project import TILE_PX, Lists, lists_by_tile
 
 wp.config.quiet = True
+# Divisions and exponentials to seven digits: those of the CPU's kernels are no better.
+wp.set_module_options({"fast_math": True})
 # Arrays are made from tensors' memory before the first kernel is launched.
 wp.init()
 _TILE = wp.constant(TILE_PX)
 _TILE_PIXELS = wp.constant(TILE_PX**2)
 _TOP = wp.constant(float(kernels.ALPHA_MAX))
+#: The 15 gradients of a Gaussian, filled up to a power of two.
+_Row = wp.types.vector(length=16, dtype=wp.float32)
 
 
 @wp.func_native("""
@@ -37,13 +41,25 @@ def _anywhere(here: bool) -> bool:
 
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
-    for (int step = 16; step > 0; step /= 2) value += __shfl_down_sync(0xffffffffu, value, step);
-    if (threadIdx.x % 32 != 0) return;
+    const int lane = threadIdx.x % 32;
+    #pragma unroll
+    for (int half = 8; half > 0; half /= 2) {
+        const bool upper = lane & (2 * half);
+        #pragma unroll
+        for (int k = 0; k < half; ++k) {
+            const float sent = upper ? values.c[k] : values.c[k + half];
+            values.c[k] = (upper ? values.c[k + half] : values.c[k]) + __shfl_xor_sync(0xffffffffu, sent, 2 * half);
+        }
+    }
+    values.c[0] += __shfl_xor_sync(0xffffffffu, values.c[0], 1);
+    if (lane % 2 == 0) wp::atomic_add(grad, g, lane / 2, values.c[0]);
+#else
+    for (int k = 0; k < 16; ++k) wp::atomic_add(grad, g, k, values.c[k]);
 #endif
-    wp::atomic_add(grad, row, g, value);
 """)
-def _add(grad: wp.array2d(dtype=wp.float32), row: int, g: int, value: wp.float32):
-    """Add the values of a warp's 32 pixels to grad[row, g], in one access to memory."""
+def _add(grad: wp.array2d(dtype=wp.float32), g: int, values: _Row):
+    """Add the values of a warp's 32 pixels to grad[g]: halves of the warp swap halves of what they hold, until every
+    second lane holds one sum, and all are added in one access to memory."""
 
 
 @wp.func
@@ -72,22 +88,22 @@ def _forward(
     median = image[wp.min(full, 1) * 5, y, x] + wp.float32(0.0)
     for at in range(start[tile], start[tile + 1]):
         g = items[at]
-        dx, dy = px - proj[0, g], py - proj[1, g]
-        reach = proj[2, g] * dx * dx + 2.0 * proj[3, g] * dx * dy + proj[4, g] * dy * dy
-        if reach <= proj[13, g]:
-            alpha = wp.min(proj[5, g] * wp.exp(-0.5 * reach), _TOP)
+        dx, dy = px - proj[g, 0], py - proj[g, 1]
+        reach = proj[g, 2] * dx * dx + 2.0 * proj[g, 3] * dx * dy + proj[g, 4] * dy * dy
+        if reach <= proj[g, 13]:
+            alpha = wp.min(proj[g, 5] * wp.exp(-0.5 * reach), _TOP)
             w = alpha * trans
-            red += w * proj[14, g]
-            green += w * proj[15, g]
-            blue += w * proj[16, g]
+            red += w * proj[g, 14]
+            green += w * proj[g, 15]
+            blue += w * proj[g, 16]
             if full > 0:
-                d = proj[6, g] + proj[7, g] * dx + proj[8, g] * dy
+                d = proj[g, 6] + proj[g, 7] * dx + proj[g, 8] * dy
                 depth += w * d
                 if trans > 0.5:
                     median = d
-                nx += w * proj[9, g]
-                ny += w * proj[10, g]
-                nz += w * proj[11, g]
+                nx += w * proj[g, 9]
+                ny += w * proj[g, 10]
+                nz += w * proj[g, 11]
             trans = trans - w
     image[0, y, x] = red
     image[1, y, x] = green
@@ -117,53 +133,46 @@ def _backward(
     # A pixel beyond the border goes along, for the warp's sums, and adds nothing.
     x, y = wp.min(x, rest.shape[1] - 1), wp.min(y, rest.shape[0] - 1)
     px, py = float(x) + 0.5, float(y) + 0.5
+    # Read once: the compiler cannot know that adding to grad leaves it as it is.
+    pulled = _Row()
+    for k in range(9):
+        if k < given.shape[0]:
+            pulled[k] = given[k, y, x]
     trans = wp.float32(1.0)
     left = rest[y, x] + wp.float32(0.0)
     for at in range(start[tile], start[tile + 1]):
         g = items[at]
-        dx, dy = px - proj[0, g], py - proj[1, g]
-        ka, kb, kc = proj[2, g], proj[3, g], proj[4, g]
+        dx, dy = px - proj[g, 0], py - proj[g, 1]
+        ka, kb, kc = proj[g, 2], proj[g, 3], proj[g, 4]
         reach = ka * dx * dx + 2.0 * kb * dx * dy + kc * dy * dy
-        drawn = inside and reach <= proj[13, g]
+        drawn = inside and reach <= proj[g, 13]
         if _anywhere(drawn):
-            raw = proj[5, g] * wp.exp(-0.5 * reach)
+            raw = proj[g, 5] * wp.exp(-0.5 * reach)
             alpha = wp.min(raw, _TOP)
             if not drawn:
                 alpha = wp.float32(0.0)
             w = alpha * trans
-            h = given[3, y, x] + given[0, y, x] * proj[14, g] + given[1, y, x] * proj[15, g]
-            h += given[2, y, x] * proj[16, g]
-            gd = wp.float32(0.0)
+            h = pulled[3] + pulled[0] * proj[g, 14] + pulled[1] * proj[g, 15]
+            h += pulled[2] * proj[g, 16]
             if full > 0:
-                d = proj[6, g] + proj[7, g] * dx + proj[8, g] * dy
-                gd = given[4, y, x] + wp.float32(0.0)
-                h += gd * d + given[5, y, x] * proj[9, g] + given[6, y, x] * proj[10, g] + given[7, y, x] * proj[11, g]
+                d = proj[g, 6] + proj[g, 7] * dx + proj[g, 8] * dy
+                h += pulled[4] * d + pulled[5] * proj[g, 9] + pulled[6] * proj[g, 10] + pulled[7] * proj[g, 11]
             left = left - w * h
             dp = (trans * h - left / (1.0 - alpha)) * alpha
             if raw >= _TOP:
                 dp = 0.0
-            wd = w * gd
-            if full > 0 and trans > 0.5 and trans - w <= 0.5:
-                wd += given[8, y, x]
+            wd = w * pulled[4]
+            if trans > 0.5 and trans - w <= 0.5:
+                wd += pulled[8]
             trans = trans - w
-            along = dp * (ka * dx + kb * dy) - proj[7, g] * wd
-            down = dp * (kb * dx + kc * dy) - proj[8, g] * wd
-            _add(grad, 0, g, along)
-            _add(grad, 1, g, down)
-            _add(grad, 2, g, -0.5 * dp * dx * dx)
-            _add(grad, 3, g, -dp * dx * dy)
-            _add(grad, 4, g, -0.5 * dp * dy * dy)
-            _add(grad, 5, g, dp / proj[5, g])
-            if full > 0:
-                _add(grad, 6, g, wd)
-                _add(grad, 7, g, wd * dx)
-                _add(grad, 8, g, wd * dy)
-                _add(grad, 9, g, w * given[5, y, x])
-                _add(grad, 10, g, w * given[6, y, x])
-                _add(grad, 11, g, w * given[7, y, x])
-            _add(grad, 12, g, w * given[0, y, x])
-            _add(grad, 13, g, w * given[1, y, x])
-            _add(grad, 14, g, w * given[2, y, x])
+            along = dp * (ka * dx + kb * dy) - proj[g, 7] * wd
+            down = dp * (kb * dx + kc * dy) - proj[g, 8] * wd
+            values = _Row(
+                along, down, -0.5 * dp * dx * dx, -dp * dx * dy, -0.5 * dp * dy * dy, dp / proj[g, 5],
+                wd, wd * dx, wd * dy, w * pulled[5], w * pulled[6], w * pulled[7],
+                w * pulled[0], w * pulled[1], w * pulled[2], 0.0,
+            )  # fmt: skip
+            _add(grad, g, values)
 
 
 def available(device: str) -> bool:
@@ -180,7 +189,7 @@ def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[
         planes[5] = torch.nan
     start, items, tiles_x = lists_by_tile(rows, width, height)
     if rows.shape[1]:
-        arrays = [wp.from_torch(rows), wp.from_torch(start), wp.from_torch(items), tiles_x, int(full)]
+        arrays = [*_arrays(rows, start, items), tiles_x, int(full)]
         with _stream(rows.device):
             image = wp.from_torch(planes)
             _launch(_forward, start, image, [*arrays, image])
@@ -194,14 +203,19 @@ def pull_back(rows: torch.Tensor, lists: Lists, given: torch.Tensor, planes: tor
     rest = (given[:3] * planes[:3]).sum(0) + given[3] * (1 - planes[3])
     if full:
         rest = rest + given[4] * planes[4] + (given[5:8] * planes[6:9]).sum(0)
-    grad = torch.zeros((15, rows.shape[1]), device=rows.device)
+    grad = torch.zeros((rows.shape[1], _Row._length_), device=rows.device)
     if rows.shape[1]:
-        arrays = [wp.from_torch(rows), wp.from_torch(lists[0]), wp.from_torch(lists[1]), lists[2], int(full)]
+        arrays = [*_arrays(rows, *lists[:2]), lists[2], int(full)]
         with _stream(rows.device):
             out = wp.from_torch(grad)
             inputs = [*arrays, wp.from_torch(given), wp.from_torch(rest.contiguous()), out]
             _launch(_backward, lists[0], out, inputs)
-    return grad
+    return grad.T[:15]
+
+
+def _arrays(rows: torch.Tensor, start: torch.Tensor, items: torch.Tensor) -> list[Any]:
+    """What both kernels read: the numbers of one Gaussian side by side, and the lists."""
+    return [wp.from_torch(array) for array in (rows.T.contiguous(), start, items)]
 
 
 def _launch(kernel: Any, start: torch.Tensor, out: Any, inputs: list[Any]) -> None:
