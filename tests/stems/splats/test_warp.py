@@ -11,7 +11,7 @@ wp = pytest.importorskip("warp", reason="warp-lang is not installed; the GPU pat
 from treedgs_geo.core.errors import InputError  # noqa: E402
 from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION  # noqa: E402
-from treedgs_geo.stems.splats.on_torch import check_device, warp_raster  # noqa: E402
+from treedgs_geo.stems.splats.on_torch import check_device, warp_project, warp_raster  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.warp_raster import available  # noqa: E402
 
@@ -55,9 +55,10 @@ def test_pictures_and_gradients_agree(device, full):
 @pytest.mark.parametrize("arch", [75, 90])
 def test_the_kernels_compile_for_a_gpu(arch, tmp_path):
     """NVIDIA's compiler is part of warp-lang: no card is needed for this."""
-    wp.compile_aot_module(warp_raster, arch=arch, module_dir=tmp_path, use_ptx=True)
-    code = next(tmp_path.glob(f"*.sm{arch}.ptx")).read_text()
-    assert all(f"{kernel}_" in code for kernel in ("_forward", "_backward"))
+    for module, kernels in ((warp_raster, ("_forward", "_backward")), (warp_project, ("_project",))):
+        wp.compile_aot_module(module, arch=arch, module_dir=tmp_path, use_ptx=True)
+        code = next(tmp_path.glob(f"*{module.__name__.split('.')[-1]}*.sm{arch}.ptx")).read_text()
+        assert all(f"{kernel}_" in code for kernel in kernels)
 
 
 def test_a_missing_gpu_is_one_sentence():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import cv2
@@ -119,9 +120,13 @@ def _smoothed(image: torch.Tensor) -> torch.Tensor:
         plain = np.ascontiguousarray(image.detach().numpy())
         window = (_WINDOW, _WINDOW)
         return torch.from_numpy(cv2.GaussianBlur(plain, window, _SIGMA, borderType=cv2.BORDER_CONSTANT))
-    at = torch.arange(_WINDOW, dtype=image.dtype, device=image.device) - _WINDOW // 2
-    line = torch.exp(-0.5 * (at / _SIGMA) ** 2)
     # One group a channel, contiguous: torch's own kernel, which for one channel is many times faster than cuDNN's.
-    moved, line = image.detach().permute(2, 0, 1).contiguous(), (line / line.sum()).expand(image.shape[2], 1, 1, -1)
+    moved, line = image.detach().permute(2, 0, 1).contiguous(), _line(image.device).expand(image.shape[2], 1, 1, -1)
     moved = conv2d(moved, line.mT, padding=(_WINDOW // 2, 0), groups=len(moved))
     return conv2d(moved, line, padding=(0, _WINDOW // 2), groups=len(moved)).permute(1, 2, 0)
+
+
+@cache
+def _line(device: torch.device) -> torch.Tensor:
+    line = torch.exp(-0.5 * ((torch.arange(_WINDOW, device=device) - _WINDOW // 2) / _SIGMA) ** 2)
+    return line / line.sum()

@@ -121,16 +121,18 @@ def lists_by_tile(rows: torch.Tensor, width: int, height: int) -> Lists:
     u, v, ka, kb, kc, cut = rows[0], rows[1], rows[2], rows[3], rows[4], rows[13]
     det = ka * kc - kb * kb
     reach_u, reach_v = (cut * kc / det).sqrt(), (cut * ka / det).sqrt()
-    left, right = (((u + side * reach_u) / TILE_PX).floor().long() for side in (-1, 1))
-    top, bottom = (((v + side * reach_v) / TILE_PX).floor().long() for side in (-1, 1))
-    left, top = left.clamp_min(0), top.clamp_min(0)
-    across = (right.clamp_max(tiles_x - 1) - left + 1).clamp_min(0)
-    count = across * (bottom.clamp_max(tiles_y - 1) - top + 1).clamp_min(0)
-    of = torch.repeat_interleave(torch.arange(len(u), device=rows.device), count)
-    place = torch.arange(len(of), device=rows.device) - (torch.cumsum(count, 0) - count)[of]
+    # Kept to the tiles before they become whole numbers, which could not hold the box of a needle seen end on.
+    left, top = (((at - reach) / TILE_PX).floor().clamp(0, most).int()
+                 for at, reach, most in ((u, reach_u, tiles_x), (v, reach_v, tiles_y)))  # fmt: skip
+    right, bottom = (((at + reach) / TILE_PX).floor().clamp(-1, most - 1).int()
+                     for at, reach, most in ((u, reach_u, tiles_x), (v, reach_v, tiles_y)))  # fmt: skip
+    across = (right - left + 1).clamp_min(0)
+    count = across * (bottom - top + 1).clamp_min(0)
+    whole = {"dtype": torch.int32, "device": rows.device}
+    of = torch.repeat_interleave(torch.arange(len(u), **whole), count)
+    place = torch.arange(len(of), **whole) - (torch.cumsum(count, 0, dtype=torch.int32) - count)[of]
     wide = across[of].clamp_min(1)
     tile = (top[of] + place // wide) * tiles_x + left[of] + place % wide
-    # Half the bits take half the time.
-    tile, order = torch.sort(tile.to(torch.int32), stable=True)
-    start = torch.searchsorted(tile, torch.arange(tiles_x * tiles_y + 1, dtype=torch.int32, device=rows.device))
-    return start.to(torch.int32), of[order].to(torch.int32).contiguous(), tiles_x
+    tile, order = torch.sort(tile, stable=True)
+    start = torch.searchsorted(tile, torch.arange(tiles_x * tiles_y + 1, **whole), out_int32=True)
+    return start, of[order], tiles_x

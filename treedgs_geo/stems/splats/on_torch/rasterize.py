@@ -78,6 +78,25 @@ class Rendered:
         return self.planes[4:]
 
 
+class _Project(torch.autograd.Function):
+    """:func:`.project.project` by Warp, of float32 tensors."""
+
+    @staticmethod
+    def forward(ctx: Any, camera: CropCamera, dilation_px2: float, alpha_min: float, *parts: torch.Tensor) -> Any:
+        from . import warp_project
+
+        ctx.how = (parts, camera, dilation_px2, alpha_min)
+        rows, ctx.index = warp_project.project(*ctx.how)
+        ctx.mark_non_differentiable(ctx.index)
+        return rows, ctx.index
+
+    @staticmethod
+    def backward(ctx: Any, *given: torch.Tensor) -> Any:
+        from . import warp_project
+
+        return None, None, None, *warp_project.pull_back(ctx.index, given[0], *ctx.how)
+
+
 class _Composite(torch.autograd.Function):
     """(17, n) rows of the projection, front to back -> the planes and median depth of :class:`Rendered`: by the
     compiled kernels, or by Warp's in the tensors' own memory."""
@@ -181,10 +200,13 @@ def rasterize(
     }
     _check(parts)
     # Float64 up to the ellipses, float32 in the picture.
-    doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
-    rows, index = project(doubles, camera, dilation_px2, alpha_min)
-    pull = torch.zeros((len(means), 2), device=means.device)
+    inputs = (means, quats, log_scales, opacity_logits, colours)
     warp = means.device.type != "cpu" if warp is None else warp
+    if warp and all(part.dtype == torch.float32 for part in inputs):
+        rows, index = _Project.apply(camera, dilation_px2, alpha_min, *inputs)
+    else:
+        rows, index = project([part.to(torch.float64) for part in inputs], camera, dilation_px2, alpha_min)
+    pull = torch.zeros((len(means), 2), device=means.device)
     planes, median = _Composite.apply(rows, index, camera, geometry, warp, pull)
     return Rendered(planes, median if geometry else None, pull)
 

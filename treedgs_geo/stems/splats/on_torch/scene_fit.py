@@ -325,8 +325,8 @@ def fit_scene(
 
     Args:
         photos: all of them, undistorted, at full size. box: what is modelled. points, colours: (M, 3) local metres and
-            (M, 3) 0..1, of the dense prior. kept: a file that the fit writes each minute, and goes on from where there is
-            one.
+            (M, 3) 0..1, of the dense prior. kept: a file that the fit writes each minute, and goes on from where it is
+            there.
 
     Returns:
         The Gaussians in the box, 3D filter worked in, and how far the fit came.

@@ -26,6 +26,8 @@ _TILE_PIXELS = wp.constant(TILE_PX**2)
 _TOP = wp.constant(float(kernels.ALPHA_MAX))
 #: The 15 gradients of a Gaussian, filled up to a power of two.
 _Row = wp.types.vector(length=16, dtype=wp.float32)
+#: The numbers of a Gaussian (rows of :func:`.project.projected_rows`).
+_Drawn = wp.types.vector(length=17, dtype=wp.float32)
 
 
 @wp.func_native("""
@@ -119,7 +121,7 @@ def _forward(
 
 @wp.kernel(enable_backward=False)
 def _backward(
-    proj: wp.array2d(dtype=wp.float32),
+    proj: wp.array(dtype=_Drawn),
     start: wp.array(dtype=wp.int32),
     items: wp.array(dtype=wp.int32),
     tiles_x: int,
@@ -140,23 +142,29 @@ def _backward(
             pulled[k] = given[k, y, x]
     trans = wp.float32(1.0)
     left = rest[y, x] + wp.float32(0.0)
-    for at in range(start[tile], start[tile + 1]):
-        g = items[at]
-        dx, dy = px - proj[g, 0], py - proj[g, 1]
-        ka, kb, kc = proj[g, 2], proj[g, 3], proj[g, 4]
+    # The next Gaussian is read while this one is worked at: adding to grad would make it wait.
+    first, last = start[tile], start[tile + 1]
+    following = _Drawn()
+    if first < last:
+        following = proj[items[first]]
+    for at in range(first, last):
+        g, row = items[at], following
+        following = proj[items[wp.min(at + 1, last - 1)]]
+        dx, dy = px - row[0], py - row[1]
+        ka, kb, kc = row[2], row[3], row[4]
         reach = ka * dx * dx + 2.0 * kb * dx * dy + kc * dy * dy
-        drawn = inside and reach <= proj[g, 13]
+        drawn = inside and reach <= row[13]
         if _anywhere(drawn):
-            raw = proj[g, 5] * wp.exp(-0.5 * reach)
+            raw = row[5] * wp.exp(-0.5 * reach)
             alpha = wp.min(raw, _TOP)
             if not drawn:
                 alpha = wp.float32(0.0)
             w = alpha * trans
-            h = pulled[3] + pulled[0] * proj[g, 14] + pulled[1] * proj[g, 15]
-            h += pulled[2] * proj[g, 16]
+            h = pulled[3] + pulled[0] * row[14] + pulled[1] * row[15]
+            h += pulled[2] * row[16]
             if full > 0:
-                d = proj[g, 6] + proj[g, 7] * dx + proj[g, 8] * dy
-                h += pulled[4] * d + pulled[5] * proj[g, 9] + pulled[6] * proj[g, 10] + pulled[7] * proj[g, 11]
+                d = row[6] + row[7] * dx + row[8] * dy
+                h += pulled[4] * d + pulled[5] * row[9] + pulled[6] * row[10] + pulled[7] * row[11]
             left = left - w * h
             dp = (trans * h - left / (1.0 - alpha)) * alpha
             if raw >= _TOP:
@@ -165,10 +173,10 @@ def _backward(
             if trans > 0.5 and trans - w <= 0.5:
                 wd += pulled[8]
             trans = trans - w
-            along = dp * (ka * dx + kb * dy) - proj[g, 7] * wd
-            down = dp * (kb * dx + kc * dy) - proj[g, 8] * wd
+            along = dp * (ka * dx + kb * dy) - row[7] * wd
+            down = dp * (kb * dx + kc * dy) - row[8] * wd
             values = _Row(
-                along, down, -0.5 * dp * dx * dx, -dp * dx * dy, -0.5 * dp * dy * dy, dp / proj[g, 5],
+                along, down, -0.5 * dp * dx * dx, -dp * dx * dy, -0.5 * dp * dy * dy, dp / row[5],
                 wd, wd * dx, wd * dy, w * pulled[5], w * pulled[6], w * pulled[7],
                 w * pulled[0], w * pulled[1], w * pulled[2], 0.0,
             )  # fmt: skip
@@ -190,7 +198,7 @@ def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[
     start, items, tiles_x = lists_by_tile(rows, width, height)
     if rows.shape[1]:
         arrays = [*_arrays(rows, start, items), tiles_x, int(full)]
-        with _stream(rows.device):
+        with stream(rows.device):
             image = wp.from_torch(planes)
             _launch(_forward, start, image, [*arrays, image])
     return planes, (start, items, tiles_x)
@@ -205,8 +213,9 @@ def pull_back(rows: torch.Tensor, lists: Lists, given: torch.Tensor, planes: tor
         rest = rest + given[4] * planes[4] + (given[5:8] * planes[6:9]).sum(0)
     grad = torch.zeros((rows.shape[1], _Row._length_), device=rows.device)
     if rows.shape[1]:
-        arrays = [*_arrays(rows, *lists[:2]), lists[2], int(full)]
-        with _stream(rows.device):
+        proj, *arrays = _arrays(rows, *lists[:2])
+        arrays = [proj.view(_Drawn), *arrays, lists[2], int(full)]
+        with stream(rows.device):
             out = wp.from_torch(grad)
             inputs = [*arrays, wp.from_torch(given), wp.from_torch(rest.contiguous()), out]
             _launch(_backward, lists[0], out, inputs)
@@ -223,8 +232,8 @@ def _launch(kernel: Any, start: torch.Tensor, out: Any, inputs: list[Any]) -> No
     wp.launch(kernel, dim=(len(start) - 1) * TILE_PX**2, inputs=inputs, device=out.device, block_dim=TILE_PX**2)
 
 
-def _stream(device: torch.device) -> AbstractContextManager:
+def stream(device: torch.device) -> AbstractContextManager:
     """Warp's launches in the stream that torch works in: neither waits for the other."""
     if device.type != "cuda":
         return nullcontext()
-    return wp.ScopedStream(wp.stream_from_torch(torch.cuda.current_stream(device)))
+    return wp.ScopedStream(wp.stream_from_torch(torch.cuda.currentstream(device)))
