@@ -236,4 +236,4 @@ def stream(device: torch.device) -> AbstractContextManager:
     """Warp's launches in the stream that torch works in: neither waits for the other."""
     if device.type != "cuda":
         return nullcontext()
-    return wp.ScopedStream(wp.stream_from_torch(torch.cuda.currentstream(device)))
+    return wp.ScopedStream(wp.stream_from_torch(torch.cuda.current_stream(device)))
