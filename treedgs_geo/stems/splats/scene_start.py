@@ -120,10 +120,11 @@ class Box:
 
     def seen(self, camera: CropCamera) -> np.ndarray:
         """(H, W) bool: the pixel's ray passes through the box in front of the camera."""
-        rays = camera.pixel_rays() @ camera.rotation
+        rays, near, far = camera.pixel_rays() @ camera.rotation, np.array(-np.inf), np.array(np.inf)
         with np.errstate(divide="ignore", invalid="ignore"):
-            sides = np.stack([(self.low - camera.centre) / rays, (self.high - camera.centre) / rays])
-        near, far = np.fmin(*sides).max(axis=-1), np.fmax(*sides).min(axis=-1)
+            for low, high, at, ray in zip(self.low, self.high, camera.centre, np.moveaxis(rays, -1, 0), strict=True):
+                sides = (low - at) / ray, (high - at) / ray
+                near, far = np.maximum(near, np.fmin(*sides)), np.minimum(far, np.fmax(*sides))
         return (far > 0) & (near < far)
 
 

@@ -28,6 +28,8 @@ _TOP = wp.constant(float(kernels.ALPHA_MAX))
 _Row = wp.types.vector(length=16, dtype=wp.float32)
 #: The numbers of a Gaussian (rows of :func:`.project.projected_rows`).
 _Drawn = wp.types.vector(length=17, dtype=wp.float32)
+#: What pulls at two pixels.
+_Pulled = wp.types.matrix(shape=(2, 9), dtype=wp.float32)
 
 
 @wp.func_native("""
@@ -41,18 +43,22 @@ def _anywhere(here: bool) -> bool:
     """``here`` of any pixel of this warp of 32."""
 
 
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    const int lane = threadIdx.x % 32;
+#: Halves of a warp swap halves of what they hold; written out, so that all of it stays in registers.
+_HALVE = "".join(
+    f"""
     #pragma unroll
-    for (int half = 8; half > 0; half /= 2) {
-        const bool upper = lane & (2 * half);
-        #pragma unroll
-        for (int k = 0; k < half; ++k) {
-            const float sent = upper ? values.c[k] : values.c[k + half];
-            values.c[k] = (upper ? values.c[k + half] : values.c[k]) + __shfl_xor_sync(0xffffffffu, sent, 2 * half);
-        }
-    }
+    for (int k = 0; k < {half}; ++k) {{
+        const bool upper = lane & {2 * half};
+        const float sent = upper ? values.c[k] : values.c[k + {half}];
+        values.c[k] = (upper ? values.c[k + {half}] : values.c[k]) + __shfl_xor_sync(0xffffffffu, sent, {2 * half});
+    }}"""
+    for half in (8, 4, 2, 1)
+)
+
+
+@wp.func_native(f"""
+#if defined(__CUDA_ARCH__)
+    const int lane = threadIdx.x % 32;{_HALVE}
     values.c[0] += __shfl_xor_sync(0xffffffffu, values.c[0], 1);
     if (lane % 2 == 0) wp::atomic_add(grad, g, lane / 2, values.c[0]);
 #else
@@ -60,8 +66,8 @@ def _anywhere(here: bool) -> bool:
 #endif
 """)
 def _add(grad: wp.array2d(dtype=wp.float32), g: int, values: _Row):
-    """Add the values of a warp's 32 pixels to grad[g]: halves of the warp swap halves of what they hold, until every
-    second lane holds one sum, and all are added in one access to memory."""
+    """Add the values of a warp's 32 threads to grad[g]: halved until every second one holds one sum, and all are
+    added in one access to memory."""
 
 
 @wp.func
@@ -130,18 +136,23 @@ def _backward(
     rest: wp.array2d(dtype=wp.float32),
     grad: wp.array2d(dtype=wp.float32),
 ):
-    x, y, tile = _pixel(wp.tid(), tiles_x)
-    inside = x < rest.shape[1] and y < rest.shape[0]
-    # A pixel beyond the border goes along, for the warp's sums, and adds nothing.
-    x, y = wp.min(x, rest.shape[1] - 1), wp.min(y, rest.shape[0] - 1)
+    # Two pixels a thread, half a tile apart, so that a warp's sums are those of a tile.
+    thread = wp.tid()
+    tile, place = thread / (_TILE_PIXELS / 2), thread % (_TILE_PIXELS / 2)
+    x, y = (tile % tiles_x) * _TILE + place % _TILE, (tile / tiles_x) * _TILE + place / _TILE
     px, py = float(x) + 0.5, float(y) + 0.5
+    # A pixel beyond the border goes along, for the warp's sums, and adds nothing.
+    solid, left, trans = wp.vec2(), wp.vec2(), wp.vec2(1.0, 1.0)
     # Read once: the compiler cannot know that adding to grad leaves it as it is.
-    pulled = _Row()
-    for k in range(9):
-        if k < given.shape[0]:
-            pulled[k] = given[k, y, x]
-    trans = wp.float32(1.0)
-    left = rest[y, x] + wp.float32(0.0)
+    pulled = _Pulled()
+    for part in range(2):
+        below = y + part * (_TILE / 2)
+        if x < rest.shape[1] and below < rest.shape[0]:
+            solid[part] = 1.0
+            left[part] = rest[below, x]
+            for k in range(9):
+                if k < given.shape[0]:
+                    pulled[part, k] = given[k, below, x]
     # The next Gaussian is read while this one is worked at: adding to grad would make it wait.
     first, last = start[tile], start[tile + 1]
     following = _Drawn()
@@ -150,36 +161,40 @@ def _backward(
     for at in range(first, last):
         g, row = items[at], following
         following = proj[items[wp.min(at + 1, last - 1)]]
-        dx, dy = px - row[0], py - row[1]
+        dx, top = px - row[0], py - row[1]
         ka, kb, kc = row[2], row[3], row[4]
-        reach = ka * dx * dx + 2.0 * kb * dx * dy + kc * dy * dy
-        drawn = inside and reach <= row[13]
-        if _anywhere(drawn):
-            raw = row[5] * wp.exp(-0.5 * reach)
-            alpha = wp.min(raw, _TOP)
-            if not drawn:
-                alpha = wp.float32(0.0)
-            w = alpha * trans
-            h = pulled[3] + pulled[0] * row[14] + pulled[1] * row[15]
-            h += pulled[2] * row[16]
-            if full > 0:
-                d = row[6] + row[7] * dx + row[8] * dy
-                h += pulled[4] * d + pulled[5] * row[9] + pulled[6] * row[10] + pulled[7] * row[11]
-            left = left - w * h
-            dp = (trans * h - left / (1.0 - alpha)) * alpha
-            if raw >= _TOP:
-                dp = 0.0
-            wd = w * pulled[4]
-            if trans > 0.5 and trans - w <= 0.5:
-                wd += pulled[8]
-            trans = trans - w
-            along = dp * (ka * dx + kb * dy) - row[7] * wd
-            down = dp * (kb * dx + kc * dy) - row[8] * wd
-            values = _Row(
-                along, down, -0.5 * dp * dx * dx, -dp * dx * dy, -0.5 * dp * dy * dy, dp / row[5],
-                wd, wd * dx, wd * dy, w * pulled[5], w * pulled[6], w * pulled[7],
-                w * pulled[0], w * pulled[1], w * pulled[2], 0.0,
-            )  # fmt: skip
+        reach, bottom = wp.vec2(), top + float(_TILE / 2)
+        reach[0] = ka * dx * dx + 2.0 * kb * dx * top + kc * top * top
+        reach[1] = ka * dx * dx + 2.0 * kb * dx * bottom + kc * bottom * bottom
+        if _anywhere(wp.min(reach[0], reach[1]) <= row[13]):
+            values = _Row()
+            for part in range(2):
+                dy = top + float(part * (_TILE / 2))
+                raw = row[5] * wp.exp(-0.5 * reach[part])
+                alpha = wp.min(raw, _TOP) * solid[part]
+                if reach[part] > row[13]:
+                    alpha = wp.float32(0.0)
+                w = alpha * trans[part]
+                h = pulled[part, 3] + pulled[part, 0] * row[14] + pulled[part, 1] * row[15] + pulled[part, 2] * row[16]
+                if full > 0:
+                    d = row[6] + row[7] * dx + row[8] * dy
+                    h += pulled[part, 4] * d + pulled[part, 5] * row[9]
+                    h += pulled[part, 6] * row[10] + pulled[part, 7] * row[11]
+                left[part] = left[part] - w * h
+                dp = (trans[part] * h - left[part] / (1.0 - alpha)) * alpha
+                if raw >= _TOP:
+                    dp = 0.0
+                wd = w * pulled[part, 4]
+                if trans[part] > 0.5 and trans[part] - w <= 0.5:
+                    wd += pulled[part, 8]
+                trans[part] = trans[part] - w
+                along = dp * (ka * dx + kb * dy) - row[7] * wd
+                down = dp * (kb * dx + kc * dy) - row[8] * wd
+                values += _Row(
+                    along, down, -0.5 * dp * dx * dx, -dp * dx * dy, -0.5 * dp * dy * dy, dp / row[5],
+                    wd, wd * dx, wd * dy, w * pulled[part, 5], w * pulled[part, 6], w * pulled[part, 7],
+                    w * pulled[part, 0], w * pulled[part, 1], w * pulled[part, 2], 0.0,
+                )  # fmt: skip
             _add(grad, g, values)
 
 
@@ -200,7 +215,7 @@ def composite(rows: torch.Tensor, height: int, width: int, full: bool) -> tuple[
         arrays = [*_arrays(rows, start, items), tiles_x, int(full)]
         with stream(rows.device):
             image = wp.from_torch(planes)
-            _launch(_forward, start, image, [*arrays, image])
+            _launch(_forward, start, image, [*arrays, image], TILE_PX**2)
     return planes, (start, items, tiles_x)
 
 
@@ -218,7 +233,7 @@ def pull_back(rows: torch.Tensor, lists: Lists, given: torch.Tensor, planes: tor
         with stream(rows.device):
             out = wp.from_torch(grad)
             inputs = [*arrays, wp.from_torch(given), wp.from_torch(rest.contiguous()), out]
-            _launch(_backward, lists[0], out, inputs)
+            _launch(_backward, lists[0], out, inputs, TILE_PX**2 // 2)
     return grad.T[:15]
 
 
@@ -227,9 +242,9 @@ def _arrays(rows: torch.Tensor, start: torch.Tensor, items: torch.Tensor) -> lis
     return [wp.from_torch(array) for array in (rows.T.contiguous(), start, items)]
 
 
-def _launch(kernel: Any, start: torch.Tensor, out: Any, inputs: list[Any]) -> None:
-    """One thread a pixel, one block a tile. start: (tiles + 1,) of :data:`.project.Lists`."""
-    wp.launch(kernel, dim=(len(start) - 1) * TILE_PX**2, inputs=inputs, device=out.device, block_dim=TILE_PX**2)
+def _launch(kernel: Any, start: torch.Tensor, out: Any, inputs: list[Any], threads: int) -> None:
+    """So many threads, one block, a tile. start: (tiles + 1,) of :data:`.project.Lists`."""
+    wp.launch(kernel, dim=(len(start) - 1) * threads, inputs=inputs, device=out.device, block_dim=threads)
 
 
 def stream(device: torch.device) -> AbstractContextManager:
