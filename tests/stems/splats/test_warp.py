@@ -12,6 +12,7 @@ from treedgs_geo.core.errors import InputError  # noqa: E402
 from treedgs_geo.stems.splats.camera import CropCamera  # noqa: E402
 from treedgs_geo.stems.splats.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION  # noqa: E402
 from treedgs_geo.stems.splats.on_torch import check_device, warp_project, warp_raster  # noqa: E402
+from treedgs_geo.stems.splats.on_torch.project import project  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.rasterize import rasterize, tensors_of  # noqa: E402
 from treedgs_geo.stems.splats.on_torch.warp_raster import available  # noqa: E402
 
@@ -50,6 +51,23 @@ def test_pictures_and_gradients_agree(device, full):
         assert k == 8 or (a - b).abs().max() < 0.02
     for mine, other in zip(*gradients, strict=True):
         torch.testing.assert_close(mine, other, atol=1e-2 * float(mine.abs().max()), rtol=0)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("dilation", [0.0, 0.15])
+def test_the_projection_and_its_gradients_are_torchs(device, dilation):
+    p = some(500)
+    p[:100, 2] -= 6.2  # behind the camera, or it is inside
+    mine, other = tensors_of(p), tensors_of(p, device)
+    rows, index = project([part.double() for part in mine], CAMERA, dilation, 1 / 255)
+    found, same = warp_project.project(other, CAMERA, dilation, 1 / 255)
+    assert 300 < len(index) < 500 and torch.equal(index, same.cpu())
+    torch.testing.assert_close(found.cpu(), rows.float(), rtol=1e-6, atol=1e-6)
+    given = torch.tensor(np.random.default_rng(1).standard_normal(rows.shape).astype(np.float32))
+    (rows * given).sum().backward()
+    pulled = warp_project.pull_back(same, given.to(device), other, CAMERA, dilation, 1 / 255)
+    for part, grad in zip(mine, pulled, strict=True):
+        torch.testing.assert_close(grad.cpu(), part.grad, rtol=1e-5, atol=1e-7 * float(part.grad.abs().max()))
 
 
 @pytest.mark.parametrize("arch", [75, 90])

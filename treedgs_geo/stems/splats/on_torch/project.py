@@ -128,7 +128,7 @@ def lists_by_tile(rows: torch.Tensor, width: int, height: int) -> Lists:
                      for at, reach, most in ((u, reach_u, tiles_x), (v, reach_v, tiles_y)))  # fmt: skip
     across = (right - left + 1).clamp_min(0)
     count = across * (bottom - top + 1).clamp_min(0)
-    whole = {"dtype": torch.int32, "device": rows.device}
+    whole: Any = {"dtype": torch.int32, "device": rows.device}
     of = torch.repeat_interleave(torch.arange(len(u), **whole), count)
     place = torch.arange(len(of), **whole) - (torch.cumsum(count, 0, dtype=torch.int32) - count)[of]
     wide = across[of].clamp_min(1)

@@ -2,7 +2,7 @@
 gradients, which Warp derives from the same lines. Import needs ``warp-lang``."""
 
 # Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
-# mypy: disable-error-code="valid-type,misc,attr-defined,arg-type,empty-body"
+# mypy: disable-error-code="valid-type,misc,attr-defined,arg-type,empty-body,assignment,operator,index,call-overload"
 from collections.abc import Sequence
 from typing import Any
 
@@ -129,12 +129,18 @@ def project(
     return rows[index].T, index
 
 
-def pull_back(index: torch.Tensor, grad: torch.Tensor, parts: Sequence[torch.Tensor], *how: Any) -> list[torch.Tensor]:
-    """Gradients of the five tensors. index, and grad (17, n) float32 of the rows: of :func:`project`; how: the rest of
-    its arguments."""
+def pull_back(
+    index: torch.Tensor,
+    grad: torch.Tensor,
+    parts: Sequence[torch.Tensor],
+    camera: CropCamera,
+    dilation_px2: float,
+    alpha_min: float,
+) -> list[torch.Tensor]:
+    """Gradients of the five tensors. index, and grad (17, n) float32 of the rows: of :func:`project`, as the rest."""
     pulled = [torch.zeros_like(part, memory_format=torch.contiguous_format) for part in parts]
     drawn = torch.empty(len(index), dtype=torch.bool, device=index.device)
-    _launch(index, parts, *how, grad.T.contiguous(), drawn, pulled)
+    _launch(index, parts, camera, dilation_px2, alpha_min, grad.T.contiguous(), drawn, pulled)
     return pulled
 
 

@@ -1,5 +1,5 @@
 """The compositing kernels for a GPU, through NVIDIA Warp (no compiler on the user's machine): the formulas of
-``kernels.py``, one thread a pixel, on Gaussians listed by tile, in the memory of torch tensors.
+``kernels.py``, one thread for a pixel or two, on Gaussians listed by tile, in the memory of torch tensors.
 
 Warp also runs these kernels on one CPU core, which is how they are tested; for a GPU they are compiled in the tests. On
 an NVIDIA H200 both agree. Import needs ``warp-lang``; ask :func:`available` first.
@@ -71,10 +71,11 @@ def _add(grad: wp.array2d(dtype=wp.float32), g: int, values: _Row):
 
 
 @wp.func
-def _pixel(thread: int, tiles_x: int):
-    """x, y and tile of a thread: those of a tile follow each other, so that a warp draws the same Gaussians."""
-    tile = thread / _TILE_PIXELS
-    place = thread - tile * _TILE_PIXELS
+def _pixel(thread: int, threads: int, tiles_x: int):
+    """x, y and tile of one of so many threads a tile: they follow each other, so that a warp draws the same
+    Gaussians."""
+    tile = thread / threads
+    place = thread - tile * threads
     return (tile % tiles_x) * _TILE + place % _TILE, (tile / tiles_x) * _TILE + place / _TILE, tile
 
 
@@ -87,7 +88,7 @@ def _forward(
     full: int,
     image: wp.array3d(dtype=wp.float32),
 ):
-    x, y, tile = _pixel(wp.tid(), tiles_x)
+    x, y, tile = _pixel(wp.tid(), _TILE_PIXELS, tiles_x)
     if x >= image.shape[2] or y >= image.shape[1]:
         return
     px, py = float(x) + 0.5, float(y) + 0.5
@@ -137,9 +138,7 @@ def _backward(
     grad: wp.array2d(dtype=wp.float32),
 ):
     # Two pixels a thread, half a tile apart, so that a warp's sums are those of a tile.
-    thread = wp.tid()
-    tile, place = thread / (_TILE_PIXELS / 2), thread % (_TILE_PIXELS / 2)
-    x, y = (tile % tiles_x) * _TILE + place % _TILE, (tile / tiles_x) * _TILE + place / _TILE
+    x, y, tile = _pixel(wp.tid(), _TILE_PIXELS / 2, tiles_x)
     px, py = float(x) + 0.5, float(y) + 0.5
     # A pixel beyond the border goes along, for the warp's sums, and adds nothing.
     solid, left, trans = wp.vec2(), wp.vec2(), wp.vec2(1.0, 1.0)
