@@ -255,11 +255,12 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
         ([GOOD], "guided", 1, ""),
         ([GOOD | {"poses_px_worst": 0.4}, GOOD | {"poses_px_median": 0.04}], "fine", 2, "0.40 px"),
         ([GOOD | {"registered": 60}, GOOD | {"registered": 59}], "guided", 2, "2 of 62 photos are not placed"),
-        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 50}], "fine", 3, "; 12 of 62"),
+        ([GOOD | {"registered": 20}, GOOD | {"registered": 30}, GOOD | {"registered": 30}], "fine", 3, "; 32 of 62"),
+        ([GOOD | {"registered": 20}, GOOD | {"registered": 31}], "fine", 2, "; 31 of 62"),
         ([GOOD | {"registered": 60}, GOOD | {"registered": 61}], "fine", 2, "2 of 62 photos are not placed"),
-        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD], "full", 3, "are not placed; 12 of 62"),
-        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 49}], "fine", 3, "; 12 of 62"),
-        ([GOOD | {"registered": 40}, GOOD | {"registered": 39}, None], "guided", 3, "; 23 of 62"),
+        ([GOOD | {"registered": 20}, GOOD | {"registered": 30}, GOOD], "full", 3, "are not placed; 32 of 62"),
+        ([GOOD | {"registered": 20}, GOOD | {"registered": 30}, GOOD | {"registered": 29}], "fine", 3, "; 32 of 62"),
+        ([GOOD | {"registered": 30}, GOOD | {"registered": 29}, None], "guided", 3, "; 33 of 62"),
         ([None, GOOD], "full", 2, "nothing there"),
     ],
 )
@@ -296,7 +297,7 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
 
 def test_nothing_is_spent_on_a_block_that_cannot_be_better(monkeypatch) -> None:
     unsure = GOOD | {"poses_px_median": 0.19}
-    for missing, tried in ((0, ["guided"]), (6, ["guided"]), (7, ["guided", "full"])):
+    for missing, tried in ((0, ["guided"]), (31, ["guided"]), (32, ["guided", "full"])):
         asked: list[str] = []
 
         def at_level(work, level, held, former=None, asked=asked, missing=missing):
