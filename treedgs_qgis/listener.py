@@ -39,6 +39,7 @@ STAGES = {
     "stems": "Stems, found and fitted",
     "heights": "Heights of the trees",
     "orthophoto": "Picture of the ground",
+    "view": "Stand in three dimensions",
     "canopy": "Looking for treetops",
     "tag photos": "Writing tagged copies of the photos",
     "draw": "Drawing trees",

@@ -42,7 +42,7 @@ def install() -> None:
     package = types.ModuleType("qgis")
     package.__path__ = []
     sys.modules["qgis"] = package
-    for name in ("core", "gui", "utils", "analysis"):
+    for name in ("core", "gui", "utils", "analysis", "_3d"):
         sys.modules[f"qgis.{name}"] = stub = Stub(f"qgis.{name}")
         setattr(package, name, stub)
     sys.modules["qgis.utils"].iface = mock.MagicMock()

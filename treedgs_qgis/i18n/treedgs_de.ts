@@ -788,6 +788,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Bild des Bodens</translation>
     </message>
     <message>
+      <source>Stand in three dimensions</source>
+      <translation>Bestand in drei Dimensionen</translation>
+    </message>
+    <message>
       <source>Looking for treetops</source>
       <translation>Suche nach Baumspitzen</translation>
     </message>

@@ -786,6 +786,10 @@ cero.&lt;/p&gt;
       <translation>Imagen del suelo</translation>
     </message>
     <message>
+      <source>Stand in three dimensions</source>
+      <translation>Rodal en tres dimensiones</translation>
+    </message>
+    <message>
       <source>Looking for treetops</source>
       <translation>Búsqueda de las copas más altas</translation>
     </message>
