@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -194,7 +195,8 @@ def test_a_flight_is_raised_over_a_hill_between_its_photos_or_refused():
 )
 def test_what_limits_the_speed(key, exposure, readout, speed, why):
     limits = FlyingSettings(highest_m=110, exposure_ms=exposure)
-    found = speed_of(made_flight([50.0] * 4), camera_of(key, None, readout), limits)
+    camera = camera_of(key) if readout is None else replace(camera_of(key), readout_ms=readout)
+    found = speed_of(made_flight([50.0] * 4), camera, limits)
     assert found[0] == pytest.approx(speed, rel=0.01) and found[1] == why
 
 
