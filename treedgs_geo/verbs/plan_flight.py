@@ -51,8 +51,8 @@ COMMAND = Command(
         "take_off",
         "output",
     ),
-    example="treedgs plan-flight --plots flight/plots.csv --dtm flight/dtm.tif --stand work/chm.tif --dbh-mean-cm 27 "
-    "--dbh-sd-cm 7 --crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
+    example="treedgs plan-flight --plots flight/plots.csv --dtm flight/dtm.tif --stand flight/lidar/flight_uls.laz "
+    "--dbh-mean-cm 27 --dbh-sd-cm 7 --crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
     outputs={
         "output": "the plan's folder",
         "layer": "the plan as layers (GeoPackage)",
