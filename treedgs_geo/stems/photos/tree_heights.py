@@ -112,11 +112,14 @@ def _other_crowns(height_m: np.ndarray, levels_m: np.ndarray, foot: np.ndarray, 
     """(S, L) probability that the crown of a taller tree is over each axis at a level. height_m: (S,) expected ones,
     NaN where unknown."""
     at = foot[:, None] + slopes[:, None] * levels_m[:, None]
-    apart = np.linalg.norm(at[:, None] - at[None], axis=-1)
-    tall, own = np.nan_to_num(height_m)[:, None], np.nan_to_num(height_m, nan=np.inf)[:, None, None]
-    covers = _COVERS * np.exp(-0.5 * (apart / np.maximum(_CROWN_RADIUS * tall, CELL_M)) ** 2)
-    covers *= (tall > _TALLER * own) & (levels_m < tall) & (levels_m > _CROWN_BASE * tall)
-    return 1 - np.prod(1 - covers, axis=1)
+    tall, own = np.nan_to_num(height_m)[:, None], np.nan_to_num(height_m, nan=np.inf)
+    crown = (levels_m < tall) & (levels_m > _CROWN_BASE * tall)
+    free = np.ones((len(foot), len(levels_m)))
+    for tree in range(len(foot)):  # all pairs at once would not do for a thousand trees
+        apart = np.linalg.norm(at - at[tree], axis=-1)
+        covers = _COVERS * np.exp(-0.5 * (apart / np.maximum(_CROWN_RADIUS * tall, CELL_M)) ** 2)
+        free[tree] = np.prod(1 - covers * (crown & (tall > _TALLER * own[tree])), axis=0)
+    return 1 - free
 
 
 def _curve_of_stand(likelihood: np.ndarray, edges: np.ndarray, log_d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
