@@ -73,7 +73,7 @@ MAX_LINES, STANDS_OUT = 24, 1.35
 #: had been missed had 9.5 to 33, most of what is no stem less than 8.5.
 CONTRAST_A_M = 8.5
 #: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
-LINE_SCORE, CERTAIN_SCORE = 0.5, 1.1
+LINE_SCORE, CERTAIN_SCORE = 0.8, 1.1
 #: Radius that a place is first looked at with, m; places that lie nearer each other are one, and so are those this near
 #: to a known stem's bark.
 START_RADIUS_M = 0.12
