@@ -88,7 +88,7 @@ def levels_of(neighbours: int, guidable: bool, precise: bool) -> list[Level]:
     fine = Level("fine", "guided by the block so far", neighbours, True, True, again=True)
     if not guidable:
         return [full]
-    return [guided, together, learned, fine, full] if precise else [guided, fine, full]
+    return [guided, together, learned, full] if precise else [guided, fine, full]
 
 
 def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
