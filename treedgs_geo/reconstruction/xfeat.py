@@ -6,16 +6,13 @@ Network and weights are their authors' (Apache 2.0); ``tools/write_xfeat.py`` wr
 
 from __future__ import annotations
 
-import base64
-from functools import lru_cache
 from pathlib import Path
 from threading import Lock
-from typing import Any
 
 import cv2
 import numpy as np
 
-from ..core.files import read_json
+from ..core.networks import read_network
 from .features import PhotoFeatures, clearest
 
 #: Of descriptor distances, best to second best: neighbouring features are much alike.
@@ -29,7 +26,7 @@ _CELL_PX, _SIDE_PX = 8, 32
 _APART_PX, _MIN_LIKELY = 5, 0.05
 #: Part of a unit that a component of a descriptor is stored in; each is stored twice, for a length of 512.
 _STEPS = 512 / np.sqrt(2)
-#: The network's file: JSON with the ONNX file as base64, because the QGIS plugin repository takes no binaries.
+#: The network's file (:func:`treedgs_geo.core.networks.read_network`), with its licence.
 WEIGHTS = Path(__file__).with_name("xfeat.json")
 _ONE_AT_A_TIME = Lock()
 
@@ -63,7 +60,7 @@ def _seen(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     normal = (normal - normal.mean()) / np.sqrt(normal.var() + np.float32(1e-5))
     cells = normal.reshape(rows, _CELL_PX, columns, _CELL_PX).transpose(1, 3, 0, 2).reshape(-1, rows, columns)
     with _ONE_AT_A_TIME:  # OpenCV's networks are not for two threads at once, and take all cores themselves
-        network = _network(WEIGHTS)
+        network = read_network(WEIGHTS)
         network.setInput(normal[None, None], "grey")
         network.setInput(cells[None], "cells")
         (described,), (odds,), (reliable,) = network.forward(["descriptors", "keypoints", "reliability"])
@@ -84,9 +81,3 @@ def _at(maps: np.ndarray, xy: np.ndarray) -> np.ndarray:
     upper = maps[:, y, x] * (1 - u) + maps[:, y, right] * u
     lower = maps[:, below, x] * (1 - u) + maps[:, below, right] * u
     return (upper * (1 - v) + lower * v).T
-
-
-@lru_cache(maxsize=1)
-def _network(path: Path) -> Any:
-    packed = "".join(read_json(path)["onnx_base64"])
-    return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
