@@ -17,10 +17,10 @@ from .features import PhotoFeatures, clearest
 
 #: Of descriptor distances, best to second best: neighbouring features are much alike.
 RATIO = 0.9
-#: Photos are reduced to this longer side, pixels: the network was trained on such.
+#: Photos are reduced to this longer side, pixels: turns need no more, and seconds grow with the area.
 MAX_PX = 1600
-#: The network describes cells of so many pixels, and wants sides that are multiples of ``_SIDE_PX``, two or
-#: more.
+#: The network describes cells of so many pixels, and wants sides that are multiples of ``_SIDE_PX``, at
+#: least twice it.
 _CELL_PX, _SIDE_PX = 8, 32
 #: A feature is the most likely of so many pixels each way, and at least so likely one.
 _APART_PX, _MIN_LIKELY = 5, 0.05
