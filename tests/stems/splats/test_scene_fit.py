@@ -117,33 +117,23 @@ def test_what_is_pruned():
         made.tensors["opacity_logits"][0] = -4.0  # faint
         made.tensors["log_scales"][:] = np.log(0.05)
         made.tensors["log_scales"][1] = np.log(2.0)  # huge for an extent of 10 m
-        made.tensors["log_scales"][2] = np.log(0.3)  # 30 pixels' radius
+        made.tensors["log_scales"][2] = np.log(0.3)  # wide in a photo, as a stem's are
         made.tensors["means"][3, 0] = torch.nan
         made.tensors["opacity_logits"][3] = torch.nan
     inside = torch.tensor([True] * 4 + [False, True])
-    footprint = torch.full((6,), 0.03)
-    gone = to_prune(made, inside, footprint, 10.0, rule, True, True)
-    assert gone.tolist() == [True, True, True, True, True, False]
-    gone = to_prune(made, inside, footprint, 10.0, rule, False, False)
+    gone = to_prune(made, inside, 10.0, rule, True, True)
+    assert gone.tolist() == [True, True, False, True, True, False]
+    gone = to_prune(made, inside, 10.0, rule, False, False)
     assert gone.tolist() == [False, False, False, True, True, False]
 
 
-@pytest.mark.parametrize("of_start", [True, False])
-def test_a_start_that_is_wide_for_want_of_gaussians_is_not_pruned_for_it(of_start):
+def test_a_start_that_is_wide_for_want_of_gaussians_is_not_pruned_for_it():
     points, colours = prior()
     fit = SceneFit(Scene(points, colours, np.full(300, 1.0)), small_photos(), box(), QUICK)
-    radius_px = 3.0 / fit.now.footprint_m.numpy()
-    assert fit.rule.wide_px == pytest.approx(2 * np.median(radius_px), rel=1e-3)
-    assert fit.rule.wide_px > 2 * DensityRule().wide_px
-    # Resets after a few steps, which prune nothing as faint: what is left is the width.
-    wide_px = fit.rule.wide_px if of_start else DensityRule().wide_px
-    fit.rule = replace(fit.rule, wide_px=wide_px, rest_steps=2, faint=0.0)
-    if of_start:
-        fit.fit()
-        assert fit.now.last_reset > 0 and len(fit.scene) > 200
-    else:
-        with pytest.raises(InputError, match="left no Gaussian"):
-            fit.fit()
+    # Resets after a few steps, which prune nothing as faint.
+    fit.rule = replace(fit.rule, rest_steps=2, faint=0.0)
+    fit.fit()
+    assert fit.now.last_reset > 0 and len(fit.scene) > 200
 
 
 def test_what_a_fit_warns_of():
@@ -157,12 +147,6 @@ def test_what_a_fit_warns_of():
     assert "147 of the 300" in lost
     (limited,) = replace(whole, full=True).warnings(QUICK)
     assert "stopped at 900" in limited
-
-
-def test_a_fine_start_is_pruned_as_published():
-    points, colours = prior()
-    fit = SceneFit(Scene(points, colours, np.full(300, 0.02)), small_photos(), box(), QUICK)
-    assert fit.rule.wide_px == DensityRule().wide_px
 
 
 def test_a_saved_scene_comes_back_to_the_bit():
@@ -181,13 +165,13 @@ def test_a_saved_scene_comes_back_to_the_bit():
 def test_the_filter_is_that_of_the_numpy_field_and_of_the_nearest_photo():
     points, colours = prior(n=30)
     made, cameras = Scene(points, colours, np.full(30, 0.02)), small_photos().cameras
-    footprint = update_filter(made, cameras)
+    update_filter(made, cameras)
     depth = np.full(30, np.inf)
     for camera in cameras:
         pixels, away = camera.project(points)
         shown = (np.abs(pixels / [camera.width, camera.height] - 0.5) < 0.65).all(axis=1)
         depth = np.where(shown, np.minimum(depth, away / camera.fx), depth)
-    np.testing.assert_allclose(footprint.numpy(), depth, rtol=1e-4)
+    np.testing.assert_allclose(made.filter_m.numpy(), 0.2**0.5 * depth, rtol=1e-4)
     packed = made.field().packed
     made.filter_m[:] = 0
     unfiltered = made.field().packed

@@ -140,9 +140,9 @@ class Scene:
         return GaussianField.from_packed(packed[np.isfinite(packed).all(axis=1)])
 
 
-def update_filter(scene: Scene, cameras: list[CropCamera]) -> torch.Tensor:
+def update_filter(scene: Scene, cameras: list[CropCamera]) -> None:
     """Set the 3D smoothing filter (Mip-Splatting): the root of 0.2 of a pixel of the nearest photo that shows the
-    Gaussian; those that none shows get the largest. Returns (N,) that pixel's footprint, metres."""
+    Gaussian; those that none shows get the largest."""
     means = scene.tensors["means"].detach()
     nearest = torch.full((len(means),), torch.inf, device=means.device)
     for camera in cameras:
@@ -156,9 +156,7 @@ def update_filter(scene: Scene, cameras: list[CropCamera]) -> torch.Tensor:
         nearest = torch.where(inside, torch.minimum(nearest, z / camera.fx), nearest)
     known = torch.isfinite(nearest)
     most = nearest[known].max() if bool(known.any()) else torch.tensor(0.0, device=means.device)
-    footprint = torch.where(known, nearest, most)
-    scene.filter_m = footprint * 0.2**0.5
-    return footprint
+    scene.filter_m = torch.where(known, nearest, most) * 0.2**0.5
 
 
 @dataclass(frozen=True)
@@ -167,10 +165,11 @@ class DensityRule:
 
     grow: mean gradient on a centre, in half picture widths, from which a Gaussian is split or cloned. large: share of
     the scene's extent up to which it is cloned, above it is split. shrink: of the two halves of a split. faint: pruned
-    below this opacity. huge: pruned above this share of the extent, and wide_px: above this radius (3 sigma) in the
-    nearest photo, both once opacities have been reset. begin, end, every: of the densification. reset: share between
-    two resets of the opacities to ``reset_to``. rest_steps: nothing is pruned for being faint in so many steps after a
-    reset; resets follow each other by three times as many at least.
+    below this opacity. huge: pruned above this share of the extent, once opacities have been reset. Nothing is pruned
+    for its width in a photo: the released code never does (its radii are zero by then), and stems are long and even.
+    begin, end, every: of the densification. reset: share between two resets of the opacities to ``reset_to``.
+    rest_steps: nothing is pruned for being faint in so many steps after a reset; resets follow each other by three
+    times as many at least.
     """
 
     grow: float = 2e-4
@@ -178,7 +177,6 @@ class DensityRule:
     shrink: float = 1.6
     faint: float = 0.05
     huge: float = 0.1
-    wide_px: float = 20.0
     begin: float = 500 / 30_000
     end: float = 0.5
     every: float = 100 / 30_000
@@ -227,12 +225,11 @@ def grow(
 
 
 def to_prune(
-    scene: Scene, inside: torch.Tensor, footprint_m: torch.Tensor, extent_m: float, rule: DensityRule, sizes: bool,
-    faint: bool,
-) -> torch.Tensor:  # fmt: skip
+    scene: Scene, inside: torch.Tensor, extent_m: float, rule: DensityRule, sizes: bool, faint: bool
+) -> torch.Tensor:
     """(N,) bool: outside the box, not finite, fainter (``faint``) or larger (``sizes``) than the rule allows.
 
-    inside: (N,) bool. footprint_m: (N,) of a pixel at the Gaussian.
+    inside: (N,) bool.
     """
     scale = torch.exp(scene.tensors["log_scales"].detach()).max(dim=1).values
     logit = scene.tensors["opacity_logits"].detach()
@@ -240,5 +237,5 @@ def to_prune(
     if faint:
         gone = gone | (torch.sigmoid(logit) < rule.faint)
     if sizes:
-        gone = gone | (scale > rule.huge * extent_m) | (3 * scale > rule.wide_px * footprint_m)
+        gone = gone | (scale > rule.huge * extent_m)
     return gone

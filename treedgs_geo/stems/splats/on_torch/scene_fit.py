@@ -37,9 +37,6 @@ _REWARD_BLOCKS = 30
 _LAST_RATE = 0.01
 #: Sizes of the photos that are tried for a time limit, and the steps that a size has to leave room for.
 FACTORS, MIN_STEPS = (1.0, 0.5, 0.25), 300
-#: Gaussians are pruned for their width in a photo from so many times the median of those that the fit began with, if
-#: that is more than published: a start that is thinned has wide ones, and hardly any other.
-STARTS_WIDE = 2.0
 #: Steps that say how fast this machine is.
 _TRIED_STEPS = 4
 #: How much longer a step takes on average than at the start: Gaussians grow in number, then normals are drawn too.
@@ -56,12 +53,10 @@ class Progress:
     steps: done so far. order: photos of this round that are still to come. last_reset, last_grown: steps at the last
     reset of the opacities and the last densification. split, cloned, pruned: Gaussians so far. losses: one a step,
     on the device, so that no step waits for another's.
-    pull: (2, N) of :func:`.scene.grow`. footprint_m: (N,) of a pixel at each Gaussian in its nearest photo. full: no
-    more Gaussians were allowed.
+    pull: (2, N) of :func:`.scene.grow`. full: no more Gaussians were allowed.
     """
 
     pull: torch.Tensor
-    footprint_m: torch.Tensor
     order: list[int]
     losses: torch.Tensor
     steps: int = 0
@@ -96,9 +91,8 @@ class SceneFit:
         centres = np.array([camera.centre for camera in photos.cameras])
         self.extent_m = float(1.1 * np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
         losses = torch.zeros(max(options.steps, _TRIED_STEPS), device=device)
-        self.now = Progress(self._no_pull(), update_filter(scene, photos.cameras), [], losses)
-        rule = DensityRule()
-        self.rule = replace(rule, wide_px=max(rule.wide_px, STARTS_WIDE * self._radius_px()))
+        update_filter(scene, photos.cameras)
+        self.now, self.rule = Progress(self._no_pull(), [], losses), DensityRule()
         self._split_rewards()
 
     # What the controller sees -------------------------------------------------------------------------------------
@@ -229,28 +223,25 @@ class SceneFit:
             if rule.begin <= done < rule.end:
                 room = self.options.max_gaussians - len(scene)
                 split, cloned = grow(scene, now.pull, self.extent_m, room, rule, self.generator, *knobs)
-                footprint_m = update_filter(scene, self.photos.cameras)
+                update_filter(scene, self.photos.cameras)
                 means = scene.tensors["means"].detach()
                 low, high = (torch.as_tensor(side, dtype=torch.float32, device=means.device)
                              for side in (self.box.low, self.box.high))  # fmt: skip
                 inside = ((means >= low) & (means <= high)).all(dim=1)
                 reset = now.last_reset > 0
-                gone = to_prune(
-                    scene, inside, footprint_m, self.extent_m, rule, reset, not reset or rest >= rule.rest_steps
-                )
+                gone = to_prune(scene, inside, self.extent_m, rule, reset, not reset or rest >= rule.rest_steps)
                 if bool(gone.all()):
                     raise InputError(
                         "The published pruning left no Gaussian of the scene; give more photos, or a longer "
                         "--time-limit."
                     )
                 scene.keep(~gone)
-                now.footprint_m = footprint_m[~gone]
                 now.split, now.cloned, now.pruned = (
                     now.split + split, now.cloned + cloned, now.pruned + int(gone.sum())
                 )  # fmt: skip
                 now.full |= len(scene) >= self.options.max_gaussians
             else:
-                now.footprint_m = update_filter(scene, self.photos.cameras)
+                update_filter(scene, self.photos.cameras)
             now.pull, now.last_grown = self._no_pull(), now.steps
         if done < rule.end - rule.reset and rest >= max(round(rule.reset * self.planned), 3 * rule.rest_steps):
             scene.fade(rule.reset_to)
@@ -264,11 +255,6 @@ class SceneFit:
         enough = self.options.tried_every and len(self.usable) >= 6
         self.rewards = sorted(int(k) for k in self.rng.choice(self.usable, 2, replace=False)) if enough else []
         self.now.order = []
-
-    def _radius_px(self) -> float:
-        """Median radius (3 sigma) of the Gaussians in the nearest photo of each."""
-        scale = torch.exp(self.scene.tensors["log_scales"].detach()).max(dim=1).values
-        return float((3 * scale / self.now.footprint_m.clamp_min(1e-9)).median())
 
     def _image(self, k: int) -> torch.Tensor:
         return self.images[k].to(torch.float32) / 255
@@ -288,7 +274,6 @@ class SceneFit:
             gaussians_first=first,
             gaussians=len(self.scene),
             full=now.full,
-            wide_px=round(self.rule.wide_px, 1),
             counts={"split": now.split, "cloned": now.cloned, "pruned": now.pruned},
             phases_tried=self.controller.phases,
             cpu_s=round(self.seconds, 1),

@@ -13,8 +13,8 @@ FEW_LEFT = 0.5
 @dataclass(frozen=True)
 class SceneReport:
     """What a fit did. factor: size of the photos. steps_planned: foreseen; steps: done. tried: steps that the
-    controller took back. full: no more were allowed. wide_px: radius in the nearest photo from which Gaussians were
-    pruned. ended: ``schedule`` or ``time limit``. loss: of the first and the last tenth of the steps."""
+    controller took back. full: no more were allowed. ended: ``schedule`` or ``time limit``. loss: of the first and the
+    last tenth of the steps."""
 
     photos: int
     factor: float
@@ -25,7 +25,6 @@ class SceneReport:
     gaussians_first: int
     gaussians: int
     full: bool
-    wide_px: float
     counts: dict[str, int]
     phases_tried: int
     cpu_s: float
