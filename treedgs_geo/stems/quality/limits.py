@@ -79,7 +79,7 @@ _BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
 _GROUND = "clouds cut above their ground (docs/results/ground_cut.json)"
 _THROUGH = "stems and a place without one, rendered and simulated plots (docs/evidence/photos.md)"
 _TWINS = "34 stems of plot_a and a simulated plot: at most 11; two touching pairs taken for one: 62, 113"
-_TWINS_SHARE = "two touching pairs that few photos see: 0.49 and more; other stems: docs/evidence/photos.md"
+_TWINS_SHARE = "189 certain stems of 19 plots: three of four above 0.25 are off by more than stated; two are touched"
 _OVAL = "three standard deviations of stems' sections; 73 stems of three rendered plots: at most 0.046"
 _CONFIRMED = (
     "ten blocks of six plots and a real flight: 79 % and more; one dense stand in wind 68 %, a wrong block 26 %"
@@ -193,7 +193,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             "twins_share",
             "the same by edges alone, over the score of one",
             "",
-            *_above(0.45, None),
+            *_above(0.25, None),
             _TWINS_SHARE,
         ),
         Limit("not_round", "oval", "section off a circle, share of its radius", "", *_above(0.054, None), _OVAL),
