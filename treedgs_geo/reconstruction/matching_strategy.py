@@ -17,10 +17,8 @@ from ..core.progress import Reporter
 from ..core.steps import Collector
 from ..geotags.own_tags import OVERHEAD_DEG
 from ..geotags.stations import Stations
-from . import sift, xfeat
 from .checks import check_block
 from .covariance import posterior_of
-from .features import FeatureStore, Finder, PhotoFeatures, extract
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided, match_together
 from .incremental_block import Joined, from_gimbal, join_photos
@@ -28,6 +26,7 @@ from .matching import match_all
 from .options import CONFIRMED_SHARE, ReconstructOptions
 from .pairs import select_pairs
 from .prior_knowledge import Survey
+from .sift import FeatureStore, extract
 
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
 GUIDED_NEIGHBOURS = 12
@@ -65,15 +64,13 @@ class Level:
     """name: in ``run.json`` and the report. stage: what progress calls it. neighbours: photos that a photo is matched
     with. guided: :data:`GUIDED_FEATURES` a photo at most, matched where geotags and gimbals say, and placed by them;
     otherwise every feature with every other, and placed by a mapper. together: matches verified by the turns that all
-    photos agree on, not pair by pair. learned: with learned features beside SIFT's. again: guided by the block of the
-    level before."""
+    photos agree on, not pair by pair. again: guided by the block of the level before."""
 
     name: str
     stage: str
     neighbours: int
     guided: bool = False
     together: bool = False
-    learned: bool = False
     again: bool = False
 
 
@@ -84,11 +81,10 @@ def levels_of(neighbours: int, guidable: bool, precise: bool) -> list[Level]:
     fewer = min(neighbours, GUIDED_NEIGHBOURS)
     guided = Level("guided", "guided by geotags and gimbals", fewer, True)
     together = Level("together", "all photos together", neighbours, True, True)
-    learned = replace(together, name="learned", stage="all photos together, learned features", learned=True)
-    fine = Level("fine", "guided by the block so far", neighbours, True, True, again=True)
+    fine = Level("fine", "guided by the block so far", neighbours, True, True, True)
     if not guidable:
         return [full]
-    return [guided, together, learned, full] if precise else [guided, fine, full]
+    return [guided, together, fine, full] if precise else [guided, fine, full]
 
 
 def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
@@ -152,11 +148,6 @@ class Work:
         key = fingerprint(self.stations.paths) + f"-{self.options.max_features}-{self.options.max_image_size}"
         return self.cache_root / f"sfm-{key}"
 
-    def features(self, name: str, finder: Finder, max_features: int, reporter: Reporter) -> list[PhotoFeatures]:
-        """Features of all photos."""
-        kept, max_px = self.cache / name, self.options.max_image_size
-        return extract(finder, self.stations.paths, max_features, max_px, self.threads, kept, reporter)
-
 
 def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
     """The first level whose block is good enough, or else the best; its block and report; why others were not."""
@@ -211,8 +202,10 @@ def at_level(
         timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
 
     with reporter.stage("features", 0.0, 0.30):
-        max_features = min(options.max_features, GUIDED_FEATURES) if level.guided else options.max_features
-        store = FeatureStore(work.features("sift", sift.find, max_features, reporter))
+        most = min(options.max_features, GUIDED_FEATURES) if level.guided else options.max_features
+        store = FeatureStore(
+            extract(stations.paths, most, options.max_image_size, work.threads, cache / "features", reporter)
+        )
     timed("features")
     camera = survey.calibration.camera
     half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
@@ -222,10 +215,7 @@ def at_level(
             guide = _guide(survey, former, level.again)
             if level.together:
                 shift_sd_m = np.maximum(np.nan_to_num(survey.known.sd, nan=_UNKNOWN_SD_M), _MIN_SD_M)
-                far = None
-                if level.learned:
-                    far = FeatureStore(work.features("xfeat", xfeat.find, max_features, reporter), xfeat.RATIO)
-                guide = match_together(store, pairs, guide, shift_sd_m, work.threads, reporter, far)
+                guide = match_together(store, pairs, guide, shift_sd_m, work.threads, reporter)
             else:
                 match_guided(store, pairs, guide, options.seed, work.threads, reporter)
                 guide = _as_stored(store, pairs, guide, work, reporter)

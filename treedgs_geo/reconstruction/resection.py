@@ -11,14 +11,16 @@ from threadpoolctl import threadpool_limits
 from ..core.machine import available_threads
 from .adjustment import Known
 from .cameras import Sensor
-from .features import RATIO, FeatureStore
 from .predicted_points import find_points, turn_to_points
+from .sift import FeatureStore
 from .tracks import Block, build_tracks, intersect, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
 MIN_OBSERVATIONS = 12
 #: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
 GIMBAL_REACH_DEG = 1.5
+#: Of descriptor distances, best to second best near where a point must be.
+RATIO = 0.8
 #: A photo is confirmed when of the features that look like a point of the other photos and lie within this of where it
 #: must be, pixels, more lie so near to it than chance would put there but once in a million photos: some points are
 #: there because the photo's own wrong matches chose them.

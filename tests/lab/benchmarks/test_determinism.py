@@ -11,11 +11,10 @@ import pytest
 
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction import sift
 from treedgs_geo.reconstruction.cameras import Camera
 from treedgs_geo.reconstruction.colmap_process import run_task
-from treedgs_geo.reconstruction.features import FeatureStore, extract
 from treedgs_geo.reconstruction.matching import match_all, nearest
+from treedgs_geo.reconstruction.sift import FeatureStore, extract
 
 CAMERA = Camera(900, 900, 900.0, 900.0, 450.0, 450.0)
 
@@ -37,7 +36,7 @@ def photos(folder: Path, count: int = 8) -> list[str]:
 def matched(folder: Path, names: list[str], threads: int) -> tuple[FeatureStore, Path]:
     """Features and matches, and the database for the mapper."""
     work = folder / f"work-{threads}"
-    store = FeatureStore(extract(sift.find, [folder / name for name in names], 1500, 1000, threads, work, Reporter()))
+    store = FeatureStore(extract([folder / name for name in names], 1500, 1000, threads, work, Reporter()))
     pairs = np.array([(i, j) for i in range(len(names)) for j in range(i + 1, len(names))])
     match_all(store, names, pairs, CAMERA, work / "matches.db", 1, threads, Reporter())
     return store, work / "matches.db"

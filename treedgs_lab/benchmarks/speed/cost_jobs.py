@@ -13,12 +13,11 @@ import numpy as np
 from treedgs_geo.core.machine import available_threads
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.reading import read_stations
-from treedgs_geo.reconstruction import sift
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.reconstruction.features import extract
 from treedgs_geo.reconstruction.matching_strategy import GUIDED_FEATURES
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pipeline import reconstruct_photos
+from treedgs_geo.reconstruction.sift import extract
 from treedgs_geo.run.context import Site
 from treedgs_geo.run.heights import canopy_over, highest, pieces_of
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
@@ -71,7 +70,7 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
     megapixels = sum(enlarge(photo, path, width) for photo, path in zip(chosen, paths, strict=True))
     largest_px = ReconstructOptions().max_image_size
     began = time.perf_counter()
-    extract(sift.find, paths, GUIDED_FEATURES, largest_px, available_threads(), scratch / "own", Reporter())
+    extract(paths, GUIDED_FEATURES, largest_px, available_threads(), scratch / "own", Reporter())
     return {
         "stages": {"features": time.perf_counter() - began},
         "facts": {"photos": len(chosen), "megapixels": megapixels / len(chosen)},

@@ -7,13 +7,15 @@ is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is nee
 
 from __future__ import annotations
 
+import base64
+from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
-from ....core.networks import read_network
+from ....core.files import read_json
 from ..images.crops import PhotoArrays, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, row_knots
 
@@ -24,7 +26,7 @@ CLASSES = ("ground", "stem", "foliage", "wood", "ivy")
 STEM = CLASSES.index("stem")
 #: Rows and columns of a map are multiples of this for the network.
 MULTIPLE = 16
-#: The network's file (:func:`treedgs_geo.core.networks.read_network`).
+#: The network's file: JSON with the ONNX file as base64, because the QGIS plugin repository takes no binaries.
 WEIGHTS = Path(__file__).with_name("stem_net.json")
 #: Log odds are kept within this: the network knows no more.
 MAX_ODDS = 5.0
@@ -125,6 +127,14 @@ def normalised(colour: np.ndarray, good: np.ndarray, tone: Tone | None = None) -
     return np.ascontiguousarray(image.transpose(2, 0, 1))
 
 
+@lru_cache(maxsize=1)
+def _network(path: Path) -> Any:
+    import cv2
+
+    packed = "".join(read_json(path)["onnx_base64"])
+    return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
+
+
 def class_odds(scores: np.ndarray, *wanted: str) -> np.ndarray:
     """(5, rows, columns) scores of the network -> (rows, columns) log odds of the wanted classes against all others."""
     share = np.exp(scores - scores.max(axis=0))
@@ -136,7 +146,7 @@ def class_odds(scores: np.ndarray, *wanted: str) -> np.ndarray:
 
 def network_scores(image: np.ndarray) -> np.ndarray:
     """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) scores of the classes, by the network."""
-    network = read_network(WEIGHTS)
+    network = _network(WEIGHTS)
     network.setInput(image[None])
     return network.forward()[0]
 
