@@ -80,6 +80,6 @@ def test_what_the_gain_means_for_the_tree():
     flags = [quality_control(Evidence(**CLEAR, twins=gain), OPTIONS) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
     assert [flag for flag, _ in flags] == ["ok", "ok", "ok", "check", "reject"]
     assert flags[-1][1] == ("merged",)
-    shares = [quality_control(Evidence(**CLEAR, twins_share=share), OPTIONS) for share in (0.0, 0.44, 0.46)]
+    shares = [quality_control(Evidence(**CLEAR, twins_share=share), OPTIONS) for share in (0.0, 0.24, 0.26)]
     assert [flag for flag, _ in shares] == ["ok", "ok", "check"] and shares[-1][1] == ("merged",)
-    assert Evidence(**CLEAR, twins_share=0.46).twins_likely and not Evidence(**CLEAR, twins_share=0.44).twins_likely
+    assert Evidence(**CLEAR, twins_share=0.26).twins_likely and not Evidence(**CLEAR, twins_share=0.24).twins_likely
