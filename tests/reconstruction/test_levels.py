@@ -244,9 +244,9 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     assert not_enough(fine, GOOD | {"registered": 57}) == ""
     assert not_enough(fine, GOOD | {"registered": 55}) == "7 of 62 photos are not placed"
     assert [level.name for level in (guided, fine, full)] == ["guided", "fine", "full"]
-    assert [level.name for level in levels_of(20, True, True)] == ["guided", "together", "fine", "full"]
+    assert [level.name for level in levels_of(20, True, True)] == ["guided", "together", "full"]
     assert [(level.name, level.neighbours) for level in levels_of(20, False, True)] == [("full", 20)]
-    assert [level.neighbours for level in levels_of(6, True, True)] == [6, 6, 6, 6]
+    assert [level.neighbours for level in levels_of(6, True, True)] == [6, 6, 6]
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ def levels_of(neighbours: int, guidable: bool, precise: bool) -> list[Level]:
     fine = Level("fine", "guided by the block so far", neighbours, True, True, True)
     if not guidable:
         return [full]
-    return [guided, together, fine, full] if precise else [guided, fine, full]
+    return [guided, together, full] if precise else [guided, fine, full]
 
 
 def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
