@@ -14,7 +14,7 @@ from PIL import Image
 
 from ..core.crs import lonlat_to_project
 from ..core.errors import InputError
-from ..core.frames import same_datum, transform
+from ..core.frames import same_datum, transform, usual_crs
 from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
 from ..core.shown import shorten
@@ -25,6 +25,8 @@ from .stations import Stations
 CONTROL_SD_M = np.array([0.02, 0.02, 0.03])
 #: A point farther from the nearest photo lies elsewhere, metres.
 MAX_AWAY_M = 5000.0
+#: Points that lie less than this (root of the sum of squares) beside a line do not turn a block about it, metres.
+_MIN_BREADTH_M = 2.0
 #: Ground that lies further from what precise geotags and the drone's barometer say has another height datum, metres.
 _ODD_HEIGHT_M = 20.0
 #: Positions that are good enough to compare heights with.
@@ -60,6 +62,25 @@ class ControlPoints:
         return digest.hexdigest()[:16]
 
 
+def are_spread(xyz: np.ndarray) -> bool:
+    """Whether (K, 3) points, metres, place a block: three or more, not in a line."""
+    beside = np.linalg.svd(xyz - xyz.mean(axis=0), compute_uv=False)[1:2] if len(xyz) >= 3 else np.zeros(1)
+    return bool(beside[0] >= _MIN_BREADTH_M)
+
+
+def project_of(path: Path) -> pyproj.CRS | None:
+    """The CRS of a file of control points, or the usual one at its degrees; ``None`` where the file names none.
+
+    Raises:
+        InputError, CRSError: as :func:`.control_files.read_control_rows`; no CRS is known at that place.
+    """
+    crs, rows = read_control_rows(path)
+    if crs is None or not crs.is_geographic:
+        return crs
+    lon, lat = (float(rows[axis].median()) for axis in PLACE[:2])
+    return usual_crs(lon, lat)[0]
+
+
 def read_control(path: Path, stations: Stations, reporter: Reporter | None = None) -> ControlPoints:
     """Control and check points for the photos of ``stations``, in their CRS.
 
@@ -74,7 +95,8 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
             of heights that look like another datum.
 
     Raises:
-        InputError: what is wrong in which line. CRSError: an unknown CRS, one that cannot be turned into the project's.
+        InputError: what is wrong in which line; no photo has a position, and the points do not place a block.
+        CRSError: an unknown CRS, one that cannot be turned into the project's.
     """
     path, reporter = Path(path), reporter or Reporter()
     crs, rows = read_control_rows(path)
@@ -105,6 +127,13 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     chosen = (seen >= 2).to_numpy()
     kept = points.index[chosen]
     marks = marks[marks["label"].isin(kept)]
+    control = xyz[chosen & ~check]
+    if not stations.is_placed.any() and not are_spread(control):
+        raise InputError(
+            f"{path}: has {len(control)} control points that two photos or more show"
+            f"{', all in a line' * (len(control) > 2)}; where no photo has a position, three or more are expected, not "
+            "in a line: mark more points, or give --geotags."
+        )
     reporter.info(
         f"{path.name}: {int((~check[chosen]).sum())} control and {int(check[chosen].sum())} check points, {len(marks)} "
         "marks."

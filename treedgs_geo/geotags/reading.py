@@ -18,6 +18,7 @@ from ..core.map_scale import check_lon_lat, check_place
 from ..core.progress import Reporter
 from ..core.shown import shorten
 from .agreement import check_agreement
+from .control import project_of
 from .datum import check_frame, geotags_frame, place_of
 from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare, on_map
 from .gpstime import describe_utc, gps_to_utc
@@ -55,6 +56,7 @@ def read_stations(
     base: Path | None = None,
     base_position: str | None = None,
     keep_solution: Path | None = None,
+    control: Path | None = None,
     reporter: Reporter | None = None,
 ) -> Stations:
     """Camera stations of the photos in a folder.
@@ -69,6 +71,7 @@ def read_stations(
             :func:`treedgs_geo.core.frames.satellite_frame`; without ``crs`` what the header of a ``.pos`` names).
         base, base_position: the base station's RINEX file and place, see :func:`.ppk.solve`. keep_solution: where the
             solved ``.pos`` is kept.
+        control: ground control points, which will place photos none of which has a position, and say their CRS.
 
     Raises:
         InputError: no photo. CRSError: geographic or foreign CRS. GeotagError: no position, or geotags of other photos.
@@ -84,6 +87,8 @@ def read_stations(
     own = _middle(found)
     source = geotags_frame(frame)
     files = None if geotags is None else find_geotags(Path(geotags), Path(photos))
+    if crs is None and control is not None and own is None and files is None:
+        crs = project_of(control)
     if crs is None:
         place, named = place_of(files) if files else (None, None)
         source = source or named
@@ -102,12 +107,12 @@ def read_stations(
         found = _without_defects(found, Path(photos), reporter)
     stations = _from_exif(found, project)
     if geotags is None or files is None:
-        if not stations.is_placed.any():
+        if not stations.is_placed.any() and control is None:
             raise GeotagError(
                 f"{photos}: none of the {len(found)} photos has a GPS position of its own in its EXIF; "
-                "give --geotags (MRK, .pos or a CSV with name, lat, lon, h)."
+                "give --geotags (MRK, .pos or a CSV with name, lat, lon, h), or three or more control points (--gcp)."
             )
-        if (vertical := vertical_of(project)) is not None:
+        if stations.is_placed.any() and (vertical := vertical_of(project)) is not None:
             reporter.warn(
                 f"--crs: {project.name} has heights above {vertical.name}, EXIF heights do not say theirs and were "
                 "left as they are: do not mix them with a DTM; give PPK geotags for true heights."

@@ -31,6 +31,7 @@ SENSOR_WIDTHS_MM = {
     "ZenmuseP1": (35.9, 35.0),
     "FC6520": (17.3, 15.0),
     "FC7203": (6.3, 4.49),
+    "Canon PowerShot A3300 IS": (6.17, 5.0),
 }
 
 

@@ -30,6 +30,8 @@ REGISTERED_REFUSE, REGISTERED_WARN = 0.50, 0.95
 RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
 #: Refused when the block lies further from a control or check point than this many of its standard deviations.
 CONTROL_REFUSE_SD = 6.0
+#: Refused when control points that alone hold a block are less sure than this share of the distance across them.
+CONTROL_REFUSE_SHARE = 0.1
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
 #: Photos that show so many points together hold each other.
@@ -116,8 +118,9 @@ def check_block(
         )
     if scale > SCALE_WARN:
         warnings.append(
-            f"Geotags and photos fix the scale of the block, and so every diameter, to {scale:.1%} only (standard "
-            f"error); the trees' intervals are widened by it: use RTK or PPK positions, or control points."
+            f"{'Geotags' if geotags.quality else 'Control points'} and photos fix the scale of the block, and so every "
+            f"diameter, to {scale:.1%} only (standard error); "
+            f"the trees' intervals are widened by it: use RTK or PPK positions, or control points."
         )
     for warning in warnings:
         reporter.warn(warning)
@@ -135,9 +138,9 @@ def check_block(
         "reprojection_rms_px": round(rms_px, 3),
         "geotag_quality": stations.counts(),
         "geotag_residual_quality": geotags.quality,
-        "geotag_rms_e_n_u_m": [round(float(v), 4) for v in geotags.rms],
-        "geotag_median_m": round(geotags.median_m, 4),
-        "geotag_stated_sd_m": round(float(geotags.stated_m), 4),
+        "geotag_rms_e_n_u_m": [round(float(v), 4) for v in geotags.rms] if geotags.quality else None,
+        "geotag_median_m": _rounded(geotags.median_m, 4),
+        "geotag_stated_sd_m": _rounded(geotags.stated_m, 4),
         "geotag_late_s": [round(float(value), 4) for value in late_s],
         "geotag_late_sd_s": [_rounded(float(value), 4) for value in late_sd_s],
         "geotag_contradicted": contradicted,
@@ -163,11 +166,12 @@ def check_block(
         "flights_registered": {str(f): int((posed & (stations.flight == f)).sum()) for f in np.unique(stations.flight)},
         "warnings": warnings,
     }
-    e, n, u = geotags.rms * 100
+    left = [(f"geotags ({geotags.quality})", report["geotag_rms_e_n_u_m"])]
+    left += [(f"{kind} points", control.get(f"{kind}_rms_e_n_u_m")) for kind in ("control", "check")]
+    residuals = "".join(f", {of} {'/'.join(f'{100 * v:.1f}' for v in rms)} cm E/N/U" for of, rms in left if rms)
     reporter.info(
         f"{report['registered']} of {len(stations)} photos registered, reprojection {rms_px:.2f} px, "
-        f"focal {focal:.0f} px (metadata {calibration.focal_px:.0f}), geotag residuals E/N/U "
-        f"{e:.1f}/{n:.1f}/{u:.1f} cm ({geotags.quality})."
+        f"focal {focal:.0f} px (metadata {calibration.focal_px:.0f}){residuals}."
     )
     return report
 
@@ -322,6 +326,19 @@ def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
     if points is None:
         return {}
     rows = control_residuals(joined.block, points)
+    alone, used = not np.isfinite(joined.known.xyz).all(axis=1).any(), ~points.is_check
+    sd_m = float(np.linalg.norm(points.sd_m[used], axis=1).max(initial=0.0))
+    across_m = float(np.linalg.norm(np.ptp(points.xyz[used], axis=0))) if used.any() else 0.0
+    if alone and sd_m > CONTROL_REFUSE_SHARE * across_m:
+        raise ReconstructionError(
+            f"The control points contradict each other by {sd_m:.2f} m over {across_m:.0f} m, and nothing else holds "
+            "the block: check their coordinates, their datum and height, and their marks."
+        )
+    if alone and not points.is_check.any():
+        warnings.append(
+            "Control points alone hold the block and none checks it: mark a fourth or more, and name some as check "
+            "points (kind check)."
+        )
     found = {"control": rows, "control_rms_e_n_u_m": rms_of(rows, False), "check_rms_e_n_u_m": rms_of(rows, True)}
     for k, row in enumerate(rows):
         if "px" not in row:

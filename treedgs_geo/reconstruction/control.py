@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..geotags.control import ControlPoints
+from ..geotags.control import ControlPoints, are_spread
 from .poses import Similarity, fit_similarity
 from .tracks import Block, ray_normals
 
 #: A block is moved as a whole before it is adjusted where its control points lie further off than this, metres.
 _FAR_M = 0.2
+#: Points that alone hold a block count by how far it is off, where that is so many times what they state.
+CONTRADICTED_TIMES = 3.0
 
 
 def align_to_control(block: Block, control: ControlPoints) -> Similarity | None:
@@ -20,19 +23,34 @@ def align_to_control(block: Block, control: ControlPoints) -> Similarity | None:
 
     Navigation-grade geotags are metres off together; the adjustment alone would have to walk there.
     """
-    placed = _placed(block, control)
-    use = np.isfinite(placed).all(axis=1) & ~control.is_check
-    if use.sum() < 3 or np.median(np.linalg.norm(placed[use] - control.xyz[use], axis=1)) < _FAR_M:
+    fitted = fit_to_control(block, control, _FAR_M)
+    if fitted is None:
         return None
-    source, target = placed[use], control.xyz[use]
-    if np.linalg.svd(target - target.mean(axis=0), compute_uv=False)[1] < 2.0:
-        return None
-    fitted = fit_similarity(source, target, np.ones(len(source)))
     centres = fitted.apply(block.centres)
     block.rotations = block.rotations @ fitted.rotation.T
     block.translations = -np.einsum("nij,nj->ni", block.rotations, centres)
     block.points = fitted.apply(block.points)
     return fitted
+
+
+def fit_to_control(block: Block, control: ControlPoints, far_m: float = 0.0) -> Similarity | None:
+    """From the block to the control points that its photos show; None where they are fewer than three or lie in a line,
+    or are no further off than ``far_m`` (median)."""
+    placed = _placed(block, control)
+    use = np.isfinite(placed).all(axis=1) & ~control.is_check
+    source, target = placed[use], control.xyz[use]
+    if not are_spread(target) or np.median(np.linalg.norm(source - target, axis=1)) < far_m:
+        return None
+    return fit_similarity(source, target, np.ones(len(source)))
+
+
+def as_block_says(block: Block, control: ControlPoints) -> ControlPoints:
+    """Control points that alone hold a block, with standard errors as large as it shows where that is far more than
+    they state: their distances from it, less the seven numbers that were fitted to them."""
+    off = ((_placed(block, control) - control.xyz) / control.sd_m)[~control.is_check]
+    off = off[np.isfinite(off).all(axis=1)]
+    times = float(np.sqrt(np.sum(off**2) / (off.size - 7))) if len(off) > 2 else 1.0
+    return replace(control, sd_m=times * control.sd_m) if times > CONTRADICTED_TIMES else control
 
 
 def control_residuals(block: Block, control: ControlPoints) -> list[dict[str, Any]]:

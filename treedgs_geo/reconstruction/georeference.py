@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +12,10 @@ from ..geotags.stations import PRECISE_GEOTAG_M, Stations
 from .cameras import Camera
 from .colmap import camera_from_colmap
 from .colmap_process import run_task
-from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
+from .control import fit_to_control
+from .poses import Similarity, fit_similarity_robust, nearest_rotation, rotation_angle_deg
 from .prior_knowledge import Survey
+from .tracks import Block
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_LIMIT_DEG = 4.0
@@ -51,14 +53,18 @@ def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey
     placement = Placement.nowhere(survey.calibration.camera, len(stations))
     rng = np.random.default_rng(seed)
     best = 0
-    for task in ("map_global", "map_global", "map_incremental"):
+    tasks, free_focal = ["map_global", "map_global", "map_incremental"], "focal" in survey.free
+    if not stations.is_placed.any():
+        # A mapper has no prior on the lens: where nothing else is known it bends lens and model together.
+        tasks, free_focal = tasks[::-1], False
+    for task in tasks:
         left = np.flatnonzero(~placement.mapped).tolist()
         aimed = _has_gimbal(xyz, gimbal)[left].all()
         if len(left) < 3 or (task == "map_incremental" and aimed and placement.mapped.any()):
             break
         names = [stations.names[i] for i in left]
-        for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, "focal" in survey.free, seed):
-            accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
+        for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, free_focal, seed):
+            accepted = _fit_model(placement, ids, camera, rotations, centres, survey, rng)
             if accepted > best:
                 best, placement.camera = accepted, camera
     return _filled_from_gimbal(placement, xyz, gimbal)
@@ -99,14 +105,14 @@ def _run_mapper(
 def _fit_model(
     placement: Placement,
     ids: np.ndarray,
+    camera: Camera,
     rotations: np.ndarray,
     centres: np.ndarray,
-    xyz: np.ndarray,
-    sd: np.ndarray,
-    gimbal: np.ndarray,
+    survey: Survey,
     rng: np.random.Generator,
 ) -> int:
     """Bring one model into the local frame; returns how many of its photos were believed."""
+    xyz, sd, gimbal = survey.known.xyz, survey.known.sd, survey.rotations
     placed = np.isfinite(xyz[ids]).all(axis=1)
     spread = np.where(placed, np.linalg.norm(sd[ids], axis=1), np.inf)
     # Fixed positions decide; float and navigation-grade ones only help where there are too few of them.
@@ -114,12 +120,17 @@ def _fit_model(
     if usable.sum() < 3:
         usable = placed
     fitted = fit_similarity_robust(centres[usable], xyz[ids][usable], spread[usable], rng)
-    if fitted is None or fitted[1].sum() < max(3, 0.3 * usable.sum()):
+    if not placed.any():
+        similarity = _by_control(ids, camera, rotations, centres, survey)
+    elif fitted is not None and fitted[1].sum() >= max(3, 0.3 * usable.sum()):
+        similarity = fitted[0]
+    else:
+        similarity = None
+    if similarity is None:
         return 0
-    similarity = fitted[0]
     centres = similarity.apply(centres)
     rotations = rotations @ similarity.rotation.T
-    if np.median(spread[usable]) > PRECISE_GEOTAG_M:
+    if placed.any() and np.median(spread[usable]) > PRECISE_GEOTAG_M:
         rotations, centres = _turned_to_gimbals(rotations, centres, gimbal[ids], xyz[ids])
     aimed = as_stored(rotations, gimbal[ids])
     off = np.linalg.norm(centres - xyz[ids], axis=1)
@@ -138,6 +149,19 @@ def _fit_model(
     placement.translations[new] = -np.einsum("nij,nj->ni", rotations[keep], centres[keep])
     placement.mapped[new] = True
     return int(keep.sum())
+
+
+def _by_control(
+    ids: np.ndarray, camera: Camera, rotations: np.ndarray, centres: np.ndarray, survey: Survey
+) -> Similarity | None:
+    """From a model none of whose photos has a geotag to the control points that it shows."""
+    if survey.known.control is None:
+        return None
+    every, none = Placement.nowhere(camera, len(survey.known.xyz)), np.zeros(0, int)
+    every.rotations[ids], every.translations[ids] = rotations, -np.einsum("nij,nj->ni", rotations, centres)
+    sensor = replace(survey.sensor, camera=camera)
+    block = Block(sensor, every.rotations, every.translations, [], np.zeros((0, 3)), none, none, none)
+    return fit_to_control(block, survey.known.control)
 
 
 def as_stored(rotations: np.ndarray, gimbal: np.ndarray) -> np.ndarray:

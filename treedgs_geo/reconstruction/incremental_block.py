@@ -12,7 +12,7 @@ from ..core.progress import Reporter
 from .adjustment import MIN_LIMIT_PX, Adjusted, Known, adjust, adjust_roughly, prune, typical_px
 from .bundle import GOOD, LAST
 from .cameras import Sensor
-from .control import align_to_control
+from .control import align_to_control, as_block_says
 from .covariance import posterior_of
 from .georeference import Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
@@ -89,10 +89,11 @@ def join_photos(
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
     _keep_proven(block)
+    known = _as_control_says(block, known, given)
     known, free = _settle(block, known, given, free)
     adjusted = _refine_strictly(block, known, free)
     for _ in range(_ROUNDS):
-        former, known = known, as_photos_say(known, adjusted)
+        former, known = known, _as_control_says(block, as_photos_say(known, adjusted), given)
         if known is former:
             break
         adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
@@ -106,10 +107,24 @@ def join_photos(
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if leave_out_loose(block, posterior_of(adjusted).poses_px, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
+    if known.control is not given.control and known.control is not None:
+        reporter.warn(
+            "The control points are far less sure than they state, up to "
+            f"{np.linalg.norm(known.control.sd_m, axis=1).max():.2f} m by what the block shows, and count by that: look "
+            "at their coordinates and marks, or give them their standard deviations (CSV, sd_h_m and sd_v_m)."
+        )
     sure = confirmed(block, store)
     if leave_out_unconfirmed(block, sure, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     return Joined(block, adjusted, known, free, tested, sure)
+
+
+def _as_control_says(block: Block, known: Known, given: Known) -> Known:
+    """:func:`.control.as_block_says` where no photo has a geotag."""
+    if given.control is None or known.control is None or np.isfinite(known.xyz).all(axis=1).any():
+        return known
+    control = as_block_says(block, given.control)
+    return known if np.allclose(control.sd_m, known.control.sd_m, rtol=0.1) else replace(known, control=control)
 
 
 def _first_block(
@@ -177,8 +192,9 @@ def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sen
             placement = other
     if placement.mapped.sum() < 3:
         raise ReconstructionError(
-            f"No three of the {len(placement.mapped)} photos could be matched with each other and their geotags; they "
-            "overlap too little, are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
+            f"No three of the {len(placement.mapped)} photos could be matched with each other and their geotags, or, "
+            "where they have none, show three control points that are not in a line; they overlap too little, are "
+            "blurred, or the geotags or marks are wrong: look at the photos, fly with 80 % overlap."
         )
     return placement
 

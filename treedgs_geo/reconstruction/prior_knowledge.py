@@ -52,7 +52,8 @@ class Survey:
 def survey_of(stations: Stations, control: ControlPoints | None, calibration_file: Path | None) -> Survey:
     """The survey of camera stations, with control points and an earlier calibration file where there are any."""
     calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
-    frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
+    places = stations.xyz[stations.is_placed]
+    frame = LocalFrame.around(stations.crs, places if len(places) or control is None else control.xyz)
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
     if np.isfinite(ground):
         frame = replace(frame, origin=np.array([*frame.origin[:2], np.round(ground)]))
@@ -81,7 +82,8 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
 
 
 def gimbal_rotations(stations: Stations) -> np.ndarray:
-    """(N, 3, 3) world -> camera from the gimbal angles, NaN where they are unknown."""
+    """(N, 3, 3) world -> camera from the gimbal angles, NaN where they are unknown. Where no photo has a position the
+    meridian convergence is left out: a compass errs as much."""
     import pyproj
 
     rotations = np.full((len(stations), 3, 3), np.nan)
@@ -89,7 +91,9 @@ def gimbal_rotations(stations: Stations) -> np.ndarray:
     to_degrees = pyproj.Transformer.from_crs(
         stations.crs, pyproj.CRS(stations.crs.geodetic_crs).to_2d(), always_xy=True
     )
-    convergence = grid_convergence_deg(stations.crs, *to_degrees.transform(*placed[:, :2].mean(axis=0)))
+    convergence = 0.0
+    if len(placed):
+        convergence = grid_convergence_deg(stations.crs, *to_degrees.transform(*placed[:, :2].mean(axis=0)))
     for i in range(len(stations)):
         angles = stations.yaw_deg[i] - convergence, stations.pitch_deg[i], stations.roll_deg[i]
         if np.isfinite(angles).all():
@@ -103,13 +107,16 @@ def _free_lens(
     """Which intrinsics the flight can determine (:data:`.bundle.PARTS`).
 
     Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
-    ``docs/analyst/reconstruction.md``); obliques can, and with precise geotags two heights or control points.
+    ``docs/analyst/reconstruction.md``); obliques can, and with precise geotags two heights or control points. Photos
+    that say nothing of how they were taken get their say, and the lens's prior holds what they do not tell.
     """
     axis = rotations[:, 2, 2]
     known = np.isfinite(axis)
+    if not (known.any() or stations.is_placed.any()):
+        return frozenset({"focal", "aspect", "principal_point", "radial", "tangential", "drift"})
     oblique = known & (np.degrees(np.arccos(np.clip(-axis, -1, 1))) > 15)
     precise = np.nanmedian(stations.sd, axis=0).max() < 0.5 if stations.is_placed.any() else False
-    heights = np.nanpercentile(xyz[:, 2], [5, 95])
+    heights = np.nanpercentile(xyz[:, 2], [5, 95]) if stations.is_placed.any() else np.zeros(2)
     two_heights = (
         bool(heights[1] - heights[0] > 0.15 * max(np.nanmedian(stations.relative_altitude_m), 20))
         if np.isfinite(stations.relative_altitude_m).any()

@@ -91,8 +91,9 @@ def planned_views(stations: Stations, ground: float) -> list[View]:
 
 
 def flight_middle(stations: Stations) -> np.ndarray:
-    """(2,) project coordinates of the middle of the flight."""
-    return np.median(stations.xyz[stations.is_placed][:, :2], axis=0)
+    """(2,) project coordinates of the middle of the flight; zeros where no photo has a position."""
+    placed = stations.xyz[stations.is_placed][:, :2]
+    return np.median(placed, axis=0) if len(placed) else np.zeros(2)
 
 
 def planned_ground(stations: Stations, plots: list[Plot], dtm: Dtm | None) -> float:

@@ -24,7 +24,8 @@ from .stage import Cost, Findings, Key, Stage, check_target
 
 def stations_of(asked: PhotosToDbhSettings, reporter: Reporter) -> Stations:
     """Where the photos were taken, as files and settings have it."""
-    return read_stations(asked.photos, asked.geotags, asked.crs, frame=asked.geotags_crs, reporter=reporter)
+    frame, control = asked.geotags_crs, asked.gcp
+    return read_stations(asked.photos, asked.geotags, asked.crs, frame=frame, control=control, reporter=reporter)
 
 
 def _check_outputs(job: PhotoJob) -> None:
@@ -63,7 +64,7 @@ def _geotag_cost(job: PhotoJob, findings: Findings) -> Cost:
     each = ", ".join(f"{number} {quality}" for quality, number in counts.items())
     findings.info(f"{total} photos; positions: {each} ({fix_pct:.0f} % fixed).")
     findings.facts |= {"n_photos": total, "fix_pct": round(fix_pct, 1)}
-    if fix_pct < 90:
+    if fix_pct < 90 and asked.gcp is None:
         given = find_geotags(asked.geotags, asked.photos) if asked.geotags else None
         advice = "give PPK files (--geotags), or positions by photo name with their accuracies (CSV)"
         if given and given.tables:
@@ -83,7 +84,8 @@ def _geotag_key(job: PhotoJob) -> Key:
     job.files = photo_files(job.space, asked.photos, job.photos, job.reporter)
     contents = dict(zip(job.files, content_hashes(job.files.values()), strict=True))
     used = {"photos": contents, "geotags": asked.geotags is not None, "crs": asked.crs, "frame": asked.geotags_crs}
-    return Key(used, find_geotags(asked.geotags, asked.photos).all() if asked.geotags else [])
+    says_crs = [asked.gcp] if asked.gcp and asked.crs is None else []
+    return Key(used, find_geotags(asked.geotags, asked.photos).all() if asked.geotags else says_crs)
 
 
 def _geotag(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:

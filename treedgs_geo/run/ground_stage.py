@@ -39,7 +39,8 @@ def _read_ground(job: PhotoJob) -> None:
 def _check_cover(job: PhotoJob) -> None:
     """Plots under the flight, and a terrain model under the plots."""
     stations, plots = job.stations, job.plots
-    placed = stations.xyz[stations.is_placed][:, :2]
+    surveyed = stations.xyz[stations.is_placed] if job.control is None else job.control.xyz
+    placed = (stations.xyz[stations.is_placed] if stations.is_placed.any() else surveyed)[:, :2]
     for plot in plots:
         away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
         if away > MAX_AWAY_M:

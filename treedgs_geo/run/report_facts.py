@@ -38,11 +38,13 @@ def photo_facts(
     """
     facts = {"flown": flown(stations), "positions": positions(stations)}
     if sfm.get("geotag_rms_e_n_u_m"):
-        e, n, u = (100 * float(value) for value in sfm["geotag_rms_e_n_u_m"])
         facts["cameras against their positions"] = (
-            f"east {e:.1f}, north {n:.1f}, height {u:.1f} cm (root mean square, {sfm['geotag_residual_quality']}); "
+            f"{_rms(sfm['geotag_rms_e_n_u_m'])} (root mean square, {sfm['geotag_residual_quality']}); "
             f"points in the photos {sfm['reprojection_rms_px']:.2f} px"
         )
+    for kind in ("control", "check"):
+        if sfm.get(f"{kind}_rms_e_n_u_m"):
+            facts[f"block against {kind} points"] = f"{_rms(sfm[f'{kind}_rms_e_n_u_m'])} (root mean square)"
     if sfm.get("level"):
         facts["photos matched"] = matched(sfm)
     if site is not None and plots:
@@ -53,6 +55,12 @@ def photo_facts(
             "way not counted)"
         )
     return {name: text for name, text in facts.items() if text}
+
+
+def _rms(metres: list[float]) -> str:
+    """East, north and height in words."""
+    e, n, u = (100 * float(value) for value in metres)
+    return f"east {e:.1f}, north {n:.1f}, height {u:.1f} cm"
 
 
 def flown(stations: Stations) -> str:

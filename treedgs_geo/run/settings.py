@@ -49,7 +49,8 @@ class PhotoInputs(KeptWorkspace):
         None,
         kind="file",
         help="Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, "
-        "height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.",
+        "height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or "
+        "more points), and to check any block.",
         suffixes=(".txt", ".csv"),
     )
     calibration: Path | None = param(

@@ -44,6 +44,7 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         "n_registered": report["registered"],
         "reprojection_px": report["reprojection_rms_px"],
         "geotag_rms_e_n_u_m": report["geotag_rms_e_n_u_m"],
+        **{name: report.get(name) for name in ("control_rms_e_n_u_m", "check_rms_e_n_u_m")},
         "focal_px": report["focal_px"],
         "n_points": report["points"],
         "seconds": report["seconds"],
@@ -58,8 +59,9 @@ COMMAND = Command(
     group="5 Steps and research",
     summary="Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.",
     help=(
-        "Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. "
-        "All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, "
+        "Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions, "
+        "or three or more control points (--gcp). All flights end in one frame, adjusted with the geotags as priors. "
+        "Output in the workspace: geotags.gpkg, "
         "sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem "
         "band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, "
         "or the flying height is refused."
@@ -79,6 +81,8 @@ COMMAND = Command(
         "n_registered": "photos registered",
         "reprojection_px": "RMS reprojection error, px",
         "geotag_rms_e_n_u_m": "RMS distance of cameras to their geotags, E, N, U, m",
+        "control_rms_e_n_u_m": "RMS distance of the block to control points, E, N, U, m",
+        "check_rms_e_n_u_m": "RMS distance of the block to check points, E, N, U, m",
         "focal_px": "focal length, px",
         "n_points": "sparse points",
         "n_dense": "dense points",
