@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
+from ..geotags.control import ControlPoints, are_spread
 from ..geotags.photos import shorten
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
@@ -326,19 +327,8 @@ def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
     if points is None:
         return {}
     rows = control_residuals(joined.block, points)
-    alone, used = not np.isfinite(joined.known.xyz).all(axis=1).any(), ~points.is_check
-    sd_m = float(np.linalg.norm(points.sd_m[used], axis=1).max(initial=0.0))
-    across_m = float(np.linalg.norm(np.ptp(points.xyz[used], axis=0))) if used.any() else 0.0
-    if alone and sd_m > CONTROL_REFUSE_SHARE * across_m:
-        raise ReconstructionError(
-            f"The control points contradict each other by {sd_m:.2f} m over {across_m:.0f} m, and nothing else holds "
-            "the block: check their coordinates, their datum and height, and their marks."
-        )
-    if alone and not points.is_check.any():
-        warnings.append(
-            "Control points alone hold the block and none checks it: mark a fourth or more, and name some as check "
-            "points (kind check)."
-        )
+    if not np.isfinite(joined.known.xyz).all(axis=1).any():
+        _check_alone(points, ~points.is_check & [("px" in row) for row in rows], warnings)
     found = {"control": rows, "control_rms_e_n_u_m": rms_of(rows, False), "check_rms_e_n_u_m": rms_of(rows, True)}
     for k, row in enumerate(rows):
         if "px" not in row:
@@ -354,6 +344,31 @@ def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
         if np.linalg.norm(off) > 3 * np.linalg.norm(sd) + 0.02:
             warnings.append(f"The block is {100 * np.linalg.norm(off):.0f} cm from point {row['label']}.")
     return found
+
+
+def _check_alone(points: ControlPoints, used: np.ndarray, warnings: list[str]) -> None:
+    """Control points that alone hold a block. used: (K,) bool, those that two placed photos show.
+
+    Raises:
+        ReconstructionError: they do not hold it, or contradict each other.
+    """
+    if not are_spread(points.xyz[used]):
+        raise ReconstructionError(
+            f"{used.sum()} of {np.sum(~points.is_check)} control points lie in two or more of the placed photos, "
+            "expected three or more, not in a line, as nothing else holds the block: mark points in more photos."
+        )
+    sd_m = float(np.linalg.norm(points.sd_m[used], axis=1).max())
+    across_m = float(np.linalg.norm(np.ptp(points.xyz[used], axis=0)))
+    if sd_m > CONTROL_REFUSE_SHARE * across_m:
+        raise ReconstructionError(
+            f"The control points contradict each other by {sd_m:.2f} m over {across_m:.0f} m, and nothing else holds "
+            "the block: check their coordinates, their datum and height, and their marks."
+        )
+    if not points.is_check.any():
+        warnings.append(
+            "Control points alone hold the block and none checks it: mark a fourth or more, and name some as check "
+            "points (kind check)."
+        )
 
 
 def _readout_source(joined: Joined, readout: Readout) -> str:

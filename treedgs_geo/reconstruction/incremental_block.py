@@ -108,10 +108,10 @@ def join_photos(
     if leave_out_loose(block, posterior_of(adjusted).poses_px, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if known.control is not given.control and known.control is not None:
+        sd_m = np.linalg.norm(known.control.sd_m, axis=1).max()
         reporter.warn(
-            "The control points are far less sure than they state, up to "
-            f"{np.linalg.norm(known.control.sd_m, axis=1).max():.2f} m by what the block shows, and count by that: look "
-            "at their coordinates and marks, or give them their standard deviations (CSV, sd_h_m and sd_v_m)."
+            f"The control points are far less sure than they state, {sd_m:.2f} m by what the block shows, and count by "
+            "that: look at their coordinates and marks, or give them their standard deviations (CSV, sd_h_m and sd_v_m)."
         )
     sure = confirmed(block, store)
     if leave_out_unconfirmed(block, sure, names, reporter):
