@@ -66,6 +66,11 @@ class Known:
         """Whether the geotags can level a block, or start one."""
         return are_precise(self.xyz, self.sd)
 
+    @property
+    def is_by_control(self) -> bool:
+        """Whether control points alone hold the block: no photo has a geotag."""
+        return self.control is not None and not np.isfinite(self.xyz).all(axis=1).any()
+
 
 @dataclass(frozen=True)
 class Adjusted:

@@ -327,7 +327,7 @@ def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
     if points is None:
         return {}
     rows = control_residuals(joined.block, points)
-    if not np.isfinite(joined.known.xyz).all(axis=1).any():
+    if joined.known.is_by_control:
         _check_alone(points, ~points.is_check & [("px" in row) for row in rows], warnings)
     found = {"control": rows, "control_rms_e_n_u_m": rms_of(rows, False), "check_rms_e_n_u_m": rms_of(rows, True)}
     for k, row in enumerate(rows):

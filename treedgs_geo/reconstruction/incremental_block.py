@@ -105,13 +105,16 @@ def join_photos(
             adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
     if leave_out(block, known, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    if leave_out_loose(block, posterior_of(adjusted).poses_px, names, reporter):
+    poses_px = posterior_of(adjusted).poses_px
+    if known.control is not None and known.is_by_control:
+        poses_px[known.control.photo] = np.nan  # without the photos that show them no point is left
+    if leave_out_loose(block, poses_px, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     if known.control is not given.control and known.control is not None:
         sd_m = np.linalg.norm(known.control.sd_m, axis=1).max()
         reporter.warn(
             f"The control points are far less sure than they state, {sd_m:.2f} m by what the block shows, and count by "
-            "that: look at their coordinates and marks, or give them their standard deviations (CSV, sd_h_m and sd_v_m)."
+            "that: look at their coordinates and marks, or state their standard deviations (CSV, sd_h_m and sd_v_m)."
         )
     sure = confirmed(block, store)
     if leave_out_unconfirmed(block, sure, names, reporter):
@@ -121,7 +124,7 @@ def join_photos(
 
 def _as_control_says(block: Block, known: Known, given: Known) -> Known:
     """:func:`.control.as_block_says` where no photo has a geotag."""
-    if given.control is None or known.control is None or np.isfinite(known.xyz).all(axis=1).any():
+    if given.control is None or known.control is None or not known.is_by_control:
         return known
     control = as_block_says(block, given.control)
     return known if np.allclose(control.sd_m, known.control.sd_m, rtol=0.1) else replace(known, control=control)

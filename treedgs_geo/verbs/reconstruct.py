@@ -60,7 +60,7 @@ COMMAND = Command(
     summary="Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.",
     help=(
         "Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions, "
-        "or three or more control points (--gcp). All flights end in one frame, adjusted with the geotags as priors. "
+        "or three or more control points. All flights end in one frame, adjusted with the geotags as priors. "
         "Output in the workspace: geotags.gpkg, "
         "sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem "
         "band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, "

@@ -1824,8 +1824,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Passpunkte</translation>
     </message>
     <message>
-      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.</source>
-      <translation>Pass- und Kontrollpunkte: gcp_list.txt von OpenDroneMap oder CSV mit label, easting, northing, height (oder lon, lat, height), photo, u, v; für Drohnen ohne PPK und zum Prüfen jedes Blocks.</translation>
+      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or more points), and to check any block.</source>
+      <translation>Pass- und Kontrollpunkte: gcp_list.txt von OpenDroneMap oder CSV mit label, easting, northing, height (oder lon, lat, height), photo, u, v; für Drohnen ohne PPK, für Fotos ohne jede Position (drei oder mehr Punkte) und zum Prüfen jedes Blocks.</translation>
     </message>
     <message>
       <source>Calibration</source>
@@ -2368,8 +2368,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Georeferenzierte Structure from Motion: Kameralagen, lose Punkte, dichte Punkte des Stammbands.</translation>
     </message>
     <message>
-      <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
-      <translation>Eingaben: überlappende Drohnenfotos (80 % Überlappung, die meisten schräg) und ihre PPK-, RTK- oder EXIF-Positionen. Alle Flüge enden in einem Rahmen, mit den Geotags als Vorwissen ausgeglichen. Ausgabe im Arbeitsordner: geotags.gpkg, sfm/ (COLMAP-Modell in einem lokalen Rahmen, frame.json mit KBS und Ursprung, report.json) und dense.laz (Stammband der Probeflächen, Projekt-KBS). Ein Block, der seinen Geotags, der Linsenkalibrierung in den Metadaten oder der Flughöhe widerspricht, wird abgelehnt.</translation>
+      <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions, or three or more control points. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
+      <translation>Eingaben: überlappende Drohnenfotos (80 % Überlappung, die meisten schräg) und ihre PPK-, RTK- oder EXIF-Positionen oder drei oder mehr Passpunkte. Alle Flüge enden in einem Rahmen, mit den Geotags als Vorwissen ausgeglichen. Ausgabe im Arbeitsordner: geotags.gpkg, sfm/ (COLMAP-Modell in einem lokalen Rahmen, frame.json mit KBS und Ursprung, report.json) und dense.laz (Stammband der Probeflächen, Projekt-KBS). Ein Block, der seinen Geotags, der Linsenkalibrierung in den Metadaten oder der Flughöhe widerspricht, wird abgelehnt.</translation>
     </message>
     <message>
       <source>Make dense points of the stem band where plots are given.</source>
@@ -2394,6 +2394,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>RMS distance of cameras to their geotags, E, N, U, m</source>
       <translation>mittlerer Abstand (RMS) der Kameras von ihren Geotags, O, N, H, m</translation>
+    </message>
+    <message>
+      <source>RMS distance of the block to control points, E, N, U, m</source>
+      <translation>Mittlerer quadratischer Abstand des Blocks von den Passpunkten, E, N, U, m</translation>
+    </message>
+    <message>
+      <source>RMS distance of the block to check points, E, N, U, m</source>
+      <translation>Mittlerer quadratischer Abstand des Blocks von den Kontrollpunkten, E, N, U, m</translation>
     </message>
     <message>
       <source>focal length, px</source>

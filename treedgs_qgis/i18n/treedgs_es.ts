@@ -1822,8 +1822,8 @@ cero.&lt;/p&gt;
       <translation>Puntos de control</translation>
     </message>
     <message>
-      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.</source>
-      <translation>Puntos de control y de comprobación: gcp_list.txt de OpenDroneMap, o CSV con label, easting, northing, height (o lon, lat, height), photo, u, v; para drones sin PPK y para comprobar cualquier bloque.</translation>
+      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or more points), and to check any block.</source>
+      <translation>Puntos de control y de comprobación: gcp_list.txt de OpenDroneMap, o CSV con label, easting, northing, height (o lon, lat, height), photo, u, v; para drones sin PPK, para fotos sin ninguna posición (tres o más puntos) y para comprobar cualquier bloque.</translation>
     </message>
     <message>
       <source>Calibration</source>
@@ -2366,8 +2366,8 @@ cero.&lt;/p&gt;
       <translation>Estructura a partir del movimiento georreferenciada: poses de cámara, puntos dispersos, puntos densos de la banda de troncos.</translation>
     </message>
     <message>
-      <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
-      <translation>Entradas: fotos de dron con solape (80 %, la mayoría oblicuas) y sus posiciones PPK, RTK o EXIF. Todos los vuelos acaban en un mismo marco, ajustado con las geoetiquetas como información previa. Salida en la carpeta de trabajo: geotags.gpkg, sfm/ (modelo COLMAP en un marco local, frame.json con el SRC y el origen, report.json) y dense.laz (banda de troncos de las parcelas, SRC del proyecto). Se rechaza un bloque que contradiga sus geoetiquetas, la calibración de la lente en los metadatos o la altura de vuelo.</translation>
+      <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions, or three or more control points. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
+      <translation>Entradas: fotos de dron con solape (80 %, la mayoría oblicuas) y sus posiciones PPK, RTK o EXIF, o tres o más puntos de control. Todos los vuelos acaban en un mismo marco, ajustado con las geoetiquetas como información previa. Salida en la carpeta de trabajo: geotags.gpkg, sfm/ (modelo COLMAP en un marco local, frame.json con el SRC y el origen, report.json) y dense.laz (banda de troncos de las parcelas, SRC del proyecto). Se rechaza un bloque que contradiga sus geoetiquetas, la calibración de la lente en los metadatos o la altura de vuelo.</translation>
     </message>
     <message>
       <source>Make dense points of the stem band where plots are given.</source>
@@ -2392,6 +2392,14 @@ cero.&lt;/p&gt;
     <message>
       <source>RMS distance of cameras to their geotags, E, N, U, m</source>
       <translation>distancia RMS de las cámaras a sus geoetiquetas, E, N, h, m</translation>
+    </message>
+    <message>
+      <source>RMS distance of the block to control points, E, N, U, m</source>
+      <translation>Distancia cuadrática media del bloque a los puntos de control, E, N, U, m</translation>
+    </message>
+    <message>
+      <source>RMS distance of the block to check points, E, N, U, m</source>
+      <translation>Distancia cuadrática media del bloque a los puntos de comprobación, E, N, U, m</translation>
     </message>
     <message>
       <source>focal length, px</source>
