@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,25 @@ def test_a_bad_file_ends_the_job_before_anything_is_matched(flight, handed, work
     with pytest.raises(InputError, match="km from the nearest photo"):
         work(flight, gcp=flight / "gcp_list.txt")
     assert not handed
+
+
+def test_photos_without_positions_go_on_with_their_control_in_its_crs(flight, handed, capsys) -> None:
+    shutil.rmtree(flight / "photos")
+    write_photos(Flight(lines(12), gps=False), flight / "photos")
+    places = [(425010, 3718000, 60), (425020, 3718008, 60), (425030, 3718000, 61)]
+    rows = [f"{x} {y} {z} {20 + n} 30 DJI_{n:04d}.JPG" for x, y, z in places for n in (1, 2)]
+    (flight / "gcp_list.txt").write_text("\n".join([CRS, *rows]))
+    plots = flight / "plots.csv"
+    plots.write_text("plot_id,easting,northing,radius_m\n1,425015,3718004,8\n")
+    words = ["photos-to-dbh", "--photos", flight / "photos", "--plots", plots, "--workspace", flight / "work"]
+    words += ["--output", flight / "out.gpkg", "--gcp", flight / "gcp_list.txt"]
+    assert main([*map(str, words), "--dry-run"]) == 0 and "12 none" in "".join(capsys.readouterr())
+    settings = ReconstructSettings(photos=flight / "photos", workspace=flight / "work", gcp=flight / "gcp_list.txt")
+    assert run(settings, PlainReporter(io.StringIO()))["check_rms_e_n_u_m"] is None
+    assert len(handed[-1]["control"]) == 3
+    plots.write_text("plot_id,easting,northing,radius_m\n1,435015,3718004,8\n")
+    main([*map(str, words), "--dry-run"])
+    assert "plot '1' lies 9985 m from the nearest photo" in "".join(capsys.readouterr())
 
 
 def test_the_dry_run_names_what_is_wrong_with_both(flight, capsys) -> None:

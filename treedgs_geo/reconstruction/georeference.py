@@ -54,7 +54,7 @@ def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey
     rng = np.random.default_rng(seed)
     best = 0
     tasks, free_focal = ["map_global", "map_global", "map_incremental"], "focal" in survey.free
-    if not stations.is_placed.any():
+    if survey.known.is_by_control:
         # A mapper has no prior on the lens: where nothing else is known it bends lens and model together.
         tasks, free_focal = tasks[::-1], False
     for task in tasks:
