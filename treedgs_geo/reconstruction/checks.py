@@ -332,7 +332,8 @@ def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
     found = {"control": rows, "control_rms_e_n_u_m": rms_of(rows, False), "check_rms_e_n_u_m": rms_of(rows, True)}
     for k, row in enumerate(rows):
         if "px" not in row:
-            warnings.append(f"Point {row['label']}: fewer than two of the photos that show it were registered.")
+            why = "its marks do not meet" if row["photos"] > 1 else "fewer than two of its photos were registered"
+            warnings.append(f"Point {row['label']} is left out: {why}; look at its marks.")
             continue
         off, sd = np.array([row["e_m"], row["n_m"], row["u_m"]]), points.sd_m[k]
         if np.linalg.norm(off) > CONTROL_REFUSE_SD * np.linalg.norm(sd) + RESIDUAL_SLACK_M:

@@ -13,6 +13,8 @@ from .tracks import Block, ray_normals
 
 #: A block is moved as a whole before it is adjusted where its control points lie further off than this, metres.
 _FAR_M = 0.2
+#: Marks of a point miss it by less than this, share of the photo's width.
+APART_SHARE = 0.04
 #: Points that alone hold a block count by how far it is off, where that is so many times what they state.
 CONTRADICTED_TIMES = 3.0
 
@@ -56,7 +58,8 @@ def as_block_says(block: Block, control: ControlPoints) -> ControlPoints:
 def control_residuals(block: Block, control: ControlPoints) -> list[dict[str, Any]]:
     """What the block says of each point, less what was surveyed: ``label, is_check, photos, e_m, n_m, u_m, px``.
 
-    px: RMS of its marks about the surveyed place. Points with fewer than two posed photos have no numbers.
+    px: RMS of its marks about the surveyed place. Points with fewer than two posed photos, or whose marks do not meet,
+    have no numbers.
     """
     placed = _placed(block, control)
     rows = []
@@ -82,10 +85,15 @@ def rms_of(rows: list[dict[str, Any]], is_check: bool) -> list[float] | None:
 
 
 def _placed(block: Block, control: ControlPoints) -> np.ndarray:
-    """(K, 3) places by the marks and the posed photos alone, NaN where fewer than two photos show a point."""
+    """(K, 3) places by the marks and the posed photos alone, NaN where fewer than two photos show a point or its marks
+    do not meet: one of them is of another point."""
     use = block.is_posed[control.photo]
-    starts, rays = block.rays_of(control.photo[use], control.pixels[use])
-    left, right = ray_normals(starts, rays, np.ones(len(rays)), control.point[use], len(control))
-    placed, known = np.full((len(control), 3), np.nan), np.bincount(control.point[use], minlength=len(control)) >= 2
+    photo, point, pixels = control.photo[use], control.point[use], control.pixels[use]
+    starts, rays = block.rays_of(photo, pixels)
+    left, right = ray_normals(starts, rays, np.ones(len(rays)), point, len(control))
+    placed, known = np.full((len(control), 3), np.nan), np.bincount(point, minlength=len(control)) >= 2
     placed[known] = np.linalg.solve(left[known], right[known][:, :, None])[:, :, 0]
+    local = np.einsum("mij,mj->mi", block.rotations[photo], placed[point]) + block.translations[photo]
+    off = np.linalg.norm(block.sensor.to_pixels(local, photo) - pixels, axis=1)
+    placed[point[~(off < APART_SHARE * block.camera.width)]] = np.nan
     return placed
