@@ -12,11 +12,12 @@ from PIL import Image
 from small_flight import Listening
 from synthetic_block import block_of, ring
 
-from treedgs_geo.core.errors import GeotagError, InputError
+from treedgs_geo.core.errors import GeotagError, InputError, ReconstructionError
 from treedgs_geo.geotags import read_stations
 from treedgs_geo.geotags.control import ControlPoints, read_control
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.reconstruction.control import as_block_says
+from treedgs_geo.reconstruction.checks import _check_alone
+from treedgs_geo.reconstruction.control import as_block_says, control_residuals
 from treedgs_geo.reconstruction.model import load_views
 from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pipeline import reconstruct_photos
@@ -27,8 +28,8 @@ GPS, PHOTO, MODEL, FOCAL_35MM = 0x8825, 0x8769, 272, 41989
 
 @pytest.fixture(scope="module")
 def blind(simulated_plot: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """images/ of the simulated plot as if of a kite, without GPS and XMP, and gcp_list.txt: six points round the plot, half of them to
-    check with, marked where the photos show them."""
+    """images/ of the simulated plot as if of a kite, without GPS and XMP, and gcp_list.txt: six points round the plot,
+    half of them to check with, marked where the photos show them."""
     folder = tmp_path_factory.mktemp("blind")
     (folder / "images").mkdir()
     for path in sorted((simulated_plot / "images").iterdir()):
@@ -116,9 +117,23 @@ def test_control_points_count_by_what_the_block_shows_of_them() -> None:
     pixels = np.array([mark[2:] for mark in marks])
     right = ControlPoints(list("ABCDEFGH"), places + rng.normal(0, 0.02, (8, 3)), sd, check, point, photo, pixels)
     assert as_block_says(block, right) is right
+    wrong = right.pixels + np.where(np.arange(len(point))[:, None] == 4, 400.0, 0.0)  # one mark of B on another place
+    rows = control_residuals(block, replace(right, pixels=wrong))
+    assert ["px" in row for row in rows] == [True, False, *[True] * 6]
     rough = replace(right, xyz=places + rng.normal(0, 0.8, (8, 3)))
     assert 0.4 < as_block_says(block, rough).sd_m[0, 0] < 1.6
     assert (
         as_block_says(Block(**{**vars(block), "translations": np.full_like(block.translations, np.nan)}), rough)
         is rough
     )
+
+
+def test_control_points_that_contradict_each_other_do_not_hold_a_block() -> None:
+    places, told = np.array([[0.0, 0, 0], [20, 0, 0], [0, 20, 0], [20, 20, 1]]), list[str]()
+    points = ControlPoints(list("ABCD"), places, np.full((4, 3), 0.3), np.zeros(4, bool), *np.zeros((3, 0)))
+    _check_alone(points, np.ones(4, bool), told)
+    assert len(told) == 1 and "none checks it" in told[0]
+    with pytest.raises(ReconstructionError, match="2 of 4 control points lie in two or more of the placed photos"):
+        _check_alone(points, np.arange(4) < 2, told)
+    with pytest.raises(ReconstructionError, match=r"contradict each other by 3\.46 m over 28 m"):
+        _check_alone(replace(points, sd_m=np.full((4, 3), 2.0)), np.ones(4, bool), told)
