@@ -15,7 +15,7 @@ from small_flight import Listening
 
 from treedgs_geo.core.crs import lonlat_to_project
 from treedgs_geo.core.errors import CRSError, InputError
-from treedgs_geo.geotags.control import CONTROL_SD_M, read_control
+from treedgs_geo.geotags.control import CONTROL_SD_M, project_of, read_control
 from treedgs_geo.geotags.mrk import read_mrk
 from treedgs_geo.geotags.stations import Stations
 
@@ -106,6 +106,15 @@ def test_a_real_list_with_the_surveyors_own_table(tmp_path: Path) -> None:
         rows = [line.strip().split(";") for line in stream if line.strip()][1:]
     surveyed = {row[0]: [float(value) for value in row[1:4]] for row in rows}
     np.testing.assert_allclose(found.xyz, [surveyed[label] for label in found.labels], atol=0.01)
+
+
+def test_the_project_crs_of_a_list(tmp_path: Path) -> None:
+    assert project_of(_file(tmp_path, _list(ONE, TWO))) == UTM
+    degrees = "-117.5 34.0 50 1 2 DJI_0001.JPG"
+    found = project_of(_file(tmp_path, _list(degrees, crs="EPSG:4326")))
+    assert found is not None and found.name == "NAD83(2011) / UTM zone 11N"
+    table = "label,easting,northing,height,photo,u,v\nA,500000,3700000,50,DJI_0001.JPG,1,2\n"
+    assert project_of(_file(tmp_path, table, "points.csv")) is None
 
 
 def test_points_without_labels_are_known_by_their_coordinates(stations: Stations, tmp_path: Path) -> None:
