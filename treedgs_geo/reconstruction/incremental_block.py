@@ -127,6 +127,10 @@ def _as_control_says(block: Block, known: Known, given: Known) -> Known:
     if given.control is None or known.control is None or not known.is_by_control:
         return known
     control = as_block_says(block, given.control)
+    if control is not given.control:
+        # Held too firmly the block lies at a few of them, and points this loose would hardly move it in an adjustment.
+        align_to_control(block, given.control)
+        control = as_block_says(block, given.control)
     return known if np.allclose(control.sd_m, known.control.sd_m, rtol=0.1) else replace(known, control=control)
 
 
