@@ -34,6 +34,7 @@ from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .field_stems import given_stems
 from .given_store import KeptGiven, fits_by_id, read_given, with_given, write_given
+from .heights import KEPT_HEIGHTS, find_heights
 from .layer_update import Held, held_trees, merge_layers
 from .measure_stage import placed, with_run_errors
 from .outputs import write_page
@@ -174,6 +175,7 @@ def _measure_at(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
         if open_ := [point for point in points if not point.answer]:
             _fit(open_, job, rows, gone, reporter)
             _as_trees([point for point in open_ if point.fit is not None], job, rows, trees)
+            _add_heights([point for point in open_ if point.tree is not None], job, reporter)
         answers = Counter(point.answer for point in points)
         facts |= {"points": len(points), **answers, "warnings": reporter.warnings}
     changed = [(point.tree, point.row) for point in points if point.tree is not None]
@@ -319,11 +321,25 @@ def _as_trees(points: list[_Point], job: PhotoJob, rows: list[Held], trees: list
         keeps = row is not None and (row.of_run or all(row.tree_id != tree.tree_id for tree in trees))
         own = row.tree_id if row is not None and keeps else max(taken, default=0) + 1
         taken.add(own)
-        # Its height is the former one: tops are looked for once, by the run.
+        # Its height is the former one: the top of a tree of the run was looked for.
         height = {k: getattr(t, k) for t in job.trees if t.tree_id == own for k in ("height_m", "height_se_m")}
         point.tree = placed([replace(tree, tree_id=own, **height)], job)[0]
         before = f", before {shown_cm(row.dbh_cm)} cm" if row is not None and row.dbh_cm is not None else ""
         point.say("measured" if tree.dbh_cm is not None else "refused", f"tree {own}: {_verdict(tree)}{before}.")
+
+
+def _add_heights(points: list[_Point], job: PhotoJob, reporter: Reporter) -> None:
+    """Heights of new trees, sought with those of the run's, where the run sought any."""
+    new = {point.tree.tree_id: point for point in points if point.tree is not None and point.tree.height_m is None}
+    if not new or not job.path(KEPT_HEIGHTS).exists():
+        return
+    fits = fits_by_id(job.space).fits | {number: point.fit for number, point in new.items() if point.fit is not None}
+    trees = [tree for tree in job.trees if tree.tree_id not in new]
+    trees += [point.tree for point in new.values() if point.tree is not None]
+    found = find_heights(job.place, job.block.points, trees, fits, job.settings.bh_m, None, reporter)
+    for number, point in new.items():
+        if point.tree is not None:
+            point.tree = replace(point.tree, **found.get(str(number), {}))
 
 
 def _counting(job: PhotoJob, rows: list[Held]) -> list[PhotoFit]:

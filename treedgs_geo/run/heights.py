@@ -18,6 +18,7 @@ from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.canopy import CELL_M, Alike, CanopyVolume, surface_of, volume_of
 from ..reconstruction.multi_view_correlation import pictures_of
+from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import read_fits
 from ..stems.photos.tiles import split
 from ..stems.photos.tree_heights import Heights, heights_of, profiles
@@ -43,12 +44,18 @@ MAX_COMPARED = 80
 
 
 def find_heights(
-    site: Site, points: np.ndarray, trees: list[Tree], fits: Path, bh_m: float, raster: Path, reporter: Reporter
+    site: Site,
+    points: np.ndarray,
+    trees: list[Tree],
+    fits: dict[int, PhotoFit],
+    bh_m: float,
+    raster: Path | None,
+    reporter: Reporter,
 ) -> dict[str, dict[str, Any]]:
     """Heights of a run's trees, and ``raster``, a canopy height model of the site.
 
-    points: (N, 3) sparse points, local frame. trees: project coordinates, with a DBH or without. fits: file of the
-    photo fits, for the stems' axes. bh_m: breast height.
+    points: (N, 3) sparse points, local frame. trees: project coordinates, with a DBH or without. fits: by number of the
+    tree, for the stems' axes; upright where there is none. bh_m: breast height.
 
     Returns:
         ``height_m``, ``height_se_m`` and ``height_why`` of each tree, by its number as text. All pieces of the site
@@ -68,7 +75,8 @@ def find_heights(
         levels = volume.levels_m
         profiled.append(profiles(volume, foot[own], slopes[own]))
         numbers += own
-    _write(raster, surfaces, site)
+    if raster is not None:
+        _write(raster, surfaces, site)
     if not numbers:
         return {}
     dbh = np.array([np.nan if tree.dbh_cm is None else tree.dbh_cm for tree in trees])[numbers]
@@ -83,14 +91,10 @@ def _entry(heights: Heights, row: int) -> dict[str, Any]:
     return {"height_m": height, "height_se_m": se, "height_why": None}
 
 
-def _slopes(path: Path, trees: list[Tree]) -> np.ndarray:
-    """(T, 2) metres sideways for one metre up along each stem's axis; upright where the photos gave no axis."""
-    fits = read_fits(path).fits
-    slopes = np.zeros((len(trees), 2))
-    for k, tree in enumerate(trees):
-        if tree.tree_id <= len(fits):
-            slopes[k] = fits[tree.tree_id - 1].axis.s
-    return np.nan_to_num(slopes)
+def _slopes(fits: dict[int, PhotoFit], trees: list[Tree]) -> np.ndarray:
+    """(T, 2) metres sideways for one metre up along each stem's axis."""
+    upright = np.zeros(2)
+    return np.nan_to_num([fits[tree.tree_id].axis.s if tree.tree_id in fits else upright for tree in trees])
 
 
 def canopy_over(
@@ -159,7 +163,7 @@ def _heights_key(job: PhotoJob) -> Key:
 def _heights(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     raster = job.path(names.CHM)
     style_raster(raster, "chm")
-    fits = job.path(names.FITS)
+    fits = dict(enumerate(read_fits(job.path(names.FITS)).fits, start=1))
     found = find_heights(job.place, job.block.points, job.trees, fits, job.settings.bh_m, raster, reporter)
     write_json(job.path(KEPT_HEIGHTS), found)
     return {"heights": sum(entry["height_m"] is not None for entry in found.values())}
