@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from PIL import Image
 from small_flight import Listening
-from synthetic_block import block_of, ring
+from synthetic_block import block_of, known_of, ring
 
 from treedgs_geo.core.errors import GeotagError, InputError, ReconstructionError
 from treedgs_geo.geotags import read_stations
 from treedgs_geo.geotags.control import ControlPoints, read_control
+from treedgs_geo.reconstruction.bundle import Problem
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.checks import _check_alone
 from treedgs_geo.reconstruction.control import as_block_says, control_residuals
@@ -120,6 +121,11 @@ def test_control_points_count_by_what_the_block_shows_of_them() -> None:
     wrong = right.pixels + np.where(np.arange(len(point))[:, None] == 4, 400.0, 0.0)  # one mark of B on another place
     rows = control_residuals(block, replace(right, pixels=wrong))
     assert ["px" in row for row in rows] == [True, False, *[True] * 6]
+    # Nor does it pull at the block.
+    known = known_of(np.full((len(views), 3), np.nan), np.inf)
+    marked = [replace(known, control=replace(right, pixels=own)) for own in (right.pixels, wrong)]
+    held = [(Problem(block, each, frozenset()).point_weight > 0).all(axis=1).sum() for each in marked]
+    assert held == [7, 6]
     rough = replace(right, xyz=places + rng.normal(0, 0.8, (8, 3)))
     assert 0.4 < as_block_says(block, rough).sd_m[0, 0] < 1.6
     assert (

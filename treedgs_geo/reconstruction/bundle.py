@@ -21,6 +21,7 @@ from ..geotags.control import ControlPoints
 from . import bundle_kernels as kernels
 from .bundle_kernels import CX, CY, FIRST_FLIGHT, K1, K2, K3, LOG_ASPECT, LOG_F, N_POSE, P1, P2, READOUT
 from .cameras import Camera
+from .control import marks_meet
 from .tracks import Block
 
 if TYPE_CHECKING:
@@ -217,7 +218,8 @@ class Problem:
         image, point, points, sd = block.image, block.point, block.points, np.full((len(block.points), 3), np.inf)
         self.extra_px = np.zeros(len(image))
         if control is not None:
-            use = posed[control.photo] & ~control.is_check[control.point]
+            used = ~control.is_check & marks_meet(block, control)
+            use = posed[control.photo] & used[control.point]
             kept, number = np.unique(control.point[use], return_inverse=True)
             image, pixels = np.concatenate([image, control.photo[use]]), np.concatenate([pixels, control.pixels[use]])
             point = np.concatenate([point, len(points) + number])

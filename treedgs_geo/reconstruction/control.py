@@ -86,7 +86,19 @@ def rms_of(rows: list[dict[str, Any]], is_check: bool) -> list[float] | None:
 
 def _placed(block: Block, control: ControlPoints) -> np.ndarray:
     """(K, 3) places by the marks and the posed photos alone, NaN where fewer than two photos show a point or its marks
-    do not meet: one of them is of another point."""
+    do not meet."""
+    placed, meet = _intersected(block, control)
+    return np.where(meet[:, None], placed, np.nan)
+
+
+def marks_meet(block: Block, control: ControlPoints) -> np.ndarray:
+    """(K,) bool: not where the marks of a point miss each other in the posed photos: one of them is of another point.
+    Such a point is left out."""
+    return _intersected(block, control)[1]
+
+
+def _intersected(block: Block, control: ControlPoints) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 3) places by the marks, NaN where fewer than two posed photos show a point, and :func:`marks_meet`."""
     use = block.is_posed[control.photo]
     photo, point, pixels = control.photo[use], control.point[use], control.pixels[use]
     starts, rays = block.rays_of(photo, pixels)
@@ -95,5 +107,6 @@ def _placed(block: Block, control: ControlPoints) -> np.ndarray:
     placed[known] = np.linalg.solve(left[known], right[known][:, :, None])[:, :, 0]
     local = np.einsum("mij,mj->mi", block.rotations[photo], placed[point]) + block.translations[photo]
     off = np.linalg.norm(block.sensor.to_pixels(local, photo) - pixels, axis=1)
-    placed[point[~(off < APART_SHARE * block.camera.width)]] = np.nan
-    return placed
+    meet = np.ones(len(control), bool)
+    meet[point[known[point] & ~(off < APART_SHARE * block.camera.width)]] = False
+    return placed, meet
