@@ -64,7 +64,7 @@ def _geotag_cost(job: PhotoJob, findings: Findings) -> Cost:
     each = ", ".join(f"{number} {quality}" for quality, number in counts.items())
     findings.info(f"{total} photos; positions: {each} ({fix_pct:.0f} % fixed).")
     findings.facts |= {"n_photos": total, "fix_pct": round(fix_pct, 1)}
-    if fix_pct < 90 and asked.gcp is None:
+    if fix_pct < 90 and job.stations.is_placed.any():
         given = find_geotags(asked.geotags, asked.photos) if asked.geotags else None
         advice = "give PPK files (--geotags), or positions by photo name with their accuracies (CSV)"
         if given and given.tables:

@@ -329,14 +329,14 @@ def _as_trees(points: list[_Point], job: PhotoJob, rows: list[Held], trees: list
 
 
 def _add_heights(points: list[_Point], job: PhotoJob, reporter: Reporter) -> None:
-    """Heights of new trees, sought with those of the run's, where the run sought any."""
+    """Heights of new trees, sought with those of the run's on the same piece of ground, where the run sought any."""
     new = {point.tree.tree_id: point for point in points if point.tree is not None and point.tree.height_m is None}
     if not new or not job.path(KEPT_HEIGHTS).exists():
         return
     fits = fits_by_id(job.space).fits | {number: point.fit for number, point in new.items() if point.fit is not None}
     trees = [tree for tree in job.trees if tree.tree_id not in new]
     trees += [point.tree for point in new.values() if point.tree is not None]
-    found = find_heights(job.place, job.block.points, trees, fits, job.settings.bh_m, None, reporter)
+    found = find_heights(job.place, job.block.points, trees, fits, job.settings.bh_m, None, reporter, set(new))
     for number, point in new.items():
         if point.tree is not None:
             point.tree = replace(point.tree, **found.get(str(number), {}))

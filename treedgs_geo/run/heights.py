@@ -51,11 +51,13 @@ def find_heights(
     bh_m: float,
     raster: Path | None,
     reporter: Reporter,
+    wanted: set[int] | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Heights of a run's trees, and ``raster``, a canopy height model of the site.
 
     points: (N, 3) sparse points, local frame. trees: project coordinates, with a DBH or without. fits: by number of the
-    tree, for the stems' axes; upright where there is none. bh_m: breast height.
+    tree, for the stems' axes; upright where there is none. bh_m: breast height. wanted: numbers of trees; only the
+    pieces of ground of these are looked at.
 
     Returns:
         ``height_m``, ``height_se_m`` and ``height_why`` of each tree, by its number as text. All pieces of the site
@@ -69,6 +71,8 @@ def find_heights(
     levels = np.empty(0)
     for number, (views, box) in enumerate(pieces):
         own = [k for k, (x, y) in enumerate(places) if box[0] <= x <= box[2] and box[1] <= y <= box[3]]
+        if wanted is not None and wanted.isdisjoint(trees[k].tree_id for k in own):
+            continue
         with reporter.stage("canopy", number / len(pieces), (number + 0.9) / len(pieces)):
             volume = canopy_over(site, views, box, highest_m, reporter)
         surfaces.append((volume.x, volume.y, surface_of(volume)))
