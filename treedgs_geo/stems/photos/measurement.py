@@ -33,7 +33,7 @@ from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
 from .quality_control import Evidence, quality_control, widened_cm
-from .tuned import AMBIGUOUS_SE, LEAN_ERROR, PAIR_SE_CM, PARTS, SEEN_MEAN_Z
+from .tuned import AMBIGUOUS_SE, LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, PARTS, SEEN_MEAN_Z
 
 
 @dataclass
@@ -119,7 +119,7 @@ def by_companions(found: Found) -> dict[str, float]:
 def by_silhouette(found: Found) -> dict[str, float]:
     """How wide it is as the ground or the network shows it."""
     best, silhouette = found.chosen.best, found.chosen.silhouette
-    if silhouette is None:
+    if silhouette is None or (~silhouette.blind).sum() < MIN_PHOTOS:
         return {}
     width = {} if best.mate is not None else {"outline_cm": 200 * widest(silhouette, best.vector)}
     return width | {"contrast": best.contrast / found.shared.chance}

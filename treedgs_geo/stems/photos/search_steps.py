@@ -171,7 +171,8 @@ def certain_stems(fits: list[PhotoFit], area: Area, min_dbh_cm: float) -> tuple[
 def why_network(fits: list[PhotoFit], area: Area, options: PhotoStemOptions) -> str:
     """Why the network is asked for stems as well on a piece of ground whose edges gave these fits; empty: it is not."""
     certain, seen = certain_stems(fits, area, options.min_dbh_cm)
-    shown = [float(fit.seen.mean()) for fit in fits if fit.measured]
+    # Photos that look elsewhere hide nothing: their probability is zero.
+    shown = [float(fit.seen[fit.seen > 0].mean()) for fit in fits if fit.measured]
     if shown and np.mean(shown) < options.min_seen:
         return f"the stems that edges find are hidden in {100 - 100 * np.mean(shown):.0f} % of the photos"
     if certain < options.enough_certain * seen:

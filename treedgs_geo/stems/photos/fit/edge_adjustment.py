@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...quality.priors import OVAL_SD, TAPER_SD, USUAL_TAPER
-from ..images.axis_patches import StemAxis, StripLayout, Strips, cut_strips, hide_known
+from ..images.axis_patches import NEAREST_M, StemAxis, StripLayout, Strips, cut_strips, hide_known
 from ..images.crops import PhotoStack
 from ..tuned import CURVATURE_SD
 from .edge_points import Damping, EdgePoints, State, edge_candidates, expectation, gathered, radii
@@ -105,6 +105,9 @@ def _strips_about(
     """Strips along an axis in linear light, of the photos that may see it, other stems hidden."""
     layout = StripLayout(*band_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px=0.8, linear=True)
     strips = cut_strips(stack, axis, layout, wanted=sighting.seen > 0.04)
+    # Tangents from a near camera touch the stem before its widest place.
+    near = r0 / np.maximum(np.hypot(*(stack.centre[:, :2] - axis.p).T), NEAREST_M)
+    strips.widen[:] /= np.sqrt(1.0 - np.minimum(near, 0.9) ** 2)
     hide_known(strips, stack, axis, sighting.known, 0.01)
     return strips
 

@@ -13,10 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from ....reconstruction.images import GAMMA
+from ....reconstruction.images import FINEST_GSD_M, GAMMA
 from .crops import CX, CY, FX, FY, K1, K2, K3, P1, P2, ROW_0, ROW_X, ROW_Y, ROW_Z, TX, TY, TZ, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+
+#: A stem this near to a camera, or nearer, is not looked at in its photo, m.
+NEAREST_M = 1.0
 
 
 @njit(inline="always", **_FAST)
@@ -54,7 +58,7 @@ def crop_place(photos, v, x, y, z):
     u, w, depth = project(photos.camera[v], x, y, z)
     u -= 0.5 + photos.corner[v, 1]
     w -= 0.5 + photos.corner[v, 0]
-    return u, w, depth >= 1.0 and u >= 1.0 and w >= 1.0 and u <= photos.shape[v, 1] - 2 and w <= photos.shape[v, 0] - 2
+    return u, w, depth >= NEAREST_M and u >= 1.0 and w >= 1.0 and u <= photos.shape[v, 1] - 2 and w <= photos.shape[v, 0] - 2
 
 
 @njit(inline="always", **_FAST)
@@ -176,7 +180,7 @@ def across_view(axis, centre):
     radius (lean); no direction where it stands above the stem."""
     dx, dy, dz = axis[P_X] - centre[0], axis[P_Y] - centre[1], axis[GROUND_Z] + axis[BH_M] - centre[2]
     flat = np.sqrt(dx * dx + dy * dy)
-    if flat < 1.0:
+    if flat < NEAREST_M:
         return 0.0, 0.0, 1.0
     nx, ny = -dy / flat, dx / flat
     along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / np.sqrt(flat * flat + dz * dz)
@@ -318,11 +322,11 @@ def _strips_kernel(photos, wanted, axis, sampling, strips):
     n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
         nx, ny, widen[v] = across_view(axis, centre[v])
-        if nx == 0.0 and ny == 0.0:
+        _, _, depth = project(camera[v], axis[P_X], axis[P_Y], axis[GROUND_Z] + axis[BH_M])
+        if (nx == 0.0 and ny == 0.0) or depth < NEAREST_M:
             continue
         normal[v, 0], normal[v, 1] = nx, ny
-        _, _, depth = project(camera[v], axis[P_X], axis[P_Y], axis[GROUND_Z] + axis[BH_M])
-        px = depth / camera[v, FX]
+        px = max(depth / camera[v, FX], FINEST_GSD_M)
         px_m[v] = px
         if not wanted[v]:
             continue
@@ -455,7 +459,7 @@ def _known_kernel(strips, axis, centre, known, margin):
                     along = ex * dx + ey * dy
                     across = ex * nx + ey * ny
                     t = centre[v, 2] + z * along / own - stem[GROUND_Z] - stem[BH_M]
-                if t < -stem[BH_M] - 0.2 or t > 7.0 or along < 1.0:
+                if t < -stem[BH_M] - 0.2 or t > 7.0 or along < NEAREST_M:
                     continue
                 wide = max(stem[RADIUS] + stem[SLOPE] * t, 0.4 * stem[RADIUS]) + margin + 0.012 * max(t, 0.0)
                 middle = across * own / along - side

@@ -43,14 +43,14 @@ def make_backdrop(
 ) -> Backdrop | None:
     """The ground of each flight inside ``box`` (x0, y0, x1, y1); flights with few photos are pooled.
 
-    ``None`` where too few photos show the ground for a median.
+    ``None`` where too few photos show it behind a stem: those that look across see the horizon there.
     """
+    if shows_ground_behind(stack, ground, box).sum() < MIN_FLIGHT_VIEWS:
+        return None
     flights = np.array([view.flight for view in stack.views], np.int64)
     names, layer, counts = np.unique(flights, return_inverse=True, return_counts=True)
     if (counts < MIN_FLIGHT_VIEWS).any():
         layer, names = np.zeros(len(flights), np.int64), names[:1]
-    if len(flights) < MIN_FLIGHT_VIEWS:
-        return None
     x = np.arange(box[0], box[2], cell)
     y = np.arange(box[1], box[3], cell)
     gx, gy = (grid.ravel() for grid in np.meshgrid(x, y))
@@ -63,6 +63,17 @@ def make_backdrop(
         picture = mean[index].reshape(-1, 3), spread[index].reshape(-1, 3)
         ground_medians(stack.arrays_of(members), gx, gy, gz, TONES.lut, MIN_FLIGHT_VIEWS - 2, *picture)
     return Backdrop(float(x[0]), float(y[0]), cell, mean, spread, layer.astype(np.int64))
+
+
+def shows_ground_behind(
+    stack: PhotoStack, ground: GroundGrid, box: tuple[float, float, float, float], top_m: float = 3.0
+) -> np.ndarray:
+    """(V,) bool: the photo sees the ground of ``box`` behind a stem in its middle, up to ``top_m``."""
+    middle = np.array([0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])])
+    foot_z = float(ground.at(middle[:1], middle[1:])[0])
+    above = np.maximum(stack.centre[:, 2] - foot_z - top_m, 1e-6)
+    hits = middle + (middle - stack.centre[:, :2]) * (top_m / above)[:, None]
+    return ((hits > box[:2]) & (hits < box[2:])).all(axis=1)
 
 
 class Silhouette(NamedTuple):

@@ -28,6 +28,8 @@ class Tones(NamedTuple):
 
 
 TONES = Tones(LUT_GAMMA, FLOOR, CEILING, RATIO)
+#: Far outside every ground, m.
+NOWHERE = 1e7
 #: Stands for the ratio of a place whose ground no photo shows.
 UNKNOWN = np.float32(-99.0)
 
@@ -73,9 +75,11 @@ def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
 
 @njit(inline="always", **_FAST)
 def behind_on_ground(ground, centre, start_z, x, y, z):
-    """x and y where the viewing ray through a point meets the ground behind it. start_z: a first guess of its height;
-    centre: (3,) of the camera."""
+    """x and y where the viewing ray through a point meets the ground behind it; :data:`NOWHERE` for a ray that does not
+    go down. start_z: a first guess of its height; centre: (3,) of the camera."""
     gx0, gy0, gcell, gz = ground
+    if z >= centre[2]:
+        return NOWHERE, NOWHERE
     behind = 1.0 / (z - centre[2])
     hx, hy, zg = x, y, start_z
     for _ in range(2):

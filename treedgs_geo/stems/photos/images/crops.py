@@ -23,6 +23,10 @@ from ....reconstruction.images import shrink, shrink_factor, shrunk_camera
 TX, TY, TZ, FX, FY, CX, CY, K1, K2, P1, P2, K3, ROW_X, ROW_Y, ROW_Z, ROW_0 = range(9, 25)
 
 
+#: Photos are chosen by what they show from the ground up to here, m.
+LOWER_STEM_M = 3.0
+
+
 class PhotoArrays(NamedTuple):
     """What the compiled kernels take of a :class:`PhotoStack`: its arrays, by the same names."""
 
@@ -133,11 +137,11 @@ def camera_row(view: View) -> np.ndarray:
 
 
 def choose_views(views: list[View], area: Area, ground_z: float, max_views: int) -> list[int]:
-    """Indices of the oblique photos that see part of the area, thinned evenly over azimuth when there are many."""
+    """Indices of the oblique photos that see lower stems of the area, thinned evenly over azimuth when there are many."""
     if len(area.radii_m) == 0:
         return []
     outline = np.vstack([area.outline(), area.centres])
-    points = np.column_stack([outline, np.full(len(outline), ground_z)])
+    points = np.vstack([np.column_stack([outline, np.full(len(outline), z)]) for z in (ground_z, ground_z + LOWER_STEM_M)])
     kept, azimuths, shares = [], [], []
     for index, view in enumerate(views):
         pixels, _ = view.project(points)
@@ -186,9 +190,11 @@ def load_stack(
     for index in choose_views(views, area, float(np.median(ground.z)), max_views):
         view = views[index]
         pixels, depth = view.project(hull)
-        pixels = pixels[np.isfinite(pixels).all(axis=1)]
         camera = view.camera
-        k = shrink_factor(camera, float(np.median(depth)))
+        ahead = np.isfinite(pixels).all(axis=1)
+        # A camera that stands among the stems may have them anywhere.
+        pixels = pixels if ahead.all() else np.array([[0.0, 0.0], [camera.width, camera.height]])
+        k = shrink_factor(camera, float(np.median(depth[ahead])))
         left, top = np.clip(np.floor(pixels.min(axis=0) / k) - 3, 0, None).astype(int) * k
         right = int(min(np.ceil(pixels[:, 0].max() / k) + 3, camera.width // k)) * k
         bottom = int(min(np.ceil(pixels[:, 1].max() / k) + 3, camera.height // k)) * k

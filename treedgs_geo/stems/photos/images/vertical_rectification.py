@@ -12,10 +12,13 @@ import numpy as np
 from numba import njit, prange
 
 from ..tuned import STRAIGHT_M
-from .axis_patches import LUT_GAMMA, derivative, draw_row, fetch, project
+from .axis_patches import LUT_GAMMA, NEAREST_M, derivative, draw_row, fetch, project
 from .crops import FX, GroundGrid, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: A camera looks down at stems from this height above them on, over their distance.
+LOOKS_DOWN = 0.3
 
 
 class PlumbGrid(NamedTuple):
@@ -52,12 +55,13 @@ class PlumbMap(NamedTuple):
 
 class _Filter(NamedTuple):
     """sigma: of the Gaussian derivative, columns. tau: gradient that counts as noise. window_m: height of the piece
-    whose rows must agree, at stems ``below_m`` under the camera. width: of a drawn ridge, columns. lut: tones."""
+    whose rows must agree, at stems ``below_m`` under the camera and some ``middle_m`` away. width: of a drawn ridge, columns. lut: tones."""
 
     sigma: float
     tau: float
     window_m: float
     below_m: float
+    middle_m: float
     width: float
     lut: np.ndarray
 
@@ -121,7 +125,7 @@ def _coherence(slope, energy, inside, low, high, tau, mean, e):
 def _map_kernel(photos, view, plumb, filters):
     """Fill the ridge and the colour directions of ``plumb`` (a :class:`PlumbMap`) from one photo."""
     azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb
-    sigma, tau, window_m, below, width, lut = filters
+    sigma, tau, window_m, below, middle_m, width, lut = filters
     n_rows, n_cols = ridge.shape
     half = int(np.ceil(3 * sigma))
     taps = derivative(sigma, half, 1.0)
@@ -150,7 +154,8 @@ def _map_kernel(photos, view, plumb, filters):
             energy[i, j] = slope[i, 0, j] ** 2 + slope[i, 1, j] ** 2 + slope[i, 2, j] ** 2
     for i in prange(n_rows):
         angle = nadir0 + i * step_n
-        slant = below / np.cos(angle)
+        # A camera far above sees one distance in a row; one that looks across sees stems at all of them.
+        slant = below / np.cos(angle) if below > LOOKS_DOWN * middle_m else middle_m / np.sin(angle)
         reach = max(int(0.5 * window_m * np.sin(angle) / (slant * step_n) + 0.5), 1)
         low, high = max(0, i - reach), min(n_rows - 1, i + reach)
         mean = np.zeros((3, n_cols), np.float32)
@@ -167,9 +172,14 @@ def _map_kernel(photos, view, plumb, filters):
 def plumb_grid(stack: PhotoStack, view: int, points: np.ndarray) -> PlumbGrid:
     """Grid of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres."""
     centre = stack.centre[view]
-    offset = points - centre
+    ahead = np.isfinite(stack.views[view].project(points)[0]).all(axis=1)
+    offset = points[ahead] - centre
     flat = np.hypot(offset[:, 0], offset[:, 1])
     nadir = np.arctan2(flat, -offset[:, 2])
+    low_n, first_m = float(nadir.min()), float(flat.min())
+    if not ahead.all():
+        # The camera stands among the stems: they begin at its feet.
+        low_n, first_m = 0.0, NEAREST_M
     middle = offset.mean(axis=0)
     aim = np.arctan2(middle[1], middle[0])
     swing = (np.arctan2(offset[:, 1], offset[:, 0]) - aim + np.pi) % (2 * np.pi) - np.pi
@@ -183,11 +193,11 @@ def plumb_grid(stack: PhotoStack, view: int, points: np.ndarray) -> PlumbGrid:
     rays = stack.views[view].rays(border + stack.corner[view][::-1])
     seen_nadir = np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), -rays[:, 2])
     seen_swing = (np.arctan2(rays[:, 1], rays[:, 0]) - aim + np.pi) % (2 * np.pi) - np.pi
-    low_n, high_n = max(nadir.min(), seen_nadir.min()), min(nadir.max(), seen_nadir.max())
+    low_n, high_n = max(low_n, seen_nadir.min()), min(nadir.max(), seen_nadir.max())
     low_a, high_a = max(swing.min(), seen_swing.min()), min(swing.max(), seen_swing.max())
     n_rows = max(int((high_n - low_n) / step_n) + 1, 3)
     n_cols = max(int((high_a - low_a) / step_a) + 1, 16)
-    distance = np.array([flat.min(), flat.max()])
+    distance = np.array([first_m, flat.max()])
     azimuth0, nadir0 = float(aim + low_a), float(low_n)
     middle_m = float(np.median(flat))
     return PlumbGrid(azimuth0, float(step_a), nadir0, float(step_n), (n_rows, n_cols), centre, distance, middle_m)
@@ -207,5 +217,5 @@ def make_map(
     plumb = PlumbMap(*grid[:4], ridge, unit, grid.centre, grid.distance)
     below = float(grid.centre[2] - float(np.median(ground.z)) - 2.0)
     width = ridge_m / (grid.step_a * grid.middle_m)
-    _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, STRAIGHT_M, below, float(width), LUT_GAMMA))
+    _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, STRAIGHT_M, below, grid.middle_m, float(width), LUT_GAMMA))
     return plumb

@@ -214,8 +214,9 @@ def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
 
 
 @njit(parallel=True, **_FAST)
-def _accumulate(llr, unknown, plumb, rings, tile, shift_x, shift_y, total):
-    """Add one photo's ratios, (rings, columns, values), to every cell of the tile, seen from a shifted camera."""
+def _accumulate(llr, plumb, rings, tile, shift_x, shift_y, total):
+    """Add one photo's ratios, (rings, columns, values), to every cell of the tile that it shows, seen from a shifted
+    camera; what it does not show it says nothing of."""
     azimuth0, step_a, centre = plumb.azimuth0, plumb.step_a, plumb.centre
     cx, cy, d0, dd = centre[0], centre[1], rings.first_m, rings.step_m
     x0, y0, cell, mask = tile
@@ -232,10 +233,7 @@ def _accumulate(llr, unknown, plumb, rings, tile, shift_x, shift_y, total):
             column = int(swing / step_a + 0.5)
             k = int((np.sqrt(x * x + y * y) - d0) / dd + 0.5)
             to = total[i, j]
-            if column < 0 or column >= n_cols or k < 0 or k >= n_d:
-                for m in range(n_values):
-                    to[m] += unknown[m]
-            else:
+            if 0 <= column < n_cols and 0 <= k < n_d:
                 values = llr[k, column]
                 for m in range(n_values):
                     to[m] += values[m]
@@ -270,16 +268,13 @@ def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r)
 
 
 def rank_lut(counts: np.ndarray) -> np.ndarray:
-    """(..., N_BINS) histogram of scores -> (..., N_BINS + 1) log likelihood ratio of each bin, by the rank of its
-    middle; the last is the median over all scores, which stands for "nothing known"."""
+    """(..., N_BINS) histogram of scores -> (..., N_BINS) log likelihood ratio of each bin, by the rank of its middle."""
     cumulative = np.cumsum(counts, axis=-1)
     total = np.maximum(cumulative[..., -1:], 1)
     rank = (cumulative - 0.5 * counts) / total
     z = ndtri(np.clip(rank, 1e-6, 1 - 1e-6))
     z = np.clip(np.where(counts.sum(axis=-1, keepdims=True) > 0, z, 0.0), -4, 4.2)
-    llr = np.log(1 - SEEN_PRIOR + SEEN_PRIOR * np.exp(SEEN_MEAN_Z * z - 0.5 * SEEN_MEAN_Z**2))
-    middle = np.take_along_axis(llr, (rank >= 0.5).argmax(axis=-1)[..., None], axis=-1)
-    return np.concatenate([llr, middle], axis=-1).astype(np.float32)
+    return np.log(1 - SEEN_PRIOR + SEEN_PRIOR * np.exp(SEEN_MEAN_Z * z - 0.5 * SEEN_MEAN_Z**2)).astype(np.float32)
 
 
 def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
@@ -378,7 +373,7 @@ def _votes(
         lut = rank_lut(counts.sum(axis=0))
         llr = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, each)
         _ratios(*scores, lut, llr.reshape(rings.n, n_cols, N_LAYERS, len(radii)))
-        where = llr, lut[..., N_BINS].ravel(), plumb, rings, tile
+        where = llr, plumb, rings, tile
         _accumulate(*where, 0.0, 0.0, total)
         angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(*DECOY_M)
         _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance)

@@ -73,6 +73,8 @@ def _carve(shown, centre, ground, gx0, gy0, gcell, heights, total):
             b0 = min(max(int((x - x0) / cell + 0.5), 0), columns - 1)
             for m in range(heights.size):
                 top = z[a0, b0] + heights[m]
+                if top >= centre[2]:
+                    continue
                 behind = 1.0 / (top - centre[2])
                 a, b = a0, b0
                 inside = True
