@@ -10,6 +10,9 @@ from shapely.geometry.base import BaseGeometry
 
 from .cameras import View
 
+#: Where no plot is given, stems are looked for this far from a camera, m, or so many of its heights above the ground.
+AMONG_STEMS_M, HEIGHTS_AWAY = 10.0, 3.0
+
 
 @dataclass(frozen=True)
 class Area:
@@ -57,31 +60,34 @@ def area_seen(
 ) -> Area:
     """The ground that at least ``n_views`` oblique photos see, as circles of one cell each merged into a few.
 
-    Used where the user gives no plot. Views count at a cell when the cell is inside the photo and seen at a nadir angle
-    with a sine of ``min_sin_nadir`` or more. ground_z: a typical ground height, local metres.
+    Used where the user gives no plot. Views count at a cell when breast height there is inside the photo, seen at a
+    nadir angle with a sine of ``min_sin_nadir`` or more, and no farther away than :data:`AMONG_STEMS_M` or
+    :data:`HEIGHTS_AWAY` heights of the camera above the ground. ground_z: a typical ground height, local metres.
 
     Returns an area without circles where no cell is seen often enough.
     """
     aims = []
     for view in views:
         down = view.rotation[2]
-        if down[2] < -0.2:
-            aims.append((view.centre + down * (ground_z - view.centre[2]) / down[2])[:2])
+        slant = (ground_z - view.centre[2]) / down[2] if down[2] < -0.2 else 0.0
+        aims.append((view.centre + down * slant)[:2])
     if not aims:
         return Area(np.empty((0, 2)), np.empty(0))
     low, high = np.min(aims, axis=0) - 40, np.max(aims, axis=0) + 40
     x = np.arange(low[0], high[0] + cell_m, cell_m)
     y = np.arange(low[1], high[1] + cell_m, cell_m)
     grid = np.column_stack([a.ravel() for a in np.meshgrid(x, y)])
-    points = np.column_stack([grid, np.full(len(grid), ground_z)]).reshape(len(y), len(x), 3)
+    points = np.column_stack([grid, np.full(len(grid), ground_z + 1.3)]).reshape(len(y), len(x), 3)
     count = np.zeros((len(y), len(x)), int)
     for view in views:
         part = _window(view, ground_z, x, y)
         some = points[part].reshape(-1, 3)
         pixels, _ = view.project(some)
         offset = some - view.centre
-        sine = np.hypot(offset[:, 0], offset[:, 1]) / np.linalg.norm(offset, axis=1)
-        count[part] += (view.contains(pixels) & (sine >= min_sin_nadir)).reshape(count[part].shape)
+        flat = np.hypot(offset[:, 0], offset[:, 1])
+        near = flat <= max(AMONG_STEMS_M, HEIGHTS_AWAY * (view.centre[2] - ground_z))
+        sine = flat / np.linalg.norm(offset, axis=1)
+        count[part] += (view.contains(pixels) & (sine >= min_sin_nadir) & near).reshape(count[part].shape)
     return _cover(count >= n_views, x, y)
 
 

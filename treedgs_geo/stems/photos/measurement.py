@@ -29,6 +29,7 @@ from .fit.selection import Explanation
 from .images.axis_patches import StemAxis
 from .images.background import Backdrop, Silhouette
 from .images.crops import FX, GroundGrid, PhotoStack
+from .images.sharpness import clipped_px
 from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
@@ -149,7 +150,9 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
     best = chosen.best
     clear = best.z > SEEN_MEAN_Z
     weight = chosen.fine.view_weight * seen_probability(best.z)
-    soft_cm = shared.soft_px * px_cm(shared, chosen.fine.axis, clear)
+    first = chosen.fine
+    clipped = clipped_px(shared.stack, first.axis, (first.r0, first.r1), shared.bands.fine, clear)
+    soft_cm = float(np.hypot(shared.soft_px, clipped)) * px_cm(shared, first.axis, clear)
     fine, se = averaged(chosen.fine, error_cm(shared, best, chosen.fine, weight), chosen.above_cm)
     se = float(np.hypot(se, soft_cm))  # of both readings alike
     dq, foot_z = breast_height(fine.axis, fine.r0, shared.ground)

@@ -18,6 +18,7 @@ from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
 from . import search_steps as steps
 from .deduplicate import merge, without_open_diameter
+from .evidence.opacity_test import without_seen_through
 from .fit.photo_fit import PhotoFit
 from .options import PhotoStemOptions
 from .search_steps import TileSearch
@@ -114,7 +115,8 @@ def search_photos(
             run_steps(SEARCH, search, 0.1)
             found += search.fits
             looks.append(search.calibration())
-    return Searched([without_open_diameter(fit) for fit in merge(found)], looks)
+    stems = without_seen_through(merge(found), views)
+    return Searched([without_open_diameter(fit) for fit in stems], looks)
 
 
 def fits_again(

@@ -181,9 +181,9 @@ def why_network(fits: list[PhotoFit], area: Area, options: PhotoStemOptions) -> 
 
 
 def _asked(search: TileSearch) -> str:
-    """What the network is asked on a piece of ground that was searched by edges."""
+    """What the network is asked on a piece of ground that was searched by edges; it learnt stems before the ground."""
     why = why_network(search.fits, search.tile, search.options)
-    if not why:
+    if not why or search.fitter.backdrop is None:
         return "low-confidence"
     search.reporter.info(f"The network is asked for stems as well: {why}.")
     return "full"

@@ -36,6 +36,9 @@ REACH_M, STEP_M, BESIDE_M = 0.75, 0.01, 0.25
 #: Sharpness of photos, descending, and the error of a diameter at it (px, one standard deviation, shared by all
 #: photos): rendered photos blurred by 0.6 to 1.5 px, in light and as coded (``docs/results/altered_photos.json``).
 SHARP, SOFT_PX = (0.50, 0.40, 0.345), (0.0, 0.3, 0.65)
+#: The same where all edges lie before overexposed sky (px): in photos blurred by 0.55 px a sky half a stop above white
+#: makes a diameter smaller by 0.6 px, one stop by 1.0, two by 1.6 (calculated).
+CLIPPED_PX = 0.8
 #: Share of a stem's radius in which bark is compared: away from its blurred edges.
 INSIDE = 0.85
 

@@ -1,4 +1,4 @@
-"""Photos that show the ground where a stem should stand. A stem is opaque: they say that there is none.
+"""Photos that show the ground, or another stem, where a stem should stand. It is opaque: they say that there is none.
 
 Where other stems line up, before or behind a place, their edges make a stem there: four to six photos from different
 sides are enough, and silhouettes say the same, since something does hide the ground there. What such a stem cannot do
@@ -13,7 +13,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at, crop_place, fetch
+from ....reconstruction.cameras import View
+from ...quality.limits import judge
+from ..fit.null_model import BREAST
+from ..fit.photo_fit import PhotoFit
+from ..images.axis_patches import BH_M, GROUND_Z, NEAREST_M, StemAxis, across_view, axis_at, crop_place, fetch
 from ..images.background import Backdrop
 from ..images.background_kernels import TONES, behind_on_ground
 from ..images.crops import GroundGrid, PhotoStack
@@ -96,3 +100,41 @@ def share_through(correlation: np.ndarray, n_clear: int) -> float:
     there are neither. correlation: of :func:`ground_correlation`."""
     through = int((correlation > SEEN_CORRELATION).sum())
     return through / max(through + n_clear, 1)
+
+
+#: A photo shows a stem for certain from this probability on.
+_SHOWS = 0.9
+
+
+def seen_behind(fit: PhotoFit, other: PhotoFit, centre: np.ndarray) -> np.ndarray:
+    """(V,) bool: the photo shows ``other``, an edge of which ``fit`` would hide from it at all heights. centre: (V, 3)
+    cameras of the photos of ``other``."""
+    to_fit = fit.axis.p - centre[:, :2]
+    away = np.maximum(np.hypot(*to_fit.T), NEAREST_M)[:, None]
+    along = to_fit / away
+    rays = other.axis.at(np.linspace(*BREAST.fine, 5)) - centre[:, None]
+    with np.errstate(divide="ignore"):
+        # The part of the way to the other stem on which the ray passes this one.
+        share = away / np.einsum("vhk,vk->vh", rays[..., :2], along)
+    at = centre[:, None] + share[..., None] * rays
+    height = at[..., 2] - fit.axis.ground_z
+    q = height - fit.axis.bh_m
+    off = at[..., :2] - fit.axis.p - q[..., None] * fit.axis.s
+    across = np.abs(off[..., 0] * along[:, None, 1] - off[..., 1] * along[:, None, 0])
+    hidden = np.abs(across - share * other.r0) < CORE * (fit.r0 + fit.r1 * q)
+    hidden &= (share > 0) & ((1 - share) * away > share * fit.r0) & (height > 0) & (height < BREAST.fine[1])
+    return hidden.all(axis=1) & (other.seen >= _SHOWS)
+
+
+def without_seen_through(fits: list[PhotoFit], views: list[View]) -> list[PhotoFit]:
+    """The fits; those through which photos show clearer stems are flagged or refused (``see_through``)."""
+    centre, out = {view.name: view.centre for view in views}, list(fits)
+    for k in sorted(range(len(fits)), key=lambda k: -fits[k].evidence.llr):
+        fit, shown = fits[k], set[str]()
+        for other in out:
+            if fit.measured and other.measured and other.evidence.llr > fit.evidence.llr:
+                behind = seen_behind(fit, other, np.array([centre[name] for name in other.photos]))
+                shown |= {name for name, seen in zip(other.photos, behind, strict=True) if seen}
+        found = judge("photos", {"through": len(shown) / max(len(shown) + fit.evidence.n_views, 1)}, fit.dbh_cm)
+        out[k] = fit.assessed(fit.assessment.adding(found))
+    return out

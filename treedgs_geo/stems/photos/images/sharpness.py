@@ -1,8 +1,11 @@
-"""Soft photos: what they add to the error of every diameter measured in them.
+"""Soft and overexposed photos: what they add to the error of every diameter measured in them.
 
 A lens or motion blurs light, which the fit expects: up to a pixel it changes no diameter. Noise reduction, resizing and
 dewarping blur what a program has coded already, and stems look thicker in such photos, all of them alike. Nothing in a
 photo says which of the two it was, so that both count the same (``docs/evidence/photos.md``).
+
+Where white has no detail any more, as in the sky behind a stem, an edge's light part is cut off, and the stem looks
+thinner by a part of a pixel that depends on how bright it was.
 """
 
 from __future__ import annotations
@@ -14,7 +17,8 @@ import numpy as np
 
 from ....core.progress import Reporter
 from ....geotags.sharpness import MAX_READERS
-from ..tuned import SHARP, SOFT_PX
+from ..tuned import CLIPPED_PX, SHARP, SOFT_PX
+from .axis_patches import StemAxis
 from .crops import PhotoStack
 
 
@@ -54,3 +58,30 @@ def soft_px(stack: PhotoStack, reporter: Reporter) -> float:
             "smoothed), or fly with a shorter exposure and check the focus."
         )
     return off_px
+
+
+#: Values of all three colours from which a photo is overexposed; samples up the stem.
+_WHITE, _SAMPLES = 250, 20
+
+
+def clipped_px(
+    stack: PhotoStack, axis: StemAxis, radius: tuple[float, float], band_m: tuple[float, float], views: np.ndarray
+) -> float:
+    """Standard deviation of a stem's diameter in pixels that overexposure beside it makes.
+
+    radius: at breast height (m) and its slope (m/m). band_m: heights above the ground. views: (V,) bool, photos whose
+    edges count.
+    """
+    heights = np.linspace(*band_m, _SAMPLES)
+    points, white = axis.at(heights), []
+    for v in np.flatnonzero(views):
+        view, offset = stack.views[v], axis.p - stack.centre[v, :2]
+        px_m = float(np.linalg.norm([*offset, axis.ground_z + axis.bh_m - stack.centre[v, 2]]) / view.camera.fx)
+        across = np.array([-offset[1], offset[0], 0.0]) / np.hypot(*offset)
+        reach = (radius[0] + radius[1] * (heights - axis.bh_m) + 2 * px_m)[:, None] * across
+        pixels, _ = view.project(np.vstack([points - reach, points + reach]))
+        place = np.floor(pixels[np.isfinite(pixels).all(axis=1), ::-1]).astype(int) - stack.corner[v]
+        row, column = place[((place >= 0) & (place < stack.shape[v])).all(axis=1)].T
+        at = stack.start[v] + 3 * (row * stack.shape[v, 1] + column)
+        white.append((stack.pixels[at[:, None] + np.arange(3)] >= _WHITE).all(axis=1))
+    return CLIPPED_PX * float(np.concatenate(white).mean()) if white else 0.0
