@@ -289,8 +289,8 @@ def _check_focal(focal: float, calibration: Calibration, free: bool, warnings: l
         )
     if not free:
         warnings.append(
-            f"Nadir photos from one height do not determine the focal length; it was kept at {focal:.0f} px "
-            f"({calibration.source})."
+            "The photos do not determine the focal length (nadir photos from one height, or angles that are not "
+            f"known); it was kept at {focal:.0f} px ({calibration.source})."
         )
 
 

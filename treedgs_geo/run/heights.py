@@ -22,6 +22,7 @@ from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import read_fits
 from ..stems.photos.tiles import split
 from ..stems.photos.tree_heights import Heights, heights_of, profiles
+from ..stems.photos.tuned import MIN_PHOTOS
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm, write_dtm
 from .context import PhotoJob, Site
@@ -118,8 +119,14 @@ def pieces_of(site: Site) -> Iterator[tuple[list[View], tuple[float, float, floa
         level = float(np.nan_to_num(np.nanmedian(site.ground(piece.centres[:, 0], piece.centres[:, 1]))))
         outline = np.vstack([piece.centres, _ring(piece)])
         points = np.column_stack([outline, np.full(len(outline), level + _MIDDLE_M)])
-        views = [view for view in site.views if view.contains(view.project(points)[0]).mean() >= 0.1]
+        views = [view for view in above_crowns(site) if view.contains(view.project(points)[0]).mean() >= 0.1]
         yield views[:: max(-(-len(views) // MAX_COMPARED), 1)], box
+
+
+def above_crowns(site: Site) -> list[View]:
+    """Photos taken above the middle of the crowns; those from among the stems show no tops."""
+    level = float(np.nan_to_num(np.nanmedian(site.ground(*site.area.centres.T))))
+    return [view for view in site.views if view.centre[2] - level > _MIDDLE_M]
 
 
 def _ring(piece: Area) -> np.ndarray:
@@ -156,7 +163,13 @@ def _write(path: Any, surfaces: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
 
 def _wants_heights(job: PhotoJob) -> bool:
     wanted = job.settings.heights
-    return bool(job.trees) and (wanted == "photos" or (wanted == "auto" and job.preset.heights))
+    if not job.trees or not (wanted == "photos" or (wanted == "auto" and job.preset.heights)):
+        return False
+    if len(above_crowns(job.place)) >= MIN_PHOTOS:
+        return True
+    if wanted == "photos":
+        job.reporter.warn("No photos were taken above the crowns: the trees get no heights.")
+    return False
 
 
 def _heights_key(job: PhotoJob) -> Key:

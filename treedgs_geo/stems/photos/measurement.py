@@ -100,6 +100,7 @@ def by_edges(found: Found) -> dict[str, float]:
         "llr": best.edges,
         "n_views": int(found.clear.sum()),
         "kish": _kish(weight) if best.mate is None else np.inf,
+        "arc_deg": azimuth_spread(_azimuths(found.shared, found.chosen.fine.axis)[found.clear]),
         "rms_px": found.fine.rms_px,
     }
 
@@ -166,7 +167,7 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
         evidence=evidence,
         assessment=_assessment(evidence, chosen.others, soft_cm, shared.options),
         seed_score=seed.score,
-        arc_deg=azimuth_spread(_azimuths(shared, chosen.fine.axis)[clear]),
+        arc_deg=evidence.arc_deg,
         seen=seen_probability(best.z),
         foot_z=foot_z,
         oval=(float(fine.oval[0]), float(fine.oval[1])),

@@ -50,6 +50,8 @@ class Evidence:
     n_views: int = 0
     #: Effective number of photos (Kish); infinite for one of a pair, which hardly any photo shows whole.
     kish: float = 0.0
+    #: Directions that these photos look from, from the first to the last, degrees.
+    arc_deg: float = np.nan
     #: Edge residual, px.
     rms_px: float = np.nan
     #: How probable this diameter is among the explanations tried.

@@ -58,7 +58,11 @@ def crop_place(photos, v, x, y, z):
     u, w, depth = project(photos.camera[v], x, y, z)
     u -= 0.5 + photos.corner[v, 1]
     w -= 0.5 + photos.corner[v, 0]
-    return u, w, depth >= NEAREST_M and u >= 1.0 and w >= 1.0 and u <= photos.shape[v, 1] - 2 and w <= photos.shape[v, 0] - 2
+    return (
+        u,
+        w,
+        depth >= NEAREST_M and u >= 1.0 and w >= 1.0 and u <= photos.shape[v, 1] - 2 and w <= photos.shape[v, 0] - 2,
+    )
 
 
 @njit(inline="always", **_FAST)

@@ -141,7 +141,9 @@ def choose_views(views: list[View], area: Area, ground_z: float, max_views: int)
     if len(area.radii_m) == 0:
         return []
     outline = np.vstack([area.outline(), area.centres])
-    points = np.vstack([np.column_stack([outline, np.full(len(outline), z)]) for z in (ground_z, ground_z + LOWER_STEM_M)])
+    points = np.vstack(
+        [np.column_stack([outline, np.full(len(outline), z)]) for z in (ground_z, ground_z + LOWER_STEM_M)]
+    )
     kept, azimuths, shares = [], [], []
     for index, view in enumerate(views):
         pixels, _ = view.project(points)

@@ -217,5 +217,7 @@ def make_map(
     plumb = PlumbMap(*grid[:4], ridge, unit, grid.centre, grid.distance)
     below = float(grid.centre[2] - float(np.median(ground.z)) - 2.0)
     width = ridge_m / (grid.step_a * grid.middle_m)
-    _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, STRAIGHT_M, below, grid.middle_m, float(width), LUT_GAMMA))
+    _map_kernel(
+        stack.arrays, view, plumb, _Filter(sigma_px, tau, STRAIGHT_M, below, grid.middle_m, float(width), LUT_GAMMA)
+    )
     return plumb
