@@ -137,13 +137,12 @@ def camera_row(view: View) -> np.ndarray:
 
 
 def choose_views(views: list[View], area: Area, ground_z: float, max_views: int) -> list[int]:
-    """Indices of the oblique photos that see lower stems of the area, thinned evenly over azimuth when there are many."""
+    """Indices of the oblique photos that see lower stems of the area, thinned evenly over azimuth where many do."""
     if len(area.radii_m) == 0:
         return []
     outline = np.vstack([area.outline(), area.centres])
-    points = np.vstack(
-        [np.column_stack([outline, np.full(len(outline), z)]) for z in (ground_z, ground_z + LOWER_STEM_M)]
-    )
+    heights = np.repeat([ground_z, ground_z + LOWER_STEM_M], len(outline))
+    points = np.column_stack([np.vstack([outline, outline]), heights])
     kept, azimuths, shares = [], [], []
     for index, view in enumerate(views):
         pixels, _ = view.project(points)

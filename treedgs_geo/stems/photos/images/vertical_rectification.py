@@ -55,7 +55,8 @@ class PlumbMap(NamedTuple):
 
 class _Filter(NamedTuple):
     """sigma: of the Gaussian derivative, columns. tau: gradient that counts as noise. window_m: height of the piece
-    whose rows must agree, at stems ``below_m`` under the camera and some ``middle_m`` away. width: of a drawn ridge, columns. lut: tones."""
+    whose rows must agree, at stems ``below_m`` under the camera and ``middle_m`` away (median). width: of a drawn
+    ridge, columns. lut: tones."""
 
     sigma: float
     tau: float
@@ -216,8 +217,7 @@ def make_map(
     ridge, unit = np.zeros(grid.shape, np.uint8), np.zeros((*grid.shape, 3), np.int8)
     plumb = PlumbMap(*grid[:4], ridge, unit, grid.centre, grid.distance)
     below = float(grid.centre[2] - float(np.median(ground.z)) - 2.0)
-    width = ridge_m / (grid.step_a * grid.middle_m)
-    _map_kernel(
-        stack.arrays, view, plumb, _Filter(sigma_px, tau, STRAIGHT_M, below, grid.middle_m, float(width), LUT_GAMMA)
-    )
+    width = float(ridge_m / (grid.step_a * grid.middle_m))
+    filters = _Filter(sigma_px, tau, STRAIGHT_M, below, grid.middle_m, width, LUT_GAMMA)
+    _map_kernel(stack.arrays, view, plumb, filters)
     return plumb

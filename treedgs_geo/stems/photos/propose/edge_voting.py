@@ -268,7 +268,7 @@ def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r)
 
 
 def rank_lut(counts: np.ndarray) -> np.ndarray:
-    """(..., N_BINS) histogram of scores -> (..., N_BINS) log likelihood ratio of each bin, by the rank of its middle."""
+    """(..., N_BINS) histogram of scores -> (..., N_BINS) log likelihood ratio of each, by the rank of its middle."""
     cumulative = np.cumsum(counts, axis=-1)
     total = np.maximum(cumulative[..., -1:], 1)
     rank = (cumulative - 0.5 * counts) / total
