@@ -48,8 +48,8 @@ def oblique_views(
     return views
 
 
-def render(views: list[View], stems: list[Stem], seed: int = 0, samples: int = 2) -> None:
-    """Paint every view: bright textured ground, darker textured bark, lens and pixel blur, noise."""
+def render(views: list[View], stems: list[Stem], seed: int = 0, samples: int = 2, sky: float = 0.8) -> None:
+    """Paint every view: bright textured ground, darker textured bark, a sky (1 = white), lens and pixel blur, noise."""
     rng = np.random.default_rng(seed)
     litter = cv2.GaussianBlur(rng.normal(size=(1200, 1200)).astype(np.float32), (0, 0), 1.5)
     litter = 0.42 + 0.10 * litter / litter.std()
@@ -62,11 +62,12 @@ def render(views: list[View], stems: list[Stem], seed: int = 0, samples: int = 2
         )
         rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
         origin = view.centre
-        depth = -origin[2] / rays[:, 2]
+        down = np.minimum(rays[:, 2], -1e-3)
+        depth = -origin[2] / down
         ground = origin + depth[:, None] * rays
         column = (np.abs(ground[:, 0] + 30) * 20).astype(int) % 1200
         row = (np.abs(ground[:, 1] + 30) * 20).astype(int) % 1200
-        light = litter[row, column]
+        light = np.where(down == rays[:, 2], litter[row, column], sky)
         nearest = depth.copy()
         for stem in stems:
             hit, point = _hit(origin, rays, stem)

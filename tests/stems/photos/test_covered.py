@@ -67,12 +67,13 @@ def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area_each_once():
 
 def test_the_network_is_asked_where_stems_are_uncertain_or_hidden():
     options, circle = PhotoStemOptions(), Area.circle(0, 0, 5.0)
-    half = with_changes(FIT, seen=np.repeat([1.0, 0.0], 20))
+    # Photos that look elsewhere (probability 0) hide nothing.
+    half = with_changes(FIT, seen=np.repeat([1.0, 1e-3, 0.0], 20))
     assert why_network([half], circle, options) == ""
     assert why_network([], circle, options) == ""
     unsure = with_changes(half, flag="check", reasons=("ambiguous",))
     assert "0 of 1 stems are certain" in why_network([unsure], circle, options)
-    hidden = with_changes(FIT, seen=np.repeat([1.0, 0.0], [12, 28]))
+    hidden = with_changes(FIT, seen=np.repeat([1.0, 1e-3], [12, 28]))
     assert "hidden in 70 % of the photos" in why_network([hidden], circle, options)
 
 
