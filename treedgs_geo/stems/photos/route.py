@@ -49,7 +49,7 @@ _FOR_ALL = (
         steps.settle_low_confidence, 0.95, lambda search: search.network == "low-confidence", "stems of low confidence"
     ),
     Step(steps.measure_upper_stems, 1.0, always, "stems seen farther up"),
-    Step(steps.mark_ivy, 1.0, lambda search: search.network != "off"),
+    Step(steps.mark_ivy, 1.0, lambda search: search.network != "off" and search.fitter.backdrop is not None),
     Step(steps.name_photos, 1.0),
 )
 #: A piece of ground, from its photos to its stems.

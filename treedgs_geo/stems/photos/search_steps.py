@@ -194,7 +194,9 @@ def fits_of_seeds(
 ) -> list[PhotoFit]:
     """The seeds that are stems. threshold: score that chance hardly reaches. known: (K, 10) stems that stand there."""
     fits: list[PhotoFit] = []
-    waiting = [seed for seed in seeds if seed.score > threshold - REACH_BELOW][:MAX_SEEDS]
+    # In level photos decoys line up as stems do, and reach as high: the fit has to tell.
+    reach = threshold - REACH_BELOW if fitter.backdrop is not None else -np.inf
+    waiting = [seed for seed in seeds if seed.score > reach][:MAX_SEEDS]
     for tried, seed in enumerate(waiting):
         reporter.progress(tried / len(waiting))
         if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():

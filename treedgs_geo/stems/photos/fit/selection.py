@@ -85,7 +85,8 @@ def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarra
     """Which of the explanations of a place is the stem. trust, chance, network: as for :func:`log_odds`. sun:
     (flights,) azimuth, rad from east, NaN = unknown."""
     tried = plausible(tried)
-    solid = trust > 0.5
+    # Where no silhouettes are to be had, finer edges and taper are the other witnesses.
+    solid = trust > 0.5 or not np.isfinite(chance)
     edges = np.array([item.edges for item in tried])
     odds = log_odds(tried, trust, chance, network) if solid else edges / EDGES_A_LOG_ODD
     best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
