@@ -57,8 +57,8 @@ def test_the_simulator_flies_a_plan(plan, tmp_path):
 @pytest.mark.parametrize(
     ("flight", "more", "said"),
     [
-        ("circles", {}, "expected rings, grid, or a flight plan that exists"),
-        ("gone.gpkg", {}, "expected rings, grid, or a flight plan that exists"),
+        ("circles", {}, "expected rings, grid, walk, low, or a flight plan that exists"),
+        ("gone.gpkg", {}, "expected rings, grid, walk, low, or a flight plan that exists"),
         (None, {"photos": 30}, "are those of the flight plan; leave them out"),
     ],
 )

@@ -105,6 +105,33 @@ def ring_shots(rng: np.random.Generator, sizes: Sizes) -> list[Shot]:
     return shots
 
 
+def level_shots(rng: np.random.Generator, kind: str, radius_m: float) -> list[Shot]:
+    """Photos from among the stems: ``walk``, at eye level round the plot and along two lines through it, ahead and to
+    both sides; ``low``, two rings below the crowns. Heights over the ground below."""
+    if kind == "walk":
+        turn = np.linspace(0, 2 * np.pi, 36, endpoint=False)
+        rows = [(radius_m + 4.0, a, 1.65, 2.0) for a in turn]
+    else:
+        rings = (radius_m + 5.0, 4.5, -12.0, 30), (radius_m + 1.0, 6.0, -20.0, 24)
+        rows = [(far, 2 * np.pi * k / n, up, pitch) for far, up, pitch, n in rings for k in range(n)]
+    shots = []
+    for far, angle, up, pitch in rows:
+        xy = (far + rng.normal(0, 0.5)) * np.array([np.cos(angle), np.sin(angle)])
+        aim = rng.uniform(-0.4, 0.4, 2) * radius_m - xy
+        shots.append((*xy, up, np.degrees(np.arctan2(*aim)), pitch))
+    if kind == "walk":
+        for heading in (0.0, 90.0):
+            way = np.array([np.sin(np.radians(heading)), np.cos(np.radians(heading))])
+            for along in np.arange(-radius_m - 3.0, radius_m + 3.0, 1.6):
+                for side in (-55.0, 0.0, 55.0):
+                    xy = along * way + rng.normal(0, 0.3, 2)
+                    shots.append((*xy, 1.65, heading + side + rng.normal(0, 4.0), 2.0))
+    return [
+        Shot(0, "level", np.array([x, y, up + rng.normal(0, 0.06)]), float(yaw), pitch + rng.normal(0, 1.5), 0.0)
+        for x, y, up, yaw, pitch in shots
+    ]
+
+
 def fly(
     rng: np.random.Generator,
     shots: list[Shot],

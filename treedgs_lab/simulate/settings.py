@@ -43,8 +43,8 @@ class PlotSettings:
         "rings",
         dialog=False,
         help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
-        "ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and "
-        "plots",
+        "ones over an area, not aimed at any plot; walk: level photos at eye level, round the plot and through it; "
+        "low: two rings below the crowns; or a flight plan, plan.gpkg of plan-flight: its photos, camera and plots",
     )
     control_points: int = count(
         0, 0, 40, "surveyed plates on the ground, with their marks in the photos (gcp_list.txt)", dialog=False
@@ -95,6 +95,10 @@ def command_words(given: dict[str, Any]) -> list[str]:
         elif name in given:
             words.append(f"--{name.replace('_', '-')}={given[name]}")
     return words
+
+
+#: Photos from among the stems (:func:`.flight.level_shots`), and their focal length in widths of a photo.
+LEVEL_FLIGHTS, LEVEL_FOCAL = ("walk", "low"), 0.7
 
 
 @dataclass(frozen=True)
@@ -171,17 +175,19 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
     fields = ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")
     given = {field: value for field in fields if (value := getattr(settings, field)) is not None}
     sizes = dataclasses.replace(SIZES[settings.preset], name=name, **given)
-    if settings.flight not in ("rings", "grid"):
+    if settings.flight not in ("rings", "grid", *LEVEL_FLIGHTS):
         return _planned(settings, sizes, name, given)
-    if settings.flight == "grid":
+    if settings.flight != "grid" and (settings.plots > 1 or settings.terrain_following):
+        raise InputError("--grid: plots and terrain_following are for grid flights; give --flight grid.")
+    if settings.flight in LEVEL_FLIGHTS:
+        settings = dataclasses.replace(settings, gsd_cm=7000 / (LEVEL_FOCAL * sizes.image_width))
+    if settings.flight != "rings":
         if settings.photos is not None:
-            raise InputError("--photos: a grid flight has as many as its overlaps and height ask for; leave it out.")
+            raise InputError(f"--photos: {settings.flight} has as many as its way asks for; leave it out.")
         # The record names no number that the flight does not have.
         return dataclasses.replace(
             settings, name=name, **{f: getattr(sizes, f) for f in fields if f != "photos"}
         ), sizes
-    if settings.plots > 1 or settings.terrain_following:
-        raise InputError("--grid: plots and terrain_following are for grid flights; give --flight grid.")
     _check_rings(settings, sizes)
     return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes
 
@@ -193,7 +199,8 @@ def _planned(
     path = Path(settings.flight)
     if path.suffix.lower() != ".gpkg" or not path.is_file():
         raise InputError(
-            f"--flight: found {settings.flight!r}, expected rings, grid, or a flight plan that exists (plan.gpkg)."
+            f"--flight: found {settings.flight!r}, expected rings, grid, walk, low, or a flight plan that exists "
+            "(plan.gpkg)."
         )
     if settings.photos is not None or settings.plots > 1:
         raise InputError("--photos, --grid plots: are those of the flight plan; leave them out.")

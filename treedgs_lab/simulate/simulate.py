@@ -28,7 +28,7 @@ from .light import SkyField
 from .photographs import Exposure, geotag_files, photograph
 from .planned_flight import read_flight
 from .scene import PlantedStem, grow_stand
-from .settings import SimulateSettings, Sizes, resolve
+from .settings import LEVEL_FLIGHTS, SimulateSettings, Sizes, resolve
 from .stem_mesh import mesh_stems
 from .terrain import make_ground
 from .textures import litter
@@ -155,6 +155,9 @@ def plan_shots(
     """The photos to take, heights above the origin, and what world they need."""
     if settings.flight == "rings":
         return flight.ring_shots(rng["flight"], sizes), ring_layout(settings, sizes)
+    if settings.flight in LEVEL_FLIGHTS:
+        shots = flight.level_shots(rng["flight"], settings.flight, sizes.radius_m)
+        return shots, grid_layout(np.zeros((1, 2)), shots, camera, sizes)
     if settings.flight != "grid":
         planned = read_flight(Path(settings.flight))
         shots = flight.planned_shots(planned.photos)
