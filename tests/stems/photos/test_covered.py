@@ -26,7 +26,7 @@ FIT = replace(CLEAR_FIT, axis=replace(CLEAR_FIT.axis, p=np.zeros(2)))
 
 
 @pytest.mark.parametrize(
-    ("share", "flag"), [(0.0, "ok"), (0.23, "ok"), (0.24, "check"), (0.26, "check"), (0.27, "reject"), (np.nan, "ok")]
+    ("share", "flag"), [(0.0, "ok"), (0.23, "ok"), (0.24, "check"), (0.42, "check"), (0.43, "reject"), (np.nan, "ok")]
 )
 def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
     judged = with_cover(FIT, share)

@@ -58,7 +58,10 @@ _OF_A_SETTING = "setting"
 _RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
 _HARD = "six simulated plots with ivy, shrubs, oval and mossy stems, seeds 401 to 406 (docs/evidence/stem-network.md)"
 _HARDER = "hard simulated plots, seeds 421 to 426 (docs/evidence/photos.md)"
-_IVY = "simulated stems under ivy, seeds 601 to 603 and 12 (docs/evidence/stem-network.md)"
+_IVY = (
+    "simulated: eight stems under ivy 0.43 and more, three that it just reaches 0.23 to 0.45; 50 without in four dense "
+    "stands at most 0.37, one 0.49"
+)
 _IVIED = "simulated stems under ivy, drone LiDAR, seeds 501 to 503 (docs/evidence/point-clouds.md)"
 _STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
 _TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
@@ -130,7 +133,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             *_below(60, 52),
             _RENDERED,
         ),
-        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.23, 0.26), _IVY),
+        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.23, 0.42), _IVY),
         Limit("occluded", "rms_px", "edge residual, edge score below 100", "px", *_above(0.535, 0.555), _RENDERED),
         Limit(
             "occluded",
