@@ -10,6 +10,8 @@ outline. Figures: ``docs/evidence/photos.md``.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numba import njit, prange
 
@@ -127,7 +129,8 @@ def seen_behind(fit: PhotoFit, other: PhotoFit, centre: np.ndarray) -> np.ndarra
 
 
 def without_seen_through(fits: list[PhotoFit], views: list[View]) -> list[PhotoFit]:
-    """The fits; those through which photos show clearer stems are flagged or refused (``see_through``)."""
+    """The fits; those through which photos show clearer stems are flagged (``see_through``), or refused, as those are
+    that were flagged before."""
     centre, out = {view.name: view.centre for view in views}, list(fits)
     for k in sorted(range(len(fits)), key=lambda k: -fits[k].evidence.llr):
         fit, shown = fits[k], set[str]()
@@ -136,5 +139,6 @@ def without_seen_through(fits: list[PhotoFit], views: list[View]) -> list[PhotoF
                 behind = seen_behind(fit, other, np.array([centre[name] for name in other.photos]))
                 shown |= {name for name, seen in zip(other.photos, behind, strict=True) if seen}
         found = judge("photos", {"through": len(shown) / max(len(shown) + fit.evidence.n_views, 1)}, fit.dbh_cm)
-        out[k] = fit.assessed(fit.assessment.adding(found))
+        stated = fit.assessment.adding(found)
+        out[k] = fit.assessed(replace(stated, flag="reject") if found.reasons and fit.flag == "check" else stated)
     return out
