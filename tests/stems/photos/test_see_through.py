@@ -8,7 +8,6 @@ from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.stems.photos import search_steps
 from treedgs_geo.stems.photos.evidence.opacity_test import ground_correlation, share_through
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.background import make_backdrop
@@ -16,6 +15,7 @@ from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.photos.targeted_fit import GivenStems
 from treedgs_geo.stems.photos.tuned import SEEN_CORRELATION
 
 PHOTOS = 18
@@ -68,11 +68,11 @@ def test_a_photo_that_does_not_hold_the_place_says_nothing(scene):
     assert np.isnan(far).all() and share_through(far, 0) == 0.0
 
 
-def test_stems_that_line_up_make_no_stem(scene, monkeypatch):
-    # Without the check this is a stem of 29 cm, flagged, at 0.85 cm stated. So few photos hardly propose it.
-    monkeypatch.setattr(search_steps, "REACH_BELOW", 60.0)
+def test_stems_that_line_up_make_no_stem(scene):
+    # Without the check this is a stem of 29 cm, flagged, at 0.85 cm stated. The search does not propose it; asked for:
     options = PhotoStemOptions(margin_m=0.2, max_dbh_cm=60, stem_network="off")
-    fits = search_photos(scene[0], flat, Area.circle(0, 0, 0.8), options).fits
+    given = GivenStems(np.zeros((1, 2)), 0.3)
+    fits = search_photos(scene[0], flat, Area.circle(0, 0, 0.8), options, given=given).fits
     middle = min(fits, key=lambda fit: np.hypot(*fit.axis.p))
     assert np.hypot(*middle.axis.p) < 0.1 and "see_through" in middle.reasons
     assert not any(fit.measured for fit in fits)
