@@ -54,6 +54,11 @@ class Assessment:
         flagged = replace(self, flag="check", reasons=reasons)
         return flagged if off_cm == 0.0 else flagged._reaching(float(np.hypot(self.se_cm, off_cm)), other_cm)
 
+    def contradicted(self, found: Findings) -> Assessment:
+        """With what was found against it; refused, if it was flagged before."""
+        stated = self.adding(found)
+        return replace(stated, flag="reject") if found.reasons and self.flag == "check" else stated
+
     def widened(self, more_cm: float) -> Assessment:
         """With another error (standard error, cm) on top of its own."""
         return self.remeasured(self.dbh_cm, float(np.hypot(self.se_cm, more_cm)))

@@ -10,8 +10,6 @@ outline. Figures: ``docs/evidence/photos.md``.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numba import njit, prange
 
@@ -139,6 +137,5 @@ def without_seen_through(fits: list[PhotoFit], views: list[View]) -> list[PhotoF
                 behind = seen_behind(fit, other, np.array([centre[name] for name in other.photos]))
                 shown |= {name for name, seen in zip(other.photos, behind, strict=True) if seen}
         found = judge("photos", {"through": len(shown) / max(len(shown) + fit.evidence.n_views, 1)}, fit.dbh_cm)
-        stated = fit.assessment.adding(found)
-        out[k] = fit.assessed(replace(stated, flag="reject") if found.reasons and fit.flag == "check" else stated)
+        out[k] = fit.assessed(fit.assessment.contradicted(found))
     return out
