@@ -12,6 +12,8 @@ from .cameras import View
 
 #: Where no plot is given, stems are looked for this far from a camera, m, or so many of its heights above the ground.
 AMONG_STEMS_M, HEIGHTS_AWAY = 10.0, 3.0
+#: About breast height, at which a place has to be in the photo, m.
+BREAST_M = 1.3
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ def area_seen(
     x = np.arange(low[0], high[0] + cell_m, cell_m)
     y = np.arange(low[1], high[1] + cell_m, cell_m)
     grid = np.column_stack([a.ravel() for a in np.meshgrid(x, y)])
-    points = np.column_stack([grid, np.full(len(grid), ground_z + 1.3)]).reshape(len(y), len(x), 3)
+    points = np.column_stack([grid, np.full(len(grid), ground_z + BREAST_M)]).reshape(len(y), len(x), 3)
     count = np.zeros((len(y), len(x)), int)
     for view in views:
         part = _window(view, ground_z, x, y)

@@ -115,11 +115,12 @@ def canopy_over(
 
 def pieces_of(site: Site) -> Iterator[tuple[list[View], tuple[float, float, float, float]]]:
     """Photos that show a piece of ground's crowns, and its box."""
+    from_above = above_crowns(site)
     for piece, box in split(site.area, 1.0):
         level = float(np.nan_to_num(np.nanmedian(site.ground(piece.centres[:, 0], piece.centres[:, 1]))))
         outline = np.vstack([piece.centres, _ring(piece)])
         points = np.column_stack([outline, np.full(len(outline), level + _MIDDLE_M)])
-        views = [view for view in above_crowns(site) if view.contains(view.project(points)[0]).mean() >= 0.1]
+        views = [view for view in from_above if view.contains(view.project(points)[0]).mean() >= 0.1]
         yield views[:: max(-(-len(views) // MAX_COMPARED), 1)], box
 
 
