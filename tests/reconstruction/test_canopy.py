@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.canopy import surface_of, volume_of
+from treedgs_geo.reconstruction.ground_sight import ground_sight
 from treedgs_geo.reconstruction.multi_view_correlation import pictures_of
 
 #: A crown (level squares with gaps, 0.6 m apart): half width, middle, height above the ground, metres; a smaller one.
@@ -16,14 +19,15 @@ GROUND_Z = 3.0
 ABOUT = np.array([0.0, 0.0, GROUND_Z + 8])
 
 
-def drawn(view: View, textures: list[np.ndarray]) -> np.ndarray:
-    """The scene in a photo: each level seen through the photo's own rays, the higher before the lower."""
+def drawn(view: View, textures: list[np.ndarray], sway: np.ndarray | float = 0.0) -> np.ndarray:
+    """The scene in a photo: each level seen through the photo's own rays, the higher before the lower. sway: (2,) by
+    which the crowns are moved, metres."""
     camera = view.camera
     u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
     levels = [(GROUND_Z, np.array([0.0, 0.0]), 60.0)]
     for half, middle, height in CROWNS:
-        levels += [(GROUND_Z + height - down, np.array(middle), half) for down in (1.2, 0.6, 0.0)]
+        levels += [(GROUND_Z + height - down, np.array(middle) + sway, half) for down in (1.2, 0.6, 0.0)]
     image = np.zeros(len(rays), np.uint8)
     for (z, middle, half), texture in zip(levels, textures, strict=True):
         at = view.centre[:2] + rays[:, :2] * ((z - view.centre[2]) / rays[:, 2])[:, None]
@@ -36,13 +40,12 @@ def drawn(view: View, textures: list[np.ndarray]) -> np.ndarray:
     return np.repeat(image.reshape(camera.height, camera.width, 1), 3, axis=2)
 
 
-@pytest.fixture(scope="module")
-def views(tmp_path_factory):
-    """20 photos, 40 m up, in two rings; a lens that bends."""
+def flown(folder: Path, sway_m: float) -> list[View]:
+    """20 photos, 40 m up, in two rings; a lens that bends. sway_m: s.d. of the crowns' places in the photos."""
     rng = np.random.default_rng(5)
     noise = [cv2.GaussianBlur(rng.integers(0, 256, (800, 800)).astype(np.uint8), (0, 0), 0.7) for _ in range(7)]
     textures = [np.clip(128 + 3.0 * (t.astype(float) - t.mean()), 0, 255).astype(np.uint8) for t in noise]
-    folder, made = tmp_path_factory.mktemp("canopy"), []
+    made: list[View] = []
     camera = Camera(640, 480, 1240.0, 1240.0, 325.0, 237.0, k1=-0.05, p1=0.001)
     for ring, away in enumerate((6.0, 18.0)):
         for k in range(6 + 8 * ring):
@@ -54,9 +57,14 @@ def views(tmp_path_factory):
             rotation = np.vstack([right, np.cross(ahead, right), ahead])
             path = folder / f"{ring}_{k}.png"
             view = View(path.name, path, camera, rotation, -rotation @ centre)
-            cv2.imwrite(str(path), drawn(view, textures))
+            cv2.imwrite(str(path), drawn(view, textures, rng.normal(0, sway_m, 2)))
             made.append(view)
     return made
+
+
+@pytest.fixture(scope="module")
+def views(tmp_path_factory):
+    return flown(tmp_path_factory.mktemp("canopy"), 0.0)
 
 
 def ground(x, y):
@@ -91,3 +99,21 @@ def test_pictures_are_no_finer_than_the_photo_and_unknown_ground_is_left_out(vie
 def test_without_neighbouring_photos_nothing_is_alike(views):
     lonely = pictures_of([views[6], views[10]], ABOUT, 0.12)
     assert len(lonely.pairs) == 0 and not lonely.alike(np.zeros((4, 3)))[0].any()
+
+
+@pytest.mark.parametrize("sway_m", [0.0, 0.3])
+def test_crowns_hide_the_ground_and_air_does_not_whatever_the_wind(tmp_path, sway_m):
+    sight = ground_sight(flown(tmp_path, sway_m), ground, (-8.0, -8.0, 8.0, 8.0), 8.0)
+    (_, (x, y), top), _ = CROWNS
+    inside, above = (sight.hides(np.array([x, y, GROUND_Z + top + up])) for up in (-0.6, 4.0))
+    assert inside.min() > 3.0
+    # Steep photos still meet the crown below; that it is dense there, they deny.
+    assert above[0] < 0 and (above < inside - 5).all()
+    # Beside the crowns, and where no photo tells.
+    assert sight.hides(np.array([-2.0, 5.0, GROUND_Z + 6.0])).max() < 0
+    assert (sight.hides(np.array([90.0, 90.0, GROUND_Z + 6.0])) == 0).all()
+
+
+def test_without_a_known_ground_nothing_is_said(views):
+    sight = ground_sight(views, lambda x, y: np.full(np.shape(x), np.nan), (-8.0, -8.0, 8.0, 8.0), 8.0)
+    assert (sight.hides(np.zeros((3, 3))) == 0).all()

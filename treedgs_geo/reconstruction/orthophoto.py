@@ -27,14 +27,14 @@ from .multi_view_correlation import between
 #: Side of the pieces that are made at once, and what they overlap on each side, pixels; photos in one at most.
 _PIECE_PX, _RIM_PX, MAX_PHOTOS = 1280, 24, 64
 #: Photos are compared at every eighth pixel, in windows of 7 x 7 pixels of half the size.
-_STEP, _WINDOW = 8, 7
+STEP_PX, _WINDOW = 8, 7
 #: Correlation below which two photos do not show the same; grey values squared added to a window's variance.
 _MIN_ALIKE, _MIN_VARIANCE = 0.4, 9.0
 #: The weight of a photo is its agreement to this power: the best photos make the picture, seams are blended.
 _POWER = 16.0
 #: Below this agreement nothing is shown. Chance reaches it where shadows are strong: draped on the air 4 m above the
 #: ground, 9 % of plot_a and 65 % of plot_h would be shown; on the ground 99.7 and 96 %.
-_AGREED = 0.018
+AGREED = 0.018
 
 
 def write_orthophoto(
@@ -95,7 +95,7 @@ def write_orthophoto(
 
 def _split(size: int) -> list[slice]:
     """Equal pieces of whole steps."""
-    step = -(-size // (-(-size // _PIECE_PX) * _STEP)) * _STEP
+    step = -(-size // (-(-size // _PIECE_PX) * STEP_PX)) * STEP_PX
     return [slice(start, min(start + step, size)) for start in range(0, size, step)]
 
 
@@ -120,9 +120,9 @@ def _piece(
 ) -> np.ndarray:
     """(rows, columns, 4) uint8, RGB and whether it is shown. corner: (2,) north-western, project coordinates. gains: of
     the photos levelled so far, filled."""
-    rows, columns = (-(-size // _STEP) * _STEP + 2 * _RIM_PX for size in shape)
-    x = corner[0] + (np.linspace(0.5, columns - 0.5, columns // _STEP + 2) - _RIM_PX) * gsd
-    y = corner[1] - (np.linspace(0.5, rows - 0.5, rows // _STEP + 2) - _RIM_PX) * gsd
+    rows, columns = (-(-size // STEP_PX) * STEP_PX + 2 * _RIM_PX for size in shape)
+    x = corner[0] + (np.linspace(0.5, columns - 0.5, columns // STEP_PX + 2) - _RIM_PX) * gsd
+    y = corner[1] - (np.linspace(0.5, rows - 0.5, rows // STEP_PX + 2) - _RIM_PX) * gsd
     nodes = np.stack([*np.meshgrid(x, y), np.full((len(y), len(x)), frame.origin[2])], axis=2)
     local = frame.to_local(nodes.reshape(-1, 3))
     local[:, 2] = ground(local[:, 0], local[:, 1])
@@ -138,14 +138,8 @@ def _piece(
         return result
 
     def draped(i: int) -> np.ndarray:
-        """(rows, columns, 3) uint8 of one photo, 0 where it does not show the place."""
-        view, k = views[i], shrink_factor(views[i].camera, float(views[i].rotation[2] @ (middle - views[i].centre)))
-        small = replace(view, camera=shrunk_camera(view.camera, k))
-        width, height = k * small.camera.width, k * small.camera.height
-        pixels = small.project(local)[0].reshape(len(y), len(x), 2) - 0.5
-        map_x, map_y = (np.nan_to_num(between(pixels[..., axis], columns, rows), nan=-1e4) for axis in (0, 1))
-        image = np.maximum(shrink(load_image(view)[:height, :width], k), 1)
-        return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR, borderValue=0)
+        k = shrink_factor(views[i].camera, float(views[i].rotation[2] @ (middle - views[i].centre)))
+        return drape(views[i], local.reshape(len(y), len(x), 3), (rows, columns), k)
 
     stack = list(in_threads(draped, used))
     agreement = agreement_of(stack) * (pixel[used].min() / pixel[used])[:, None, None].astype(np.float32)
@@ -158,11 +152,25 @@ def _piece(
             wide = cv2.resize(weight, (columns, rows), interpolation=cv2.INTER_LINEAR) * (image[..., 0] > 0)
             total += wide[..., None] * gains[views[i].name] * image
             weights += wide
-    shown = (cv2.resize(best, (columns, rows), interpolation=cv2.INTER_LINEAR) >= _AGREED) & (weights > 0.01)
+    shown = (cv2.resize(best, (columns, rows), interpolation=cv2.INTER_LINEAR) >= AGREED) & (weights > 0.01)
     inner = np.s_[_RIM_PX : _RIM_PX + shape[0], _RIM_PX : _RIM_PX + shape[1]]
     result[..., :3] = np.clip(np.rint(total / weights[..., None]), 0, 255)[inner] * shown[inner][..., None]
     result[..., 3] = 255 * shown[inner]
     return result
+
+
+def drape(view: View, nodes: np.ndarray, shape: tuple[int, int], k: int) -> np.ndarray:
+    """(rows, columns, 3) uint8 of a photo laid on the ground, 0 where it does not show it.
+
+    nodes: (R, C, 3) places spread evenly from the first pixel's centre to the last's, local metres. k: pixels of the
+    photo that are averaged on each side.
+    """
+    small = replace(view, camera=shrunk_camera(view.camera, k))
+    width, height = k * small.camera.width, k * small.camera.height
+    pixels = small.project(nodes.reshape(-1, 3))[0].reshape(*nodes.shape[:2], 2) - 0.5
+    map_x, map_y = (np.nan_to_num(between(pixels[..., axis], shape[1], shape[0]), nan=-1e4) for axis in (0, 1))
+    image = np.maximum(shrink(load_image(view)[:height, :width], k), 1)
+    return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR, borderValue=0)
 
 
 def agreement_of(stack: list[np.ndarray]) -> np.ndarray:
@@ -170,7 +178,7 @@ def agreement_of(stack: list[np.ndarray]) -> np.ndarray:
     excess of its correlations with those that show the place over the least that counts."""
     half = [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in stack]
     grey = np.array([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in half])
-    step, rim = _STEP // 2, _WINDOW // 2
+    step, rim = STEP_PX // 2, _WINDOW // 2
     grey = np.pad(grey, ((0, 0), (rim, rim), (rim, rim)))
     windows = np.lib.stride_tricks.sliding_window_view(grey, (_WINDOW, _WINDOW), (1, 2))
     windows = windows[:, step // 2 :: step, step // 2 :: step]

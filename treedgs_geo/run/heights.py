@@ -16,12 +16,13 @@ from ..core.progress import Reporter
 from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from ..reconstruction.canopy import CELL_M, Alike, CanopyVolume, surface_of, volume_of
+from ..reconstruction.canopy import CELL_M, CanopyVolume, surface_of, volume_of
+from ..reconstruction.ground_sight import ground_sight
 from ..reconstruction.multi_view_correlation import pictures_of
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.fit_records import read_fits
 from ..stems.photos.tiles import split
-from ..stems.photos.tree_heights import Heights, heights_of, profiles
+from ..stems.photos.tree_heights import Heights, Profile, heights_of, profiles
 from ..stems.photos.tuned import MIN_PHOTOS
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm, write_dtm
@@ -37,6 +38,8 @@ PIXEL_M, NEIGHBOURS = 0.11, 12
 _RIM_M = 2.0
 #: Middle of the crowns above the ground, where the pictures' pixels have their size, metres.
 _MIDDLE_M = 15.0
+#: Ground is looked for so far beside that of the crowns, behind which oblique photos show it, metres.
+_SIGHT_M = 22.0
 #: Search up to so far above what the sparse points show, and between these heights, metres.
 _MORE_M, _LOWEST_M, _HIGHEST_M = 12.0, 20.0, 85.0
 _FEW_POINTS = 50
@@ -76,16 +79,17 @@ def find_heights(
             continue
         with reporter.stage("canopy", number / len(pieces), (number + 0.9) / len(pieces)):
             volume = canopy_over(site, views, box, highest_m, reporter)
+            sight = ground_sight(views, site.ground, box, _SIGHT_M)
         surfaces.append((volume.x, volume.y, surface_of(volume)))
         levels = volume.levels_m
-        profiled.append(profiles(volume, foot[own], slopes[own]))
+        profiled.append(profiles(volume, sight, foot[own], slopes[own]))
         numbers += own
     if raster is not None:
         _write(raster, surfaces, site)
     if not numbers:
         return {}
     dbh = np.array([np.nan if tree.dbh_cm is None else tree.dbh_cm for tree in trees])[numbers]
-    heights = heights_of(Alike.joined(profiled), levels, dbh, foot[numbers], slopes[numbers])
+    heights = heights_of(Profile.joined(profiled), levels, dbh, foot[numbers], slopes[numbers])
     return {str(trees[k].tree_id): _entry(heights, row) for row, k in enumerate(numbers)}
 
 

@@ -7,8 +7,11 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from treedgs_geo.reconstruction.canopy import CELL_M, MIN_M, CanopyVolume
+from treedgs_geo.reconstruction.ground_sight import GroundSight
 from treedgs_geo.stems.photos.tree_heights import heights_of, profiles
 
+#: No photo tells where it sees the ground.
+BLIND = GroundSight(np.zeros(2), 0.4, np.zeros((1, 1)), np.empty((0, 1, 1), np.float32), np.empty((0, 3)))
 PLACES = np.array([[4.0 * (k % 4), 4.0 * (k // 4)] for k in range(16)])
 
 
@@ -31,7 +34,7 @@ def stand(seed: int, alike: float = 0.12, scatter: float = 0.05):
 
 
 def measured(volume, places, slopes, dbh):
-    return heights_of(profiles(volume, places, slopes), volume.levels_m, dbh, places, slopes)
+    return heights_of(profiles(volume, BLIND, places, slopes), volume.levels_m, dbh, places, slopes)
 
 
 def test_faint_crowns_have_heights_that_are_right_within_their_errors():
