@@ -52,7 +52,10 @@ HEIGHT_REASONS = {
     "no_top": "no treetop is seen along the stem's axis: it stands under another crown, or is bare",
     "other_tree": "the treetop above this stem is too high or too low for its diameter, or suits another stem better",
     "two_tops": "a second, higher treetop suits this stem about as well, and its diameter does not tell which",
-    "unclear": "where this crown ends is not clear: it moved between the photos, is bare, or another stands above it",
+    "unclear": (
+        "where this crown ends is not clear: fewer than six pairs of photos show the top, it moved between them, is "
+        "bare, or another stands above it"
+    ),
 }
 
 
