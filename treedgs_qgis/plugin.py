@@ -74,6 +74,8 @@ class TreeDGSPlugin:
         self.initProcessing()
         if self.iface is None or self.action is not None:
             return
+        from . import view_3d
+
         self.add_dialogs(MEASURE)
         icon = QIcon(str(Path(__file__).with_name("icons") / "review.svg"))
         self.action = QAction(icon, i18n.tr("Review trees"), self.iface.mainWindow())
@@ -83,6 +85,9 @@ class TreeDGSPlugin:
         self.iface.addToolBarIcon(self.action)
         self.iface.addPluginToMenu(MENU, self.action)
         self.add_entry(i18n.tr("Stem list"), "stems", self.show_stems)
+        self.add_entry(i18n.tr("3D view of this plot"), "view3d", partial(view_3d.show, self.iface))
+        self.entries[-1].setIcon(QgsApplication.getThemeIcon("/mActionNew3DMap.svg"))
+        self.iface.addToolBarIcon(self.entries[-1])
         self.add_dialogs(CHECK_AND_REPORT)
         from .offer import Offer
         from .tryit import begin
@@ -162,6 +167,7 @@ class TreeDGSPlugin:
             self.action = None
         for entry in self.entries:
             self.iface.removePluginMenu(MENU, entry)
+            self.iface.removeToolBarIcon(entry)
         self.entries.clear()
         if self.offer is not None:
             self.offer.job.stop()

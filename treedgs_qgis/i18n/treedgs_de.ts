@@ -1140,6 +1140,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammliste</translation>
     </message>
     <message>
+      <source>3D view of this plot</source>
+      <translation>3D-Ansicht dieser Probefläche</translation>
+    </message>
+    <message>
       <source>Try it with a sample flight</source>
       <translation>Mit einem Beispielflug ausprobieren</translation>
     </message>
@@ -1470,6 +1474,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>The sample flight was measured before.</source>
       <translation>Der Beispielflug wurde schon gemessen.</translation>
+    </message>
+    <message>
+      <source>{layer}: this QGIS opens no 3D view by itself; take View ▸ New 3D Map View, and there give Configure ▸ Terrain the terrain model.</source>
+      <translation>{layer}: Dieses QGIS öffnet von sich aus keine 3D-Ansicht; wählen Sie Ansicht ▸ Neue 3D-Kartenansicht und geben Sie dort unter Konfigurieren ▸ Gelände das Geländemodell an.</translation>
     </message>
     <message>
       <source>Plan the flight</source>

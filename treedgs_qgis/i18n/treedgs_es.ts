@@ -1138,6 +1138,10 @@ cero.&lt;/p&gt;
       <translation>Lista de troncos</translation>
     </message>
     <message>
+      <source>3D view of this plot</source>
+      <translation>Vista 3D de esta parcela</translation>
+    </message>
+    <message>
       <source>Try it with a sample flight</source>
       <translation>Probar con un vuelo de ejemplo</translation>
     </message>
@@ -1468,6 +1472,10 @@ cero.&lt;/p&gt;
     <message>
       <source>The sample flight was measured before.</source>
       <translation>El vuelo de ejemplo ya se midió.</translation>
+    </message>
+    <message>
+      <source>{layer}: this QGIS opens no 3D view by itself; take View ▸ New 3D Map View, and there give Configure ▸ Terrain the terrain model.</source>
+      <translation>{layer}: este QGIS no abre por sí mismo una vista 3D; elija Ver ▸ Nueva vista de mapa 3D e indique allí, en Configurar ▸ Terreno, el modelo del terreno.</translation>
     </message>
     <message>
       <source>Plan the flight</source>
