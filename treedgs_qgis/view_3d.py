@@ -7,7 +7,7 @@ import os
 from typing import Any
 
 import qgis.gui
-from qgis.core import QgsMapLayer, QgsProject, QgsRasterLayer, QgsVector3D, QgsVectorLayer
+from qgis.core import QgsMapLayer, QgsPointCloudLayer, QgsProject, QgsRasterLayer, QgsVector3D, QgsVectorLayer
 from qgis.PyQt.QtCore import QSignalBlocker, QUrl
 from qgis.PyQt.QtGui import QDesktopServices
 
@@ -58,6 +58,10 @@ def open_view(iface: Any, layer: QgsVectorLayer, workspace: str) -> bool:
     stems = shown(QgsVectorLayer(f"{TreeLayer(layer).path()}|layername=circles", tr("Stems at true scale"), "ogr"), 0)
     if stems is None:
         return False
+    for points in project.mapLayers().values():
+        if isinstance(points, QgsPointCloudLayer) and points.renderer3D() is None:  # else drawn on the terrain
+            points.setRenderer3D(qgis._3d.QgsPointCloudLayer3DRenderer())
+            points.convertRenderer3DFromRenderer2D()
     name, crs = f"{tr('3D view of this plot')}: {layer.name()}", project.crs()
     # The view of an earlier click makes room: QGIS would give this one another name.
     iface.closeMapCanvas3D(name)

@@ -6,7 +6,8 @@ twice each with the layer of a photo run and of a cloud, and in a project in deg
 import os
 
 from inside import rest, seen, start, wait
-from qgis.core import QgsCoordinateReferenceSystem, QgsProject, QgsRectangle, QgsVectorLayer
+from qgis.core import QgsCoordinateReferenceSystem, QgsPointCloudLayer, QgsProject, QgsRectangle, QgsVectorLayer
+from qgis.gui import QgsMessageBarItem
 from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.utils import iface, plugins
@@ -26,12 +27,15 @@ def trigger():
     iface.messageBar().clearWidgets()
     next(entry for entry in plugins["treedgs"].entries if entry.objectName() == "TreeDGS-view3d").trigger()
     rest()
-    seen["said"].append(getattr(iface.messageBar().currentItem(), "text", str)())
+    # QGIS may put a message of its own above it.
+    seen["said"].append(" ".join(item.text() for item in iface.messageBar().findChildren(QgsMessageBarItem)))
 
 
 def add(name, crs):
     project.clear()
     project.addMapLayer(QgsVectorLayer(f"{folder}/{name}.gpkg|layername=trees", name, "ogr"))
+    if name == "photos":
+        project.addMapLayer(QgsPointCloudLayer(f"{folder}/points/ept.json", "points", "ept"))
     rest()
     project.setCrs(QgsCoordinateReferenceSystem(crs))
     rest()
@@ -58,7 +62,7 @@ def view(name):
         "inside": QgsRectangle(canvas.mapSettings().extent()).contains(stems.extent()),
         "at": [at.x(), at.y(), at.z()],
         "pitch": canvas.cameraController().pitch(),
-        "terrain": canvas.scene().elevationRange().lower(),
+        "heights": [canvas.scene().elevationRange().lower(), canvas.scene().elevationRange().upper()],
         "project": [project.crs().authid(), project.elevationProperties().terrainProvider().type()],
     }
 
