@@ -7,7 +7,6 @@ import os
 
 from inside import rest, seen, start, wait
 from qgis.core import QgsCoordinateReferenceSystem, QgsPointCloudLayer, QgsProject, QgsRectangle, QgsVectorLayer
-from qgis.gui import QgsMessageBarItem
 from qgis.PyQt.QtCore import QObject, QUrl, pyqtSlot
 from qgis.PyQt.QtGui import QDesktopServices
 from qgis.utils import iface, plugins
@@ -24,11 +23,14 @@ class Browser(QObject):
 
 
 def trigger():
-    iface.messageBar().clearWidgets()
+    bar = iface.messageBar()
+    bar.clearWidgets()
     next(entry for entry in plugins["treedgs"].entries if entry.objectName() == "TreeDGS-view3d").trigger()
     rest()
-    # QGIS may put a message of its own above it.
-    seen["said"].append(" ".join(item.text() for item in iface.messageBar().findChildren(QgsMessageBarItem)))
+    # QGIS's own, of a font that it cannot fetch, is taken away.
+    while bar.currentItem() is not None and "font" in bar.currentItem().text():
+        bar.popWidget()
+    seen["said"].append(getattr(bar.currentItem(), "text", str)())
 
 
 def add(name, crs):
