@@ -97,17 +97,22 @@ class Alike:
         return Alike(mean, pairs, self.noise)
 
 
-def log_likelihood(alike: Alike, others: np.ndarray | float = 0.0, hides: np.ndarray | float = 0.0) -> np.ndarray:
+def log_likelihood(
+    alike: Alike, others: np.ndarray | float = 0.0, hides: np.ndarray | float = 0.0, tip_m: float = 0.0
+) -> np.ndarray:
     """(..., L) by level -> (..., L + 1) log likelihood that what stands ends below level k, over that nothing stands.
     others: (..., L) probability that the crown of another tree is there anyway. hides: (..., L) log odds of a crown by
-    the ground behind (:meth:`.ground_sight.GroundSight.hides`).
+    the ground behind (:meth:`.ground_sight.GroundSight.hides`). tip_m: so much of a crown's top is too
+    thin to be alike.
 
     How alike a crown is in the photos depends on its leaves and on wind: each is held against its own clearest level.
     """
     seen, chance = np.maximum(alike.mean, 0.0), alike.noise**2 / np.maximum(alike.pairs, _NO_PAIR)
     crown = (seen - _CLEAR * np.sqrt(chance)).max(axis=-1, keepdims=True).clip(_MIN_CROWN)
     air, stands = chance + (_HALO * crown) ** 2, chance + (_SPREAD * crown) ** 2
-    odds = 0.5 * (seen**2 / air - (seen - crown) ** 2 / stands + np.log(air / stands)) + hides
+    odds = 0.5 * (seen**2 / air - (seen - crown) ** 2 / stands + np.log(air / stands))
+    thin = int(round(tip_m / CELL_M))
+    odds = np.concatenate([odds[..., :1].repeat(thin, axis=-1), odds[..., : odds.shape[-1] - thin]], axis=-1) + hides
     odds = -np.log(others + (1 - others) * np.exp(-odds.clip(-50.0)))
     below = np.logaddexp(np.log(_SEEN_BELOW) + odds, np.log(1 - _SEEN_BELOW))
     ends, below = (_summed(values * (CELL_M / _INDEPENDENT_M)) for values in (odds, below))

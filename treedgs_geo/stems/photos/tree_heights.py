@@ -31,6 +31,8 @@ _MIDDLE_CM, _LEVELS_M, _USUAL = 25.0, np.arange(5.0, 60.0, 0.25), (float(np.log(
 #: Taller trees than this are looked for over a tree, share of its height; their crowns begin at this share of theirs,
 #: have this radius (s.d., share) and are this probable over their middle.
 _TALLER, _CROWN_BASE, _CROWN_RADIUS, _COVERS = 1.1, 0.4, 0.07, 0.6
+#: So much of a crown's top may be too thin to be seen alike, metres.
+_TIPS_M = (0.0, 1.2)
 #: That nothing stands so far above a top, metres, must be seen by ``MIN_PAIRS`` of photos.
 _ABOVE_M = 2.0
 #: What a height is unsure by beside its likelihood, metres: the thin top of a crown shows more in one stand than in
@@ -123,7 +125,8 @@ def heights_of(
 
 def _likelihood(profile: Profile, off_axis: np.ndarray, others: np.ndarray | float) -> np.ndarray:
     """(S, E) log likelihood of each height, wherever beside its axis the crown stands. off_axis: (O,) log density."""
-    each = [log_likelihood(profile.alike, others, hides) for hides in np.moveaxis(profile.hides, -1, 0)]
+    crowns = product(np.moveaxis(profile.hides, -1, 0), _TIPS_M)
+    each = [log_likelihood(profile.alike, others, hides, tip_m) for hides, tip_m in crowns]
     by_place = np.logaddexp.reduce(each) - np.log(len(each)) + off_axis[:, None]
     return np.logaddexp.reduce(by_place, axis=1) - np.log(len(off_axis))
 
