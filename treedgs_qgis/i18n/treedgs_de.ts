@@ -3756,8 +3756,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>geben Sie die Scans eines Zeitpunkts, aufeinander registriert</translation>
     </message>
     <message>
-      <source>photos show the ground where the stem should stand: other stems may line up there</source>
-      <translation>Fotos zeigen den Boden, wo der Stamm stehen müsste: dort liegen wohl andere Stämme in einer Linie</translation>
+      <source>photos show the ground, or no bark, where the stem should stand: other things may line up there</source>
+      <translation>Fotos zeigen den Boden oder keine Rinde, wo der Stamm stehen müsste: dort liegt wohl anderes in einer Linie</translation>
     </message>
     <message>
       <source>look at its photos or on site; there may be no stem</source>

@@ -3754,8 +3754,8 @@ cero.&lt;/p&gt;
       <translation>dé los escaneos de una fecha, registrados entre sí</translation>
     </message>
     <message>
-      <source>photos show the ground where the stem should stand: other stems may line up there</source>
-      <translation>las fotos muestran el suelo donde debería estar el tronco: puede que otros troncos queden alineados allí</translation>
+      <source>photos show the ground, or no bark, where the stem should stand: other things may line up there</source>
+      <translation>las fotos muestran el suelo, o ninguna corteza, donde debería estar el tronco: puede que otras cosas queden alineadas allí</translation>
     </message>
     <message>
       <source>look at its photos or on site; there may be no stem</source>

@@ -12,10 +12,13 @@ from rendered_stems import Stem, oblique_views, render
 from treedgs_geo.reconstruction.area import Area, area_seen
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.stems.photos.evidence.opacity_test import seen_behind, without_seen_through
+from treedgs_geo.stems.photos.evidence.surface import surface_likeness
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.background import make_backdrop
 from treedgs_geo.stems.photos.images.crops import GroundGrid, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.quality.limits import judge
 
 STEMS = [Stem(-1.4, 0.6, 0.15), Stem(1.2, -1.0, 0.11, 0.02, 0.01), Stem(0.3, 1.7, 0.19)]
 AREA = Area.circle(0, 0, 2.5)
@@ -99,3 +102,19 @@ def test_a_stem_behind_which_photos_show_another_is_none(views):
     # Photos that do not show the clear stem do not speak against the other.
     blind = with_changes(clear, seen=np.full(9, 0.3))
     assert not seen_behind(thick, blind, centre).any()
+
+
+def test_bark_is_alike_where_a_stem_is_round_and_not_where_it_is_a_strip_of_wall(fits, tmp_path):
+    for stem in STEMS:
+        evidence = nearest(fits, stem).evidence
+        assert evidence.on_bark > 0.2 and evidence.bark_lead > 0.1
+    # A wall: a stem so thick that a strip of it is flat.
+    views = oblique_views(tmp_path, 48, 1.6, 9.0, 640, 480, 520.0)
+    render(views, [Stem(0.0, 0.0, 3.0)])
+    front = [view for view in views if view.centre[0] > 7.0]
+    area = Area.circle(3.0, 0.0, 1.0)
+    stack = load_stack(front, area, GroundGrid.sample(flat, area, 3.0), 96, 2.0)
+    strip = StemAxis(np.array([3.0, 0.0]), np.zeros(2), np.zeros(2), 0.0, 1.3)
+    alike, lead = surface_likeness(stack, strip, (0.2, 0.0), (0.9, 1.9), np.ones(len(stack)))
+    assert np.isfinite(alike) and lead < 0
+    assert "see_through" in judge("photos", {"bark_lead": lead}, 40.0).reasons

@@ -19,6 +19,7 @@ from .evidence.error_budget import (
     taper_error_cm,
 )
 from .evidence.opacity_test import ground_correlation, share_through
+from .evidence.surface import surface_likeness
 from .evidence.upper_band import averaged
 from .fit.breast_height import breast_height, moved
 from .fit.edge_adjustment import FineFit
@@ -137,13 +138,23 @@ def by_opacity(found: Found) -> dict[str, float]:
     return {"through": share_through(seen, int(found.clear.sum()))}
 
 
+def by_surface(found: Found) -> dict[str, float]:
+    """Where no ground is seen behind it: whether what its edges enclose is bark."""
+    shared, seen = found.shared, seen_probability(found.chosen.best.z)
+    if shared.backdrop is not None:
+        return {}
+    radius = found.r0, found.fine.r1
+    alike, lead = surface_likeness(shared.stack, found.axis, radius, shared.bands.fine, seen)
+    return {"on_bark": alike, "bark_lead": lead}
+
+
 def by_section(found: Found) -> dict[str, float]:
     """How far its section is off a circle."""
     return {"oval": float(np.hypot(*found.fine.oval)) / max(found.fine.r0, 1e-6)}
 
 
 #: What is found out about every fit: each returns fields of :class:`.quality_control.Evidence`.
-EVIDENCE = (by_edges, by_selection, by_companions, by_silhouette, by_opacity, by_section)
+EVIDENCE = (by_edges, by_selection, by_companions, by_silhouette, by_opacity, by_surface, by_section)
 
 
 def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:

@@ -62,6 +62,10 @@ class Evidence:
     outline_cm: float = np.nan
     #: Share of the photos that show the ground through it (:mod:`.evidence.opacity_test`).
     through: float = 0.0
+    #: How alike neighbouring photos are on its bark, and by how much more, at most, than on the plane through its edges
+    #: (:mod:`.evidence.surface`).
+    on_bark: float = np.nan
+    bark_lead: float = np.nan
     #: By how much its section is off a circle, share of the radius.
     oval: float = 0.0
     #: Gain of "another stem touches it" over one stem, log likelihood.

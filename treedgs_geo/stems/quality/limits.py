@@ -84,6 +84,10 @@ _THROUGH = "stems and a place without one, rendered and simulated plots (docs/ev
 _TWINS = "34 stems of plot_a and a simulated plot: at most 11; two touching pairs taken for one: 62, 113"
 _TWINS_SHARE = "189 certain stems of 19 plots: three of four above 0.25 are off by more than stated; two are touched"
 _ARC = "level photos of a simulated plot: a false stem of 86 cm 36; 314 stems of plots flown over: 70 and more"
+_LEVEL = (
+    "level photos: 13 stems of two simulated plots 0.36 and more on the bark, lead 0.23 and more; real columns, posts "
+    "and a tree 0.16 and 0.09; a strip of real wall 0.14 and -0.17; a hedge and a window in line -0.02 and 0.03"
+)
 _OVAL = "three standard deviations of stems' sections; 73 stems of three rendered plots: at most 0.046"
 _CONFIRMED = (
     "ten blocks of six plots and a real flight: 79 % and more; one dense stand in wind 68 %, a wrong block 26 %"
@@ -190,6 +194,15 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             "",
             *_above(0.25, 0.4),
             _THROUGH,
+        ),
+        Limit("see_through", "on_bark", "likeness of neighbouring photos on the bark", "", *_below(0.1, None), _LEVEL),
+        Limit(
+            "see_through",
+            "bark_lead",
+            "the same, lead over the plane through the edges, at most (two standard errors)",
+            "",
+            *_below(0.05, -0.1),
+            _LEVEL,
         ),
         Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(38, None), _TOUCHED),
         Limit("merged", "twins", "gain of two stems inside one (log likelihood)", "", *_above(15, 30), _TWINS),

@@ -16,7 +16,7 @@ REASONS: dict[str, tuple[str, str]] = {
         "give the scans of one date, registered to each other",
     ),
     "see_through": (
-        "photos show the ground where the stem should stand: other stems may line up there",
+        "photos show the ground, or no bark, where the stem should stand: other things may line up there",
         "look at its photos or on site; there may be no stem",
     ),
     "short_arc": ("the points cover too little of the stem's circumference", "scan or fly from more sides"),

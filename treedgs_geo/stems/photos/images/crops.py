@@ -64,11 +64,14 @@ class PhotoStack:
         """What the compiled kernels take."""
         return PhotoArrays(self.pixels, self.start, self.shape, self.corner, self.camera, self.centre)
 
+    def crop(self, number: int) -> np.ndarray:
+        """(H, W, 3) uint8 BGR of one photo."""
+        first, (rows, columns) = self.start[number], self.shape[number]
+        return self.pixels[first : first + rows * columns * 3].reshape(rows, columns, 3)
+
     def grey(self, number: int) -> np.ndarray:
         """(H, W) float32 crop of one photo, 0..255: its green channel."""
-        first, (rows, columns) = self.start[number], self.shape[number]
-        crop = self.pixels[first : first + rows * columns * 3].reshape(rows, columns, 3)
-        return crop[..., 1].astype(np.float32)
+        return self.crop(number)[..., 1].astype(np.float32)
 
     def arrays_of(self, members: np.ndarray) -> PhotoArrays:
         """:attr:`arrays` of some photos, by their indices."""
