@@ -6,8 +6,9 @@ import pytest
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.reconstruction.matching import most_alike
 from treedgs_geo.reconstruction.predicted_points import Features, kinds, one_to_one, search, squares
-from treedgs_geo.reconstruction.sift import PARTS, SMALL_PHOTO_PX, PhotoFeatures, extract, features_of
+from treedgs_geo.reconstruction.sift import PARTS, SMALL_PHOTO_PX, FeatureStore, PhotoFeatures, extract, features_of
 
 
 def texture(width: int = 640, height: int = 480, seed: int = 3) -> np.ndarray:
@@ -67,6 +68,20 @@ def test_bright_and_dark_spots_have_their_sign():
     for x, bright in ((80.5, True), (220.5, False)):
         own = np.hypot(*(found.keypoints - [x, 100.5]).T) < 1
         assert own.any() and (found.bright[own] == bright).all()
+
+
+def test_photos_of_one_scene_are_the_most_alike_and_the_largest_features_come_last():
+    scenes = [texture(1000, 600, seed) for seed in (1, 2)]
+    photos = [features_of(scenes[k % 2][20 * k :, 30 * k :][:400, :640], 3000) for k in range(8)]
+    pairs = np.column_stack(np.triu_indices(8, 1))
+    for threads in (1, 3):
+        kept = most_alike(FeatureStore(photos), pairs, 3, threads)
+        assert np.array_equal(kept, pairs[np.diff(pairs)[:, 0] % 2 == 0])
+    image = np.full((200, 300), 120, np.uint8)
+    cv2.circle(image, (80, 100), 12, 220, -1)
+    cv2.circle(image, (220, 100), 3, 220, -1)
+    found = features_of(cv2.GaussianBlur(image, (0, 0), 1.0), 100).keypoints
+    assert np.hypot(*(found[-1] - [80.5, 100.5])) < 1 and (np.hypot(*(found - [220.5, 100.5]).T) < 1).any()
 
 
 def test_small_and_large_photos_keep_their_pixels(tmp_path):

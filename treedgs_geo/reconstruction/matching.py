@@ -19,6 +19,10 @@ from .colmap import camera_to_colmap
 from .guided_matching import RATIO
 from .sift import FeatureStore
 
+#: Features of the largest scale of each photo that tell which photos are alike, and the ratio of their matches: among
+#: so few a looser one lets chance decide. Of all verified matches of 31 photos above a stand 91 % are in the 45 % of
+#: the pairs chosen so, 77 % by a ratio of 0.8, and half by 100 features of which four match, as Wu has them.
+FIRST_FEATURES, FIRST_RATIO = 800, 0.7
 #: Rows of a table of distances at once: 30 MB of 8,000 features.
 _ROWS = 1024
 
@@ -57,26 +61,45 @@ def match_all(
     _write(database, store, names, lens, geometries)
 
 
-def nearest(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def most_alike(store: FeatureStore, pairs: np.ndarray, neighbours: int, threads: int) -> np.ndarray:
+    """Those of the pairs (K, 2) that are, for one of their photos, among so many whose features of the largest scale
+    match most (Wu 2013, "Towards linear-time incremental structure from motion", preemptive matching)."""
+    first = [each[-FIRST_FEATURES:] for each in store.descriptors]
+    table, (i, j) = np.full((len(first), len(first)), -1), pairs.T
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(max_workers=threads) as workers:
+        found = workers.map(lambda pair: len(nearest(first[pair[0]], first[pair[1]], FIRST_RATIO)), pairs.tolist())
+        table[i, j] = table[j, i] = list(found)
+    rank = np.argsort(np.argsort(-table, axis=1, kind="stable"), axis=1)
+    return pairs[np.minimum(rank[i, j], rank[j, i]) < neighbours]
+
+
+def nearest(one: np.ndarray, other: np.ndarray, ratio: float = RATIO) -> np.ndarray:
     """(M, 2) numbers of descriptors (K, 128), (L, 128) uint8 that are each other's nearest, with the second nearest
     clearly farther."""
     if len(one) < 2 or len(other) < 2:
         return np.zeros((0, 2), int)
+    best, clear = _nearest_of(one, other, ratio)
+    kept = np.flatnonzero(clear)
+    back, _ = _nearest_of(other[best[kept]], one, ratio)
+    kept = kept[back == kept]
+    return np.column_stack([kept, best[kept]])
+
+
+def _nearest_of(one: np.ndarray, other: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+    """By descriptor of the one (K,) the number of its nearest among the others, and whether the second is farther."""
     a, b = one.astype(np.float32), other.astype(np.float32)
     length_a, length_b = (np.einsum("kd,kd->k", each, each) for each in (a, b))
-    best, clear = np.empty(len(a), int), np.empty(len(a), bool)
-    back, least = np.zeros(len(b), int), np.full(len(b), np.inf, np.float32)
+    best, clear, twice = np.empty(len(a), int), np.empty(len(a), bool), -2 * b.T
     for start in range(0, len(a), _ROWS):
         here = slice(start, start + _ROWS)
-        square = length_a[here, None] + length_b - 2 * (a[here] @ b.T)
-        row, column = square.argmin(axis=0), square.argmin(axis=1)
-        nearer = square[row, np.arange(len(b))] < least
-        back[nearer], least[nearer] = start + row[nearer], square[row, np.arange(len(b))][nearer]
-        first = square[np.arange(len(square)), column]
-        square[np.arange(len(square)), column] = np.inf
-        best[here], clear[here] = column, first < RATIO**2 * square.min(axis=1)
-    kept = np.flatnonzero(clear & (back[best] == np.arange(len(a))))
-    return np.column_stack([kept, best[kept]])
+        square = a[here] @ twice
+        square += length_b
+        best[here] = square.argmin(axis=1)
+        rows = np.arange(len(square))
+        first = square[rows, best[here]]
+        square[rows, best[here]] = np.inf
+        clear[here] = first + length_a[here] < ratio**2 * (square.min(axis=1) + length_a[here])
+    return best, clear
 
 
 def _write(database: Path, store: FeatureStore, names: list[str], lens: Any, geometries: dict) -> None:

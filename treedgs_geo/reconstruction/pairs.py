@@ -39,8 +39,7 @@ def select_pairs(
     """(P, 2) pairs i < j worth matching.
 
     Every photo gets its nearest ``neighbours``, near in a mixture of footprint distance and viewing direction; few
-    photos are paired
-    exhaustively. Photos without a position are paired with their neighbours in the list and a sample of all others.
+    photos, and those without a position, are paired with all others (:func:`.matching.most_alike` chooses of these).
 
     Args:
         xyz: (N, 3) local metres, NaN unknown. rotations: (N, 3, 3) world -> camera, NaN unknown. ground_z: NaN unknown.
@@ -70,8 +69,7 @@ def select_pairs(
             order = np.argsort(table[i])[:neighbours]
             chosen[i, order[np.isfinite(table[i, order])]] = True
         else:
-            near = np.r_[max(i - 10, 0) : min(i + 11, count), np.arange(0, count, max(count // 20, 1))]
-            chosen[i, near[near != i]] = True
+            chosen[i] = True
     chosen |= chosen.T
     first, second = np.nonzero(np.triu(chosen, 1))
     return np.column_stack([first, second])

@@ -37,7 +37,8 @@ _SMALLEST_PX = 32
 
 class PhotoFeatures(NamedTuple):
     """keypoints: (K, 2) float64 pixels, the first pixel's centre at 0.5, 0.5. described: (K, 128) uint8. turned: (K,)
-    float32 directions, radians from the first axis to the second. bright: (K,) bool, brighter than what is around."""
+    float32 directions, radians from the first axis to the second. bright: (K,) bool, brighter than what is around. In
+    the order of their scale, the largest last."""
 
     keypoints: np.ndarray
     described: np.ndarray

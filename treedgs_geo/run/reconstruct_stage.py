@@ -50,7 +50,8 @@ def _reconstruct_cost(job: PhotoJob, findings: Findings) -> Cost:
     rotations = gimbal_rotations(stations)
     full_s, guided_s = (
         each_mp * used_mp * number
-        + each_pair * len(select_pairs(stations.xyz, rotations, ground, half_field, neighbours))
+        + each_pair
+        * min(len(select_pairs(stations.xyz, rotations, ground, half_field, neighbours)), neighbours * number)
         + each_photo * number
         for each_mp, each_pair, each_photo, neighbours in (
             (FULL_S_MP, FULL_S_PAIR * (options.max_features / 8000) ** 1.5, FULL_S_PHOTO, options.neighbours),
