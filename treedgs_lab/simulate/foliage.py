@@ -19,13 +19,15 @@ ROOTED, LYING = -1, -2
 
 
 class Material(IntEnum):
-    """What a face is. WOOD: branches and twigs, sticks and logs (not the stems, which are a mesh of their own)."""
+    """What a face is. WOOD: branches and twigs, sticks and logs (not the stems, which are a mesh of their own).
+    SCANNED: a patch about a point of a scan, whatever it is."""
 
     FOLIAGE = 1
     SHRUB = 2
     GRASS = 3
     WOOD = 4
     IVY = 5
+    SCANNED = 6
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from .casting import blocked
-from .foliage import Faces
+from .foliage import Faces, Material
 from .options import WeatherSettings
 from .world import World
 
@@ -20,6 +20,9 @@ OVERCAST_RGB = np.array([0.92, 0.97, 1.03])
 #: Extinction of the sun by one more air mass, RGB, and the elevation that :data:`SUN_RGB` is for, degrees.
 EXTINCTION = np.array([0.08, 0.14, 0.25])
 USUAL_ELEVATION_DEG = 48.0
+#: Start of a ray from a face to the sun, m from its middle: patches of a scan lie in several layers on one another; and
+#: the share of the area of such patches that hides the sky.
+LIFT_M, SCANNED_LIFT_M, SCANNED_SHARE = 0.004, 0.04, 0.3
 #: Angular radius of the sun disc, rad (widened by haze).
 SUN_RADIUS = 0.006
 
@@ -83,6 +86,7 @@ class SkyField:
         area = 0.5 * np.linalg.norm(
             np.cross(faces.corners[:, 1] - faces.corners[:, 0], faces.corners[:, 2] - faces.corners[:, 0]), axis=1
         )
+        area = np.where(faces.kind == Material.SCANNED, SCANNED_SHARE, 1.0) * area
         self._low = np.array([-half_m, -half_m, float(centre[:, 2].min()) - cell_m if len(centre) else 0.0])
         n = int(np.ceil(2 * half_m / cell_m))
         layers = int(np.ceil(((centre[:, 2].max() if len(centre) else 1.0) - self._low[2]) / cell_m)) + 2
@@ -158,7 +162,8 @@ def bake(
     across = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     tilt = np.abs(across @ sun)
     leaf_rays = max(1, weather.samples // 2)
-    lit = _lit(scene, centre + 0.004 * sun, sun, rng, leaf_rays) if shine else np.zeros(len(centre))
+    lift = np.where(faces.kind == Material.SCANNED, SCANNED_LIFT_M, LIFT_M)
+    lit = _lit(scene, centre + lift[:, None] * sun, sun, rng, leaf_rays) if shine else np.zeros(len(centre))
     # Both sides of a leaf are seen: on average half of the light that comes through leaves by the far side.
     glow = lit * (tilt * (0.75 + 0.5 * faces.through) + 0.12)
     leaf = faces.albedo * (glow[:, None] * weather.sun + (sky(centre) * 0.9)[:, None] * weather.sky)

@@ -35,6 +35,12 @@ class PlotSettings:
     )
     seed: int = count(1, 0, 2**31, "random seed; the same seed gives the same plot")
     radius_m: float | None = number(None, 2, 15, "m", "radius of the plot")
+    from_cloud: Path | None = param(
+        None,
+        kind="file",
+        help="a terrestrial scan (LAS, LAZ, E57 or text, metres) to photograph instead of a grown stand: its points as "
+        "small patches, truth the rings measured in it; the plot holds it unless --radius-m says otherwise",
+    )
     stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density")
     dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height")
     photos: int | None = count(None, 8, 400, "number of photos, both flights together")

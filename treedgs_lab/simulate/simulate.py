@@ -21,16 +21,18 @@ from .barks import make_barks
 from .camera import Motion, camera_of_flight, make_camera, motions
 from .control import Plates, cleared, lay_out, painted, write_control
 from .dress import dressed
+from .foliage import Faces
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
 from .light import SkyField
 from .photographs import Exposure, geotag_files, photograph
 from .planned_flight import read_flight
+from .scanned import ScannedForest, read_scan, scanned_faces, scanned_settings, scanned_stems
 from .scene import PlantedStem, grow_stand
 from .settings import LEVEL_FLIGHTS, SimulateSettings, Sizes, resolve
-from .stem_mesh import mesh_stems
-from .terrain import make_ground
+from .stem_mesh import StemMesh, mesh_stems, no_stems
+from .terrain import Ground, make_ground
 from .textures import litter
 from .vegetation import all_foliage, overgrown
 from .world import World, build_world
@@ -65,18 +67,19 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         InputError: sizes that do not fit together. OutputError: the output holds something else or cannot be written.
     """
     reporter = reporter or Reporter()
-    settings, sizes = resolve(settings)
     output = Path(settings.output)
     if output.is_file():
         raise OutputError(f"{output}: is a file, expected a folder; choose another output.")
     if output.exists() and any(output.iterdir()) and not (output / "truth" / "config.json").exists():
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
     began = time.monotonic()
+    cloud = None if settings.from_cloud is None else read_scan(settings.from_cloud, reporter)
+    settings, sizes = resolve(settings if cloud is None else scanned_settings(settings, cloud))
     rng = streams(settings.seed)
     with reporter.stage("stand", 0.0, 0.12):
         camera = make_camera(settings, sizes)
         shots, layout = plan_shots(rng, settings, sizes, camera)
-        world, stems, plates = grow_world(rng, settings, sizes, layout, reporter)
+        world, stems, plates = grow_world(rng, settings, sizes, layout, reporter, cloud)
     geo, start_utc = site_of(rng["site"])
     if settings.terrain_following or settings.flight not in ("rings", "grid"):
         shots = follow_terrain(shots, world.ground)
@@ -108,7 +111,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
                 points = len(returns.points)
         with reporter.stage("truth", 0.96, 1.0):
             files.write_dtm(folder / "dtm.tif", world.ground, geo, min(layout.survey_half_m, -world.ground.low - 1))
-            summary = tables.write_truth(folder / "truth", world, stems, sizes, layout, geo, views)
+            summary = tables.write_truth(folder / "truth", world, stems, sizes, layout, geo, views, cloud)
             tables.write_looks(folder / "truth" / "looks.csv", stems)
             if plates is not None:
                 write_control(folder, rng["control"], plates, world, geo, views)
@@ -119,7 +122,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
             files.write_json_plain(
                 folder / "truth" / "config.json",
                 {
-                    "config": {**to_json(settings), "output": sizes.name},
+                    "config": {**to_json(settings), "output": sizes.name, **_scan_name(settings)},
                     "origin_E_N_h": geo.origin.tolist(),
                     "epsg": files.EPSG,
                     "height": "ellipsoidal NAD83(2011)",
@@ -132,6 +135,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
                     "n_trees_in_plot": summary["in_plot"],
                     "median_unoccluded_views": summary["median_views"],
                     "synthetic": True,
+                    **({} if cloud is None else {"scan_origin": cloud.origin.tolist()}),
                 },
             )
     reporter.info(
@@ -169,20 +173,22 @@ def plan_shots(
 
 
 def grow_world(
-    rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, layout: Layout, reporter: Reporter
+    rng: dict[str, np.random.Generator],
+    settings: SimulateSettings,
+    sizes: Sizes,
+    layout: Layout,
+    reporter: Reporter,
+    cloud: ScannedForest | None = None,
 ) -> tuple[World, list[PlantedStem], Plates | None]:
     """The world, its stems, and the control points laid out in it."""
-    reach, half = layout.reach_m, layout.ground_half_m
-    step = 0.25 if half <= FINE_GROUND_M else 0.5
-    ground = make_ground(rng["site"], half, settings.slope_pct, step_m=step)
-    around = layout.stand_radius_m, layout.centres
-    stems = dressed(
-        rng, settings, grow_stand(rng["stand"], settings, sizes, ground, reach + 6, *around, rng["spacing"])
-    )
-    mesh = mesh_stems(rng["stand"], stems, settings.ellipticity_pct)
-    reporter.progress(0.2)
-    faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng)
-    faces = overgrown(faces, rng, settings, ground, stems, mesh, reach)
+    reach = layout.reach_m
+    step = 0.25 if layout.ground_half_m <= FINE_GROUND_M else 0.5
+    if cloud is None:
+        ground, mesh, faces, stems = _grown(rng, settings, sizes, layout, step, reporter)
+        barked = stems
+    else:
+        ground, mesh, barked = cloud.ground_mesh(layout.ground_half_m, step), no_stems(), []
+        faces, stems = scanned_faces(rng["stand"], cloud, sizes.radius_m, layout), scanned_stems(cloud, sizes.radius_m)
     reporter.progress(0.5)
     texel = max(0.6 * settings.gsd_cm / 100, 2 * reach / MAX_TEXELS)
     texture = litter(rng["textures"], reach, texel)
@@ -192,8 +198,35 @@ def grow_world(
         sky = SkyField(faces, -ground.low)
         plates = lay_out(rng["control"], settings.control_points, layout, sizes.radius_m, ground, stems, sky)
         faces, texture = cleared(faces, plates), painted(texture, plates)
-    world = build_world(ground, mesh, faces, texture, make_barks(rng["textures"], rng["barks"], stems), rng["textures"])
+    barks = make_barks(rng["textures"], rng["barks"], barked)
+    world = build_world(ground, mesh, faces, texture, barks, rng["textures"])
     return world, stems, plates
+
+
+def _grown(
+    rng: dict[str, np.random.Generator],
+    settings: SimulateSettings,
+    sizes: Sizes,
+    layout: Layout,
+    step_m: float,
+    reporter: Reporter,
+) -> tuple[Ground, StemMesh, Faces, list[PlantedStem]]:
+    """Ground, stems and everything that grows about them."""
+    reach = layout.reach_m
+    ground = make_ground(rng["site"], layout.ground_half_m, settings.slope_pct, step_m=step_m)
+    around = layout.stand_radius_m, layout.centres
+    stems = dressed(
+        rng, settings, grow_stand(rng["stand"], settings, sizes, ground, reach + 6, *around, rng["spacing"])
+    )
+    mesh = mesh_stems(rng["stand"], stems, settings.ellipticity_pct)
+    reporter.progress(0.2)
+    faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng)
+    return ground, mesh, overgrown(faces, rng, settings, ground, stems, mesh, reach), stems
+
+
+def _scan_name(settings: SimulateSettings) -> dict[str, str]:
+    """The scan's name, without its folder, where there is one."""
+    return {} if settings.from_cloud is None else {"from_cloud": settings.from_cloud.name}
 
 
 def true_views(

@@ -23,6 +23,12 @@ class StemMesh:
     first: np.ndarray
 
 
+def no_stems() -> StemMesh:
+    """A mesh without any stem."""
+    none = np.zeros((0, 3))
+    return StemMesh(none, np.zeros((0, 3), int), np.zeros((0, 2)), none, np.zeros(0, int), np.zeros(1, int))
+
+
 def _rings(stem: PlantedStem) -> tuple[int, np.ndarray]:
     """Sides of the tube, and (N,) arc lengths of its rings, m: finer the nearer to a plot."""
     length = AXIS_STEP * (len(stem.axis) - 1)

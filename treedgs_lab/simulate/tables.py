@@ -12,6 +12,7 @@ from treedgs_geo.reconstruction.cameras import View
 from . import files, flight, truth
 from .barks import BARKS
 from .layout import Layout
+from .scanned import ScannedForest, scanned_table
 from .scene import PlantedStem, StemLook
 from .settings import Sizes
 from .world import World
@@ -41,12 +42,18 @@ def write_truth(
     layout: Layout,
     geo: files.Georeference,
     views: list[View],
+    scan: ScannedForest | None = None,
 ) -> dict[str, Any]:
     """trees.csv (with the plot where there are several), visibility.csv and stems.json; returns what the field tables
-    need."""
-    rows, profiles, saplings = truth.stem_table(world.mesh, stems, sizes.radius_m + 5, layout.centres)
+    need. scan: where the stems were measured in one."""
+    if scan is None:
+        rows, profiles, saplings = truth.stem_table(world.mesh, stems, sizes.radius_m + 5, layout.centres)
+    else:
+        rows, profiles, saplings = scanned_table(scan, stems, world)
     ids = layout.plot_ids(sizes.name)
     columns = [*TREE_COLUMNS, "plot_id"] if len(ids) > 1 else TREE_COLUMNS
+    if scan is not None:
+        columns = [*columns, "dbh_se_cm", "rendered_cm"]
     table, seen = [], []
     for row in rows:
         stem = stems[row["index"]]

@@ -30,11 +30,11 @@ SEED = 0
 DIAMETERS = ("geotag", "reconstruct", "ground", "measure")
 
 
-def run(plot: Path, preset: str, work: Path) -> dict:
-    """One chain run."""
+def run(plot: Path, preset: str, work: Path, *more: str) -> dict:
+    """One chain run. more: options of ``photos-to-dbh``."""
     output = work / "trees.gpkg"
     chosen = ["--preset", preset, "--workspace", work, "--output", output, "--log-format", "plain"]
-    code = subprocess.run(words("photos-to-dbh", *photo_inputs(plot), *chosen)).returncode
+    code = subprocess.run(words("photos-to-dbh", *photo_inputs(plot), *chosen, *more)).returncode
     if code:
         return {"plot": plot.name, "exit_code": code}
     stages = json.loads((work / "run.json").read_text())["stages"]
