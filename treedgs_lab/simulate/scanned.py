@@ -209,7 +209,7 @@ def scanned_stems(scan: ScannedForest, radius_m: float) -> list[PlantedStem]:
         s = AXIS_STEP * np.arange(int((tree.height_m or max(float(h.max()), 3.0)) / AXIS_STEP) + 1)
         rise = s / np.sqrt(1 + lean @ lean)
         axis = np.column_stack([np.array([tree.x, tree.y]) + (rise[:, None] - tree.bh_m) * lean, rise + tree.z_ground])
-        axis, dbh_m = axis - scan.origin, tree.dbh_cm / 100
+        axis, dbh_m = axis - scan.origin, (tree.dbh_cm or np.nan) / 100
         for i in range(-2, 3):
             for j in range(-2, 3):
                 placed = _copied(axis, scan, np.array([i, j]))
