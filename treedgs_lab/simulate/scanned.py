@@ -116,7 +116,7 @@ def read_scan(path: Path, reporter: Reporter) -> ScannedForest:
 
 
 def _sure(tree: Tree) -> bool:
-    """The tree's diameter is truth: measured without any doubt on a ring that is closed."""
+    """The tree's diameter is truth: flagged ok, on a ring that is closed."""
     return tree.qc_flag == "ok" and (tree.arc_deg or 0.0) >= CLOSED_DEG
 
 
@@ -248,7 +248,7 @@ def rendered_width(world: World, stem: PlantedStem, s_m: float) -> float:
 def scanned_table(
     scan: ScannedForest, stems: list[PlantedStem], world: World
 ) -> tuple[list[dict[str, Any]], dict[str, list], list[list[float]]]:
-    """As :func:`.truth.stem_table`, from the rings measured in the scan; what of it is not measured without doubt
+    """As :func:`.truth.stem_table`, from the rings measured in the scan; what of it is not sure (:func:`_sure`)
     stands with the saplings: it is no truth, and nothing false either."""
     trees, rows = {tree.tree_id: tree for tree in scan.trees}, []
     for index, stem in enumerate(stems):

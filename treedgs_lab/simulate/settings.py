@@ -40,6 +40,8 @@ class PlotSettings:
         kind="file",
         help="a terrestrial scan (LAS, LAZ, E57 or text, metres) to photograph instead of a grown stand: its points as "
         "small patches, truth the rings measured in it; the plot holds it unless --radius-m says otherwise",
+        suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
+        dialog=False,
     )
     stems_per_ha: float = number(700.0, 100, 2500, "1/ha", "planting density")
     dbh_mean_cm: float = number(27.4, 8, 70, "cm", "mean diameter at breast height")
