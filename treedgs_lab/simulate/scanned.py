@@ -32,8 +32,8 @@ LOW_CELL_M, HIGH_CELL_M, HIGH_M = 0.012, 0.03, 6.0
 NEAR_POINTS, FAR_POINTS, NEAR_M = 250_000, 60_000, 3.0
 #: Copies of the scan stand about it as far as this outside the plot, m: what hides its stems and shades them.
 COPIES_M = 25.0
-#: Patches of surfaces up to ``HIGH_M`` are bent in cells of this size, m.
-CELL_M = 0.016
+#: Patches of surfaces up to ``HIGH_M`` are bent in cells of this size, those of copies are of one, m.
+CELL_M, WHOLE_M = 0.016, 1.0
 #: What lies level this near the ground is the ground, and all that is still nearer, m.
 LEVEL_M, ON_GROUND_M = 0.10, 0.03
 #: Linear reflectance that the darkest and the brightest points of a scan with intensities get.
@@ -151,16 +151,20 @@ def scanned_faces(rng: np.random.Generator, scan: ScannedForest, radius_m: float
     """The scan's points as patches; around it mirrored copies of it, coarse where they are far from the plot."""
     above = scan.xyz[:, 2] - scan.height(scan.xyz[:, :2])
     low = above < HIGH_M
-    chosen = [np.flatnonzero(part)[thin(scan.xyz[part], cell)] for part, cell in
-              ((low, LOW_CELL_M), (~low, HIGH_CELL_M))]  # fmt: skip
-    parts = [_patches(rng, scan, own, above, cell)[0] for own, cell in zip(chosen, (CELL_M, np.inf), strict=True)]
-    plain, point = _patches(rng, scan, np.concatenate(chosen), above, np.inf)
+    below, over = (
+        np.flatnonzero(part)[thin(scan.xyz[part], cell)] for part, cell in ((low, LOW_CELL_M), (~low, HIGH_CELL_M))
+    )
+    bent, plain, crowns = (
+        _patches(rng, scan, own, above, cell) for own, cell in ((below, CELL_M), (below, WHOLE_M), (over, np.inf))
+    )
+    parts = [bent[0], crowns[0]]
+    copied, point = Faces.join([plain[0], crowns[0]]), np.concatenate([plain[1], crowns[1]])
     near, far = radius_m + NEAR_M, min(layout.stand_radius_m, radius_m + COPIES_M)
     for most, inner, outer in ((NEAR_POINTS, 0.0, near), (FAR_POINTS, near, far)):
         share = min(1.0, 2 * most / len(point))
         drawn = (rng.random(len(scan.xyz)) < share)[point]
         middle = scan.xyz[point[drawn], None]
-        larger, albedo = middle + (plain.corners[drawn] - middle) / np.sqrt(share), plain.albedo[drawn]
+        larger, albedo = middle + (copied.corners[drawn] - middle) / np.sqrt(share), copied.albedo[drawn]
         reach = np.ceil((outer / scan.half_m + 1) / 2).astype(int)
         for i, j in np.ndindex(*(2 * reach + 1)):
             tile = np.array([i, j]) - reach

@@ -31,7 +31,7 @@ SINGLE = (
     *("lidar_itsme/buttressed_tree_2_pc.txt", "lidar_treels/pine.laz", "lidar_treels/spruce.laz"),
 )
 APART_M, GROUND_STEP_M = 6.0, 0.05
-FLIGHT = ["--preset", "plot", "--photos", "48", "--camera", "samples=2", "--lidar-density-m2", "0", "--seed", str(SEED)]
+FLIGHT = ["--preset", "demo", "--camera", "samples=3", "--lidar-density-m2", "0", "--seed", str(SEED)]
 
 
 def gathered(data: Path, target: Path) -> Path:
@@ -94,7 +94,7 @@ def main() -> None:
         cloud = gathered(options.data, options.work / "single.laz") if single else options.data / PLOTS[name]
         rows.append(run_scan(name, cloud.resolve(), options.work))
         print(name, rows[-1]["rendered"], rows[-1].get("all in-plot stems"), rows[-1].get("against_rendered"))
-    write_record(options.output, {"runs": rows}, seeds=[SEED])
+        write_record(options.output, {"runs": rows}, seeds=[SEED])
 
 
 if __name__ == "__main__":
