@@ -28,7 +28,8 @@ from .lidar import scan
 from .light import SkyField
 from .photographs import Exposure, geotag_files, photograph
 from .planned_flight import read_flight
-from .scanned import ScannedForest, read_scan, scanned_faces, scanned_settings, scanned_stems
+from .scanned import ScannedForest, read_scan, scanned_faces, scanned_settings
+from .scanned_truth import scanned_stems
 from .scene import PlantedStem, grow_stand
 from .settings import LEVEL_FLIGHTS, SimulateSettings, Sizes, resolve
 from .stem_mesh import StemMesh, mesh_stems, no_stems

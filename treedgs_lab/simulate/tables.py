@@ -12,7 +12,8 @@ from treedgs_geo.reconstruction.cameras import View
 from . import files, flight, truth
 from .barks import BARKS
 from .layout import Layout
-from .scanned import ScannedForest, scanned_table
+from .scanned import ScannedForest
+from .scanned_truth import scanned_table
 from .scene import PlantedStem, StemLook
 from .settings import Sizes
 from .world import World
