@@ -156,13 +156,13 @@ def scanned_faces(rng: np.random.Generator, scan: ScannedForest, radius_m: float
         _patches(rng, scan, own, above, cell) for own, cell in ((below, CELL_M), (below, WHOLE_M), (over, np.inf))
     )
     parts = [bent[0], crowns[0]]
-    copied, point = Faces.join([plain[0], crowns[0]]), np.concatenate([plain[1], crowns[1]])
+    whole, point = Faces.join([plain[0], crowns[0]]), np.concatenate([plain[1], crowns[1]])
     near, far = radius_m + NEAR_M, min(layout.stand_radius_m, radius_m + COPIES_M)
     for most, inner, outer in ((NEAR_POINTS, 0.0, near), (FAR_POINTS, near, far)):
         share = min(1.0, 2 * most / len(point))
         drawn = (rng.random(len(scan.xyz)) < share)[point]
         middle = scan.xyz[point[drawn], None]
-        larger, albedo = middle + (copied.corners[drawn] - middle) / np.sqrt(share), copied.albedo[drawn]
+        larger, albedo = middle + (whole.corners[drawn] - middle) / np.sqrt(share), whole.albedo[drawn]
         reach = np.ceil((outer / scan.half_m + 1) / 2).astype(int)
         for i, j in np.ndindex(*(2 * reach + 1)):
             tile = np.array([i, j]) - reach
