@@ -40,6 +40,9 @@ def surfels(points: np.ndarray, rng: np.random.Generator, cell_m: float) -> Surf
 
     cell_m: patches of surfaces are bent in cells of this size; infinite: not bent, and the points stay where they are.
     """
+    if len(points) <= NEIGHBOURS:
+        none = np.zeros((0, 3, 3), np.float32), np.zeros(0, int)
+        return Surfels(*none, np.zeros(len(points), bool), np.zeros(points.shape))
     smooth = bool(np.isfinite(cell_m))
     distance, near = cKDTree(points).query(points, NEIGHBOURS, workers=2)
     half = np.clip(REACH * distance[:, DENSITY_OF], LEAST_M, MOST_M if smooth else ROUGH_MOST_M)

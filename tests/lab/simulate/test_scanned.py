@@ -34,7 +34,7 @@ def cloud(tmp_path_factory):
     xy = rng.uniform(-3.5, 3.5, (60_000, 2))
     parts = [np.column_stack([xy, SLOPE * xy[:, 0] + rng.normal(0, 0.008, len(xy))])]
     for x, y, radius in STEMS:
-        parts.append(tube(rng, radius, 7.0, 0.014, 0.003) + [x, y, SLOPE * x])
+        parts.append(tube(rng, radius, 5.5, 0.014, 0.003) + [x, y, SLOPE * x])
     path = tmp_path_factory.mktemp("scan") / "two.laz"
     write_cloud(path, PointCloud(np.concatenate(parts) + [500.0, 900.0, 80.0]))
     return path

@@ -63,10 +63,10 @@ def run_scan(name: str, cloud: Path, work: Path) -> dict:
     found["rendered"] = _errors(truth["rendered_cm"] - truth["dbh_cm"])
     if found["exit_code"] == 0:
         table = score_against_truth(read_trees(work / f"{name}-photos" / "trees.gpkg"), plot / "truth" / "trees.csv")[1]
-        table = table.set_index("tree_id").join(truth[["rendered_cm", "dbh_se_cm"]], rsuffix="_scan")
-        table["of_rendered_cm"] = table["dbh_cm"] - table["rendered_cm"]
+        table = table.set_index("tree_id").join(truth[["rendered_cm", "dbh_se_cm"]].add_suffix("_scan"))
+        table["of_rendered_cm"] = table["dbh_cm"] - table["rendered_cm_scan"]
         found["against_rendered"] = _errors(table["of_rendered_cm"].dropna())
-        columns = ["dbh_true_cm", "dbh_se_cm_scan", "rendered_cm", "dbh_cm", "dbh_se_cm", "clear_views", "qc_flag"]
+        columns = ["dbh_true_cm", "dbh_se_cm_scan", "rendered_cm_scan", "dbh_cm", "dbh_se_cm", "clear_views", "qc_flag"]
         rows = table[[*columns, "qc_reason"]].round(2).reset_index()
         found["trees"] = rows.astype(object).where(rows.notna(), None).to_dict("records")
     return found
