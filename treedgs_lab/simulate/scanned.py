@@ -41,7 +41,7 @@ BARK_RGB, LEAF_RGB = np.array([1.0, 0.84, 0.70]), np.array([0.62, 0.80, 0.36])
 #: Stems whose scanned bark goes round by this much, degrees, are truth: of others the photos would see the open side.
 CLOSED_DEG = 300.0
 #: Largest radius of a plot, m.
-MOST_RADIUS_M = 15.0
+MAX_RADIUS_M = 15.0
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def scanned_settings(settings: SimulateSettings, scan: ScannedForest) -> Simulat
             "--from-cloud: a scan does not say what is stem and what is leaf; leave labels, wind_smooth and "
             "wind_flutter_cm out."
         )
-    radius = float(np.clip(np.hypot(*scan.half_m), 2.0, MOST_RADIUS_M))
+    radius = float(np.clip(np.hypot(*scan.half_m), 2.0, MAX_RADIUS_M))
     return settings if settings.radius_m is not None else replace(settings, radius_m=round(radius, 1))
 
 

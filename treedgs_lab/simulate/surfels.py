@@ -14,15 +14,15 @@ NEIGHBOURS, DENSITY_OF = 32, 8
 #: behind it is bark too.
 REACH = 0.55
 #: Most cells along a patch's side.
-MOST_CELLS = 5
+MAX_CELLS = 5
 #: How often points are first moved onto the surface that their neighbours imply, and over what reach they count, m.
 SMOOTHED, REACH_M = 2, 0.02
 #: Half sides of patches, least and most of surfaces and most of twigs and needles, m; points are of a surface only
 #: where the neighbour is this near, m.
-LEAST_M, MOST_M, TWIG_M, SURFACE_M = 0.006, 0.045, 0.012, 0.12
+MIN_M, MAX_M, TWIG_M, SURFACE_M = 0.006, 0.045, 0.012, 0.12
 #: Surfaces: the second spread about a point is this many times the third; of points that are not smoothed first, which
 #: are mostly crowns, more, and their patches are smaller, m.
-FLAT, ROUGH_FLAT, ROUGH_MOST_M = 2.5, 6.0, 0.03
+FLAT, ROUGH_FLAT, ROUGH_MAX_M = 2.5, 6.0, 0.03
 
 
 class Surfels(NamedTuple):
@@ -45,7 +45,7 @@ def surfels(points: np.ndarray, rng: np.random.Generator, cell_m: float) -> Surf
         return Surfels(*none, np.zeros(len(points), bool), np.zeros(points.shape))
     smooth = bool(np.isfinite(cell_m))
     distance, near = cKDTree(points).query(points, NEIGHBOURS, workers=2)
-    half = np.clip(REACH * distance[:, DENSITY_OF], LEAST_M, MOST_M if smooth else ROUGH_MOST_M)
+    half = np.clip(REACH * distance[:, DENSITY_OF], MIN_M, MAX_M if smooth else ROUGH_MAX_M)
     spread, axes = _spread(points, near, half)
     for _ in range(SMOOTHED if smooth else 0):
         moved = points[:, None].copy()
@@ -60,7 +60,7 @@ def surfels(points: np.ndarray, rng: np.random.Generator, cell_m: float) -> Surf
     turn = rng.uniform(0, 2 * np.pi, len(points))[:, None]
     first = np.cos(turn) * axes[:, :, 1] + np.sin(turn) * axes[:, :, 2]
     second = np.cross(normal, first)
-    cells = np.where(flat, np.clip(np.ceil(2 * half / cell_m), 1, MOST_CELLS), 1).astype(int)
+    cells = np.where(flat, np.clip(np.ceil(2 * half / cell_m), 1, MAX_CELLS), 1).astype(int)
     corners, owner = [], []
     for count in np.unique(cells):
         own = np.flatnonzero(cells == count)
