@@ -42,9 +42,10 @@ def surface_likeness(
         px_m = float((np.linalg.norm(away[pair], axis=1) / stack.camera[pair, FX]).max())
         facing = rays[pair].sum(axis=0)[:2]
         bark = _facing(axis, radius, band_m, facing / np.linalg.norm(facing), px_m)
-        pictures = [[_shown(stack, v, surface, px_m) for v in pair] for surface in bark]
-        if all(picture is not None for both in pictures for picture in both):
-            found.append([_alike(*both) for both in pictures])
+        pictures = [_shown(stack, v, surface, px_m) for surface in bark for v in pair]
+        shown = [picture for picture in pictures if picture is not None]
+        if len(shown) == len(pictures):
+            found.append([_alike(*shown[:2]), _alike(*shown[2:])])
     if len(found) < _MIN_PAIRS:
         return np.nan, np.nan
     on_bark, in_plane = np.array(found).T
@@ -73,7 +74,7 @@ def _shown(stack: PhotoStack, v: int, points: np.ndarray, px_m: float) -> np.nda
     if not (np.isfinite(place).all() and (low >= 0).all() and (high <= stack.shape[v][::-1]).all()):
         return None
     (left, top), (right, bottom) = low.astype(int), high.astype(int)
-    grey = np.ascontiguousarray(stack.crop(v)[top:bottom, left:right, 1], np.float32)
+    grey: np.ndarray = np.ascontiguousarray(stack.crop(v)[top:bottom, left:right, 1], np.float32)
     finer = px_m * stack.camera[v, FX] / float(np.median(depth))
     if finer > 1.2:
         grey = cv2.GaussianBlur(grey, (0, 0), 0.5 * finer)
