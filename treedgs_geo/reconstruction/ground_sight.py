@@ -16,10 +16,10 @@ from scipy.ndimage import distance_transform_edt
 
 from ..core.machine import in_threads
 from .cameras import View
-from .orthophoto import AGREED, STEP_PX, agreement_of, drape
+from .orthophoto import AGREED, STEP_PX, agreement_of_halves, drape
 
-#: Pixel of the draped photos, metres.
-_PIXEL_M = 0.05
+#: Pixel of the draped photos, metres; so many on each side are a cell.
+_PIXEL_M, _CELL_PX = 0.1, STEP_PX // 2
 #: A photo that agrees as much as this share of the best one shows the ground.
 _SHOWS = 0.5
 #: A crown, dense to bare, lets through one of these shares of the rays that air does; no share is surer than this.
@@ -94,7 +94,7 @@ def ground_sight(
 
     ground: local x, y (N,) -> local z, NaN where unknown (there the nearest known height counts).
     """
-    cell = STEP_PX * _PIXEL_M
+    cell = _CELL_PX * _PIXEL_M
     x, y = (np.arange(low - reach_m, high + reach_m + cell, cell) for low, high in ((box[0], box[2]), (box[1], box[3])))
     gx, gy = np.meshgrid(x, y)
     z = np.asarray(ground(gx.ravel(), gy.ravel()), float).reshape(gx.shape)
@@ -105,16 +105,16 @@ def ground_sight(
     rim = 0.5 * (cell - _PIXEL_M)
     nodes = np.stack([*np.meshgrid(_spread(x, rim), _spread(y, rim)), z], axis=2)
     middle = np.array([x.mean(), y.mean(), np.median(z)])
-    shape = len(y) * STEP_PX, len(x) * STEP_PX
+    shape = len(y) * _CELL_PX, len(x) * _CELL_PX
 
     def draped(view: View) -> np.ndarray:
         return drape(view, nodes, shape, max(int(_PIXEL_M * view.camera.fx / np.linalg.norm(middle - view.centre)), 1))
 
     stack = list(in_threads(draped, views))
-    agreement = agreement_of(stack)
+    agreement = agreement_of_halves(stack)
     best = agreement.max(axis=0)
     black = np.array(
-        [(image[..., 0] == 0).reshape(len(y), STEP_PX, len(x), STEP_PX).any(axis=(1, 3)) for image in stack]
+        [(image[..., 0] == 0).reshape(len(y), _CELL_PX, len(x), _CELL_PX).any(axis=(1, 3)) for image in stack]
     )
     sees = np.where(black | (best < AGREED), np.nan, agreement > _SHOWS * best).astype(np.float32)
     return GroundSight(np.array([x[0], y[0]]), cell, z, sees, np.array([view.centre for view in views]))

@@ -176,7 +176,13 @@ def drape(view: View, nodes: np.ndarray, shape: tuple[int, int], k: int) -> np.n
 def agreement_of(stack: list[np.ndarray]) -> np.ndarray:
     """How much each of V draped photos, (H, W, 3) uint8, shows what others show: (V, H / 8, W / 8) float32, the mean
     excess of its correlations with those that show the place over the least that counts."""
-    half = [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in stack]
+    return agreement_of_halves(
+        [cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for image in stack]
+    )
+
+
+def agreement_of_halves(half: list[np.ndarray]) -> np.ndarray:
+    """The same of photos draped at half the size, (H / 2, W / 2, 3) uint8."""
     grey = np.array([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in half])
     step, rim = STEP_PX // 2, _WINDOW // 2
     grey = np.pad(grey, ((0, 0), (rim, rim), (rim, rim)))
@@ -185,7 +191,7 @@ def agreement_of(stack: list[np.ndarray]) -> np.ndarray:
 
     def along(row: int) -> np.ndarray:
         """(V, columns) of one row."""
-        piece = np.moveaxis(windows[:, row], 0, 1).reshape(windows.shape[2], len(stack), -1).astype(np.float32)
+        piece = np.moveaxis(windows[:, row], 0, 1).reshape(windows.shape[2], len(half), -1).astype(np.float32)
         hidden = (piece == 0).any(axis=2)
         piece -= piece.mean(axis=2, keepdims=True)
         piece /= np.sqrt((piece**2).sum(axis=2, keepdims=True) + _MIN_VARIANCE * _WINDOW**2)
