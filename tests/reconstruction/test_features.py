@@ -6,7 +6,7 @@ import pytest
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction.matching import most_alike
+from treedgs_geo.reconstruction.matching import similar_pairs
 from treedgs_geo.reconstruction.predicted_points import Features, kinds, one_to_one, search, squares
 from treedgs_geo.reconstruction.sift import PARTS, SMALL_PHOTO_PX, FeatureStore, PhotoFeatures, extract, features_of
 
@@ -70,12 +70,12 @@ def test_bright_and_dark_spots_have_their_sign():
         assert own.any() and (found.bright[own] == bright).all()
 
 
-def test_photos_of_one_scene_are_the_most_alike_and_the_largest_features_come_last():
+def test_photos_of_one_scene_are_the_similar_pairs_and_the_largest_features_come_last():
     scenes = [texture(1000, 600, seed) for seed in (1, 2)]
     photos = [features_of(scenes[k % 2][20 * k :, 30 * k :][:400, :640], 3000) for k in range(8)]
     pairs = np.column_stack(np.triu_indices(8, 1))
     for threads in (1, 3):
-        kept = most_alike(FeatureStore(photos), pairs, 3, threads)
+        kept = similar_pairs(FeatureStore(photos), pairs, 3, threads)
         assert np.array_equal(kept, pairs[np.diff(pairs)[:, 0] % 2 == 0])
     image = np.full((200, 300), 120, np.uint8)
     cv2.circle(image, (80, 100), 12, 220, -1)

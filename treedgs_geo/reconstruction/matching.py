@@ -61,7 +61,7 @@ def match_all(
     _write(database, store, names, lens, geometries)
 
 
-def most_alike(store: FeatureStore, pairs: np.ndarray, neighbours: int, threads: int) -> np.ndarray:
+def similar_pairs(store: FeatureStore, pairs: np.ndarray, neighbours: int, threads: int) -> np.ndarray:
     """Those of the pairs (K, 2) that are, for one of their photos, among so many whose features of the largest scale
     match most (Wu 2013, "Towards linear-time incremental structure from motion", preemptive matching)."""
     first = [each[-FIRST_FEATURES:] for each in store.descriptors]

@@ -22,7 +22,7 @@ from .covariance import posterior_of
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided, match_together
 from .incremental_block import Joined, from_gimbal, join_photos
-from .matching import match_all, most_alike
+from .matching import match_all, similar_pairs
 from .options import CONFIRMED_SHARE, ReconstructOptions
 from .pairs import select_pairs
 from .prior_knowledge import Survey
@@ -220,7 +220,7 @@ def at_level(
                 match_guided(store, pairs, guide, options.seed, work.threads, reporter)
                 guide = _as_stored(store, pairs, guide, work, reporter)
         else:
-            pairs = most_alike(store, pairs, level.neighbours, work.threads)
+            pairs = similar_pairs(store, pairs, level.neighbours, work.threads)
             match_all(store, stations.names, pairs, camera, database, options.seed, work.threads, reporter)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):

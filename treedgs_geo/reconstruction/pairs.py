@@ -39,7 +39,7 @@ def select_pairs(
     """(P, 2) pairs i < j worth matching.
 
     Every photo gets its nearest ``neighbours``, near in a mixture of footprint distance and viewing direction; few
-    photos, and those without a position, are paired with all others (:func:`.matching.most_alike` chooses of these).
+    photos, and those without a position, are paired with all others (:func:`.matching.similar_pairs` chooses of these).
 
     Args:
         xyz: (N, 3) local metres, NaN unknown. rotations: (N, 3, 3) world -> camera, NaN unknown. ground_z: NaN unknown.
