@@ -61,8 +61,8 @@ def rendered_width(world: World, stem: PlantedStem, s_m: float) -> float:
 def scanned_table(
     scan: ScannedForest, stems: list[PlantedStem], world: World
 ) -> tuple[list[dict[str, Any]], dict[str, list], list[list[float]]]:
-    """As :func:`.truth.stem_table`, from the rings measured in the scan. Its other stems (not :func:`.scanned.is_true`) stand
-    with the saplings: they are no truth, and nothing false either."""
+    """As :func:`.truth.stem_table`, from the rings measured in the scan. Its other stems (not :func:`.scanned.is_true`)
+    stand with the saplings: they are no truth, and nothing false either."""
     trees, rows = {tree.tree_id: tree for tree in scan.trees}, []
     for index, stem in enumerate(stems):
         tree = trees[int(stem.tree_id[1:].split("_")[0])]
