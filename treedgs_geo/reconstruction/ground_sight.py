@@ -1,8 +1,8 @@
 """Through which places above the ground photos see the ground: nothing stands there.
 
 Photos are draped on the ground. What most of those that can see a place of it show alike is the ground
-(:func:`.orthophoto.agreement_of`); a photo that shows it looks through air all the way, one that shows something else
-there looks at something that stands on the way. Crowns that move in wind hide the ground all the same.
+(:func:`.orthophoto.agreement_of_halves`); a photo that shows it looks through air all the way, one that shows something
+else there looks at something that stands on the way. Crowns that move in wind hide the ground all the same.
 """
 
 from __future__ import annotations

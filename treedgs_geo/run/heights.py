@@ -79,11 +79,11 @@ def find_heights(
             continue
         with reporter.stage("canopy", number / len(pieces), (number + 0.9) / len(pieces)):
             volume = canopy_over(site, views, box, highest_m, reporter)
-            sight = ground_sight(views, site.ground, box, _SIGHT_M)
         surfaces.append((volume.x, volume.y, surface_of(volume)))
-        levels = volume.levels_m
-        profiled.append(profiles(volume, sight, foot[own], slopes[own]))
-        numbers += own
+        if own:
+            levels, sight = volume.levels_m, ground_sight(views, site.ground, box, _SIGHT_M)
+            profiled.append(profiles(volume, sight, foot[own], slopes[own]))
+            numbers += own
     if raster is not None:
         _write(raster, surfaces, site)
     if not numbers:
