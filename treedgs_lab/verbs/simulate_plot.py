@@ -28,9 +28,9 @@ COMMAND = Command(
         "crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the "
         "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
         "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
-        "a flight plan would measure; --from-cloud photographs a terrestrial scan instead. Real photos are harder than "
-        "the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and "
-        "odd stands are options of treedgs simulate-plot, which its own help lists."
+        "a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a "
+        "real lens and sensor, grid flights over several plots and odd stands are options of treedgs simulate-plot, "
+        "which its own help lists."
     ),
     settings=SimulateOptions,
     run=run,
