@@ -24,7 +24,7 @@ _PIXEL_M, _CELL_PX = 0.1, STEP_PX // 2
 _SHOWS = 0.5
 #: A crown, dense to bare, lets through one of these shares of the rays that air does; no share is surer than this.
 THROUGH, _MIN_SHARE = np.array([0.1, 0.25, 0.5, 0.75]), 0.03
-#: Photos from side by side tell the same: what each counts for.
+#: Photos from side by side tell the same: what each counts for (of 0.2 to 1 the least error, 19 simulated plots).
 _WORTH = 0.6
 
 
