@@ -137,8 +137,8 @@ class PhotosToDbhSettings(PhotoInputs):
     stem_network: str = param(
         "auto",
         help="A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how "
-        "wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, "
-        "which pixels show stems; off = nothing.",
+        "wide stems of low confidence are and, where a sample of the photos shows it stems that edges missed, as in "
+        "dense stands, which pixels show stems; off = nothing.",
         choices=("auto", "off"),
     )
     #: Of every random choice; of the library only.

@@ -1948,8 +1948,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammnetz</translation>
     </message>
     <message>
-      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, which pixels show stems; off = nothing.</source>
-      <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt: auto = welche gemessenen Stämme unter Efeu stehen, wie dick Stämme mit geringer Sicherheit sind und, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen, welche Pixel Stämme zeigen; off = nichts.</translation>
+      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where a sample of the photos shows it stems that edges missed, as in dense stands, which pixels show stems; off = nothing.</source>
+      <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt: auto = welche gemessenen Stämme unter Efeu stehen, wie dick Stämme mit geringer Sicherheit sind und, wo es in einer Stichprobe der Fotos Stämme sieht, die die Kanten nicht zeigten, wie in dichten Beständen, welche Pixel Stämme zeigen; off = nichts.</translation>
     </message>
     <message>
       <source>tree layer (file)</source>

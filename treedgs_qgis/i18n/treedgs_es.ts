@@ -1946,8 +1946,8 @@ cero.&lt;/p&gt;
       <translation>Red de troncos</translation>
     </message>
     <message>
-      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where too many stems are not certain without it, as in dense stands, which pixels show stems; off = nothing.</source>
-      <translation>Se pregunta a una pequeña red entrenada con fotos simuladas: auto = qué fustes medidos están bajo hiedra, qué grosor tienen los fustes de baja confianza y, donde sin ella demasiados fustes son inciertos, como en rodales densos, qué píxeles muestran fustes; off = nada.</translation>
+      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where a sample of the photos shows it stems that edges missed, as in dense stands, which pixels show stems; off = nothing.</source>
+      <translation>Se pregunta a una pequeña red entrenada con fotos simuladas: auto = qué fustes medidos están bajo hiedra, qué grosor tienen los fustes de baja confianza y, donde en una muestra de las fotos ve fustes que los bordes no dieron, como en rodales densos, qué píxeles muestran fustes; off = nada.</translation>
     </message>
     <message>
       <source>tree layer (file)</source>

@@ -17,9 +17,9 @@ from treedgs_geo.stems.photos.network.pieces import About, of_all_photos, piece_
 from treedgs_geo.stems.photos.network.silhouettes import cut_bark
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
-from treedgs_geo.stems.photos.search_steps import grids_of, photos_of
+from treedgs_geo.stems.photos.search_steps import TileSearch, grids_of, photos_of, stems_missed
 from treedgs_geo.stems.photos.tiles import split
-from treedgs_geo.stems.photos.tuned import AMBIGUOUS_SE
+from treedgs_geo.stems.photos.tuned import AMBIGUOUS_SE, SAMPLED
 from treedgs_lab.benchmarks.plot import site_of
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
@@ -31,13 +31,18 @@ def scene(tmp_path_factory):
     simulate_plot(SimulateSettings(output=plot, preset="micro", lidar_density_m2=0.0, bark_variety=True, seed=14))
     site = site_of(plot)
     views, ground, area = site.views, site.ground, site.area
-    options = PhotoStemOptions(most_asked=0, enough_certain=0.0, min_seen=0.0)
+    options = PhotoStemOptions(most_asked=0, stem_network="low-confidence")
     searched = search_photos(views, ground, area, options)
     tile, _ = split(area, options.margin_m)[0]
     grid, stack = photos_of(views, ground, tile, options, Reporter())
     fitter = searched.looks[0].fitter(stack, grid, tile, PhotoStemOptions())
     return SimpleNamespace(
-        fits=searched.fits, fitter=fitter, stack=stack, plumbs=grids_of(stack, grid, tile, options), tile=tile
+        site=site,
+        fits=searched.fits,
+        fitter=fitter,
+        stack=stack,
+        plumbs=grids_of(stack, grid, tile, options),
+        tile=tile,
     )
 
 
@@ -55,7 +60,7 @@ def test_the_pieces_of_a_stem_say_what_the_whole_maps_say(scene):
     assert len(pieces) > 5 and all(piece.size % 64 == 0 for piece in pieces)
     bark = [bark for (bark,) in piece_odds(pieces, scene.stack, scene.plumbs, ("stem",))]
     part = cut_bark(of_all_photos(pieces, bark, scene.stack), axis, BREAST.silhouette)
-    whole = cut_bark(network_maps(scene.stack, scene.plumbs)[0], axis, BREAST.silhouette)
+    whole = cut_bark(network_maps(scene.stack, scene.plumbs, range(len(scene.stack)), {})[0], axis, BREAST.silhouette)
     shown = ~part.blind & ~whole.blind
     assert shown.sum() > 5 and part.total.shape == whole.total.shape
     # A photo without a piece shows nothing.
@@ -66,6 +71,23 @@ def test_the_pieces_of_a_stem_say_what_the_whole_maps_say(scene):
     assert np.abs(part.total[shown] - whole.total[shown]).mean() < 0.02 * width
     shape = np.array([0.0, 0.0, 0.0, 0.0, next(fit.r0 for fit in scene.fits if fit.axis is axis)])
     assert part.contrast(shape) == pytest.approx(whole.contrast(shape), rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_sample_of_the_photos_shows_the_network_what_edges_missed(scene):
+    options = PhotoStemOptions()
+    tile, box = split(scene.site.area, options.margin_m)[0]
+    search = TileSearch(scene.site.views, scene.site.ground, scene.site.area, tile, box, options, Reporter())
+    search.stack, search.grid, search.plumbs = scene.stack, scene.fitter.ground, scene.plumbs
+    search.fits = scene.fits
+    known = stems_missed(search)
+    assert len(search.shown) == min(SAMPLED, len(scene.stack))
+    found = [fit for fit in scene.fits if fit.flag == "ok"]
+    search.fits = [fit for fit in scene.fits if fit is not found[0]]
+    assert stems_missed(search) == known + 1
+    # What is too thin to be measured is not missed.
+    search.fits.append(with_changes(found[0], flag="reject", reasons=("too_small",)))
+    assert stems_missed(search) == known
 
 
 @pytest.mark.slow

@@ -139,9 +139,9 @@ def by_opacity(found: Found) -> dict[str, float]:
 
 
 def by_surface(found: Found) -> dict[str, float]:
-    """Where no ground is seen behind it: whether what its edges enclose is bark."""
+    """Where no ground is seen behind it: whether what its edges enclose is bark. A first look weighs nothing yet."""
     shared, seen = found.shared, seen_probability(found.chosen.best.z)
-    if shared.backdrop is not None:
+    if shared.backdrop is not None or found.chosen.others is None:
         return {}
     radius = found.r0, found.fine.r1
     alike, lead = surface_likeness(shared.stack, found.axis, radius, shared.bands.fine, seen)

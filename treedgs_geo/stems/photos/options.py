@@ -27,14 +27,9 @@ class PhotoStemOptions:
     #: Sideways error of a photo's pose at a stem, px.
     offset_sd_px: float = 0.3
     #: A small network (trained on simulated photos) is asked: ``auto`` = which measured stems are under ivy, how wide
-    #: stems of low confidence are and, where too many stems are not certain without it, where all stems are; ``off`` =
-    #: nothing.
+    #: stems of low confidence are and, where a sample of the photos shows it stems that edges missed, where all stems
+    #: are; ``low-confidence`` and ``full`` = the same without a sample; ``off`` = nothing.
     stem_network: str = "auto"
-    #: Share of the seen stems that are certain by their edges, from which the network is not asked where all stems are.
-    enough_certain: float = 0.75
-    #: Nor where the stems that edges find are seen in so large a share of the photos (mean). Where the understory hides
-    #: more of them it hides others altogether: open plots 0.41 to 0.61, dense ones 0.33 to 0.35 (eleven plots).
-    min_seen: float = 0.38
     #: Stems of low confidence that the network is asked about one by one, at most; the clearest first.
     most_asked: int = 16
     #: Seed of the random places that chance is measured at.

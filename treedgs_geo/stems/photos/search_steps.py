@@ -7,18 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...core.intervals import HALF_WIDTH_SE
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
-from .deduplicate import known_rows, looked_at_twice, merge, not_swallowed, plausible
+from .deduplicate import known_rows, looked_at_twice, not_swallowed, plausible
 from .evidence.ivy import without_covered
 from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
 from .images.crops import GroundGrid, PhotoStack, load_stack
 from .images.vertical_rectification import PlumbGrid, plumb_grid
 from .low_confidence import settled_by_network
-from .network.inference import network_maps
+from .network.inference import OddsMaps, PhotoOdds, network_maps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed, edge_seeds
 from .propose.network_seeds import network_seeds
@@ -26,7 +25,7 @@ from .propose.space_carving import carved_seeds, hidden_ground, searched
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
-from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
+from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SAMPLED, SECOND_M
 from .upper_stem import carried_down
 
 
@@ -50,7 +49,7 @@ class TileSearch:
     #: Fits of stems that an earlier search found.
     earlier: list[PhotoFit] = field(default_factory=list)
 
-    #: What the network is asked in the end: ``off``, ``low-confidence`` or ``full``.
+    #: What the network is asked: as the options say, in the end ``off``, ``low-confidence`` or ``full``.
     network: str = ""
     rng: np.random.Generator = field(init=False)
     grid: GroundGrid = field(init=False)
@@ -62,6 +61,8 @@ class TileSearch:
     places: np.ndarray = field(init=False)
     fitter: Fitter = field(init=False)
     fits: list[PhotoFit] = field(default_factory=list)
+    #: What the network saw, by the photo's index.
+    shown: dict[int, PhotoOdds] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.network, self.rng = self.options.stem_network, np.random.default_rng(self.options.seed)
@@ -93,15 +94,15 @@ def calibrate(search: TileSearch) -> None:
 
 
 def fit_by_edges(search: TileSearch) -> None:
-    """Stems by their edges; how many are certain says what the network is asked."""
+    """Stems by their edges; whether they missed some says what the network is asked."""
     search.fits = fits_of_edges(search.fitter, [], search.edges, search.reporter)
-    if search.network != "off":
+    if search.network == "auto":
         search.network = _asked(search)
 
 
 def fit_with_network(search: TileSearch) -> None:
     """Stems where the network sees them, and their widths by its silhouettes."""
-    by_edges, (bark, either) = search.fits, network_maps(search.stack, search.plumbs)
+    by_edges, (bark, either) = search.fits, shown_to_network(search)
     seen = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
     free = away_from(seen, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(replace(search.fitter, shown=bark), free)
@@ -155,37 +156,33 @@ def recall(search: TileSearch, learnt: Look) -> None:
     """In place of votes and calibration: what an earlier search of the piece learnt."""
     search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
     search.network = learnt.network
-    shown = network_maps(search.stack, search.plumbs)[0] if learnt.network == "full" else None
+    shown = shown_to_network(search)[0] if learnt.network == "full" else None
     search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options, shown)
 
 
-def certain_stems(fits: list[PhotoFit], area: Area, min_dbh_cm: float) -> tuple[int, int]:
-    """How many stems in an area are ``ok``, and how many are seen, one entry a stem; those whose whole interval lies
-    below ``min_dbh_cm`` count as certain."""
-    places = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
-    within = merge([fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside])
-    thin = [fit.dbh_cm + HALF_WIDTH_SE * fit.se_cm < min_dbh_cm for fit in within]
-    return sum(fit.flag == "ok" or small for fit, small in zip(within, thin, strict=True)), len(within)
+def shown_to_network(search: TileSearch, photos: int | None = None) -> tuple[OddsMaps, OddsMaps]:
+    """What the network sees in so many photos, spread over all; ``None``: in all."""
+    count = len(search.stack)
+    views = np.unique(np.linspace(0, count - 1, min(photos or count, count)).round().astype(int)).tolist()
+    return network_maps(search.stack, search.plumbs, views, search.shown)
 
 
-def why_network(fits: list[PhotoFit], area: Area, options: PhotoStemOptions) -> str:
-    """Why the network is asked for stems as well on a piece of ground whose edges gave these fits; empty: it is not."""
-    certain, seen = certain_stems(fits, area, options.min_dbh_cm)
-    # Photos that look elsewhere hide nothing: their probability is zero.
-    shown = [float(fit.seen[fit.seen > 0].mean()) for fit in fits if fit.measured]
-    if shown and np.mean(shown) < options.min_seen:
-        return f"the stems that edges find are hidden in {100 - 100 * np.mean(shown):.0f} % of the photos"
-    if certain < options.enough_certain * seen:
-        return f"{certain} of {seen} stems are certain by their edges"
-    return ""
+def stems_missed(search: TileSearch) -> int:
+    """How many stems the network sees for certain in a sample of the photos where edges gave none: where the understory
+    hides stems from most photos, those that edges find are certain and yet few."""
+    either = shown_to_network(search, SAMPLED)[1]
+    rng = np.random.default_rng(search.options.seed)
+    seen = network_seeds(either, search.grid, search.tile, search.box, search.options, rng)
+    known = np.array([fit.axis.p for fit in search.fits if fit.measured or "too_small" in fit.reasons]).reshape(-1, 2)
+    return sum(seed.sure and (np.hypot(*(known - (seed.x, seed.y)).T) > SECOND_M).all() for seed in seen)
 
 
 def _asked(search: TileSearch) -> str:
     """What the network is asked on a piece of ground that was searched by edges; it learnt stems before the ground."""
-    why = why_network(search.fits, search.tile, search.options)
-    if not why or search.fitter.backdrop is None:
+    missed = stems_missed(search) if search.fitter.backdrop is not None else 0
+    if not missed:
         return "low-confidence"
-    search.reporter.info(f"The network is asked for stems as well: {why}.")
+    search.reporter.info(f"The network is asked for stems as well: it sees {missed} that edges did not give.")
     return "full"
 
 

@@ -85,8 +85,8 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     radius, views, ground = job["radius"] * plot.radius_m, plot.views(), plot.dtm.local(plot.frame).height
     area, seconds, count = Area.circle(0.0, 0.0, radius), list[float](), 0
     used = min(job["views"], len(views))
-    for enough in (0.0, np.inf):
-        options = PhotoStemOptions(max_views=used, most_asked=0, enough_certain=enough)
+    for network in ("low-confidence", "full"):
+        options = PhotoStemOptions(max_views=used, most_asked=0, stem_network=network)
         began = time.perf_counter()
         count = len(search_photos(views, ground, area, options).fits)
         seconds.append(time.perf_counter() - began)

@@ -8,6 +8,7 @@ is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is nee
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -151,16 +152,28 @@ def network_scores(image: np.ndarray) -> np.ndarray:
     return network.forward()[0]
 
 
-def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> tuple[OddsMaps, OddsMaps]:
-    """What the network sees in every photo of a stack, on the grids of its photos: bark, and bark or ivy."""
-    shown: dict[tuple[str, ...], list[np.ndarray]] = {("stem",): [], ("stem", "ivy"): []}
-    for view, plumb in enumerate(plumbs):
-        colour, good = plumb_colours(stack.arrays, view, plumb)
-        scores = network_scores(normalised(colour, good))
-        for wanted, maps in shown.items():
-            maps.append(quantised(class_odds(scores, *wanted), good))
-    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
-    bark, either = (together(maps, grid, stack.centre) for maps in shown.values())
+#: Log odds of one photo as :func:`quantised` gives them: of bark, and of bark or ivy.
+PhotoOdds = tuple[np.ndarray, np.ndarray]
+
+
+def photo_odds(stack: PhotoStack, view: int, plumb: PlumbGrid) -> PhotoOdds:
+    """What the network sees in one photo of a stack, on its grid."""
+    colour, good = plumb_colours(stack.arrays, view, plumb)
+    scores = network_scores(normalised(colour, good))
+    return quantised(class_odds(scores, "stem"), good), quantised(class_odds(scores, "stem", "ivy"), good)
+
+
+def network_maps(
+    stack: PhotoStack, plumbs: list[PlumbGrid], views: Sequence[int], known: dict[int, PhotoOdds]
+) -> tuple[OddsMaps, OddsMaps]:
+    """What the network sees in some photos of a stack, by their indices, on their grids: bark, and bark or ivy. known:
+    photos that it was shown before; the others are added."""
+    for view in views:
+        if view not in known:
+            known[view] = photo_odds(stack, view, plumbs[view])
+    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in (plumbs[view] for view in views)], float)
+    place = grid.reshape(-1, 4), stack.centre[list(views)]
+    bark, either = (together([known[view][kind] for view in views], *place) for kind in (0, 1))
     return bark, either
 
 
