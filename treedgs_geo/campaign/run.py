@@ -79,7 +79,6 @@ def capacity_of(settings: CampaignSettings) -> Capacity:
         settings.workers or max(1, cores() // settings.threads),
         settings.memory_gb or max(MEMORY_SHARE * free_memory() / 1e9, 0.3),
         settings.threads,
-        settings.time_limit_min,
     )
 
 

@@ -140,8 +140,8 @@ def _options(settings: Any, trees: TreeList) -> ValueOptions:
 def _read_trees(settings: Any) -> TreeList:
     crs = project_crs(settings.crs) if settings.crs else None
     if settings.trees is None:
-        return from_tally(settings.field, settings, settings.height_unit)
-    tally = read_tally(settings.field, settings, settings.height_unit) if settings.field is not None else None
+        return from_tally(settings.field, settings)
+    tally = read_tally(settings.field, settings) if settings.field is not None else None
     return on_the_map(measured_trees(settings.trees, crs, settings.pairs, tally), settings.trees, crs)
 
 

@@ -216,13 +216,13 @@ def _more_columns(path: Path, trees: pd.DataFrame) -> None:
             trees[name] = numbers(path, table, name).to_numpy()
 
 
-def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeList:
+def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     """The crew's own tally as the tree list.
 
     Raises:
         InputError: as :func:`read_tally`.
     """
-    table = read_tally(path, protocol, height_unit)
+    table = read_tally(path, protocol)
     trees = pd.DataFrame({name: table.get(name) for name in COLUMNS})
     for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
@@ -239,7 +239,7 @@ def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeLis
     return found
 
 
-def read_tally(path: Path, protocol: FieldProtocol, height_unit: str = "auto") -> pd.DataFrame:
+def read_tally(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
     """The field table as :func:`~treedgs_geo.inventory.field_trees.read_field_trees` reads it, with ``height_m``.
 
     A table without positions (no bearing and distance, no coordinates) is read too: it needs a DBH column.
@@ -248,7 +248,7 @@ def read_tally(path: Path, protocol: FieldProtocol, height_unit: str = "auto") -
         InputError: file, line, what was found and what was expected.
     """
     placed = bool(columns(read_table(path), "azimuth", "distance", "easting"))
-    return read_field_trees(path, protocol, height_unit, placed)
+    return read_field_trees(path, protocol, heights=True, placed=placed)
 
 
 def settle_status(found: TreeList) -> None:

@@ -46,8 +46,7 @@ def run_stability(output: Path, chosen: StabilityChoice, budget_min: float, repo
     ensure_writable(output / "stability.json")
     cases = chosen.cases()
     with reporter.stage("cases", 0.0, 0.97):
-        budget = 60 * budget_min if budget_min else float("inf")
-        records = list(run_cases(cases, output, reporter, budget))
+        records = list(run_cases(cases, output, reporter, 60 * budget_min))
     if len(records) < len(cases):
         reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time); run again to go on.")
     return {
@@ -61,7 +60,7 @@ def run_stability(output: Path, chosen: StabilityChoice, budget_min: float, repo
 def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str, Any]:
     """Tables, pictures and page of the records; wanted: cases that there should be."""
     if not records:
-        raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
+        raise TreeDGSError("No case was run, so there is nothing to report; leave --quick out.")
     table = report.tree_rows(records)
     levels = report.by_level(table)
     claim = report.verdict(table)
