@@ -12,12 +12,12 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.report.html import write_html
 from treedgs_geo.run.presets import CHAIN_PRESETS
-from treedgs_lab.benchmarks.markdown import markdown
+from treedgs_lab.benchmarks.records import markdown
 from treedgs_lab.benchmarks.speed import configurations as chart
 from treedgs_lab.benchmarks.speed import cost, pictures
+from treedgs_lab.benchmarks.speed.configurations import CONFIGS, SFM
 from treedgs_lab.benchmarks.speed.cost import PAPER, fit_power, predict, split_reducing
 from treedgs_lab.benchmarks.speed.cost_jobs import run_stems_cost
-from treedgs_lab.benchmarks.speed.ladder import CONFIGS, SFM
 from treedgs_lab.verbs.benchmark import BenchmarkSettings, run
 
 FACTS = {

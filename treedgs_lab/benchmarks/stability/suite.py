@@ -14,7 +14,7 @@ from treedgs_geo.report.charts import write_chart
 from treedgs_geo.report.html import write_html
 
 from ..records import machine, rows_of, write_markdown, write_table
-from . import factor_report, report
+from . import report
 from .cases import METHODS, Case, all_cases, run_cases
 from .factors import FACTORS
 
@@ -64,7 +64,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     table = report.tree_rows(records)
     levels = report.by_level(table)
     claim = report.verdict(table)
-    factors = factor_report.by_factor(table)
+    factors = report.by_factor(table)
     codes = sorted({record["code"] for record in records})
     facts = {
         "machine": machine(),
@@ -81,7 +81,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         output / "stability.json",
         {**facts, "verdict": claim, "lies": rows_of(wrong), "levels": rows_of(levels)},
     )
-    said = [*report.report_blocks(table, levels, facts), factor_report.factor_table(factors)]
+    said = [*report.report_blocks(table, levels, facts), report.factor_table(factors)]
     write_markdown(output / "stability.md", said)
     curves = write_chart(output, "stability-curves", report.draw_curves(levels)).data
     write_html(output / "stability.html", report.document(said, curves))
