@@ -11,8 +11,7 @@ from treedgs_geo.core.errors import InputError, TreeDGSError
 from treedgs_lab.benchmarks import records
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.stability.cases import Case, all_cases, photo_trees, run_cases
-from treedgs_lab.benchmarks.stability.factor_type import CLOUD, Factor
-from treedgs_lab.benchmarks.stability.factors import factor
+from treedgs_lab.benchmarks.stability.factors import CLOUD, Factor, factor
 from treedgs_lab.benchmarks.stability.report import (
     ALL,
     UNTROUBLED,

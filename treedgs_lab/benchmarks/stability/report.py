@@ -13,8 +13,7 @@ from treedgs_geo.core.intervals import LEVEL
 from treedgs_geo.report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table, known
 from treedgs_geo.report.charts import BLUE, VERMILION, new_chart
 
-from .factor_type import Factor
-from .factors import FACTORS
+from .factors import FACTORS, Factor
 
 #: An accepted tree farther off than this, or than so many of its stated errors, is a lie.
 LIE_CM, LIE_SE = 2.0, 3.0

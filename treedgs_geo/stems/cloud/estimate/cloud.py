@@ -30,8 +30,7 @@ from .options import MeasureOptions
 from .passes import Passes, fit_passes
 from .published import by_cylinder, by_filling, by_the_paper
 from .scans import Scanned, fitted_together
-from .stem import measure_points
-from .stem_measure import StemMeasure, refuse
+from .stem import StemMeasure, measure_points, refuse
 from .track import SensorTrack
 
 #: A stem's points beyond this many add nothing but time.

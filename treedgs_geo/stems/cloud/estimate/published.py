@@ -23,7 +23,7 @@ from ...quality.limits import judge
 from ...quality.priors import USUAL_TAPER_CM_M
 from .frames import TreeFrame
 from .options import MeasureOptions
-from .stem_measure import StemMeasure, refuse
+from .stem import StemMeasure, refuse
 
 
 @dataclass(frozen=True)
