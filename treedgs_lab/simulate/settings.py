@@ -14,8 +14,7 @@ from typing import Any
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.settings import param, params_of
 
-from .declare import count, flag, number
-from .options import CameraSettings, GridSettings, WeatherSettings
+from .options import CameraSettings, GridSettings, WeatherSettings, count, flag, number
 from .trouble import TroubleSettings
 
 

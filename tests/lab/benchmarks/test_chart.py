@@ -17,7 +17,7 @@ from treedgs_lab.benchmarks.speed import configurations as chart
 from treedgs_lab.benchmarks.speed import cost, pictures
 from treedgs_lab.benchmarks.speed.configurations import CONFIGS, SFM
 from treedgs_lab.benchmarks.speed.cost import PAPER, fit_power, predict, split_reducing
-from treedgs_lab.benchmarks.speed.cost_jobs import run_stems_cost
+from treedgs_lab.benchmarks.speed.jobs import run_stems_cost
 from treedgs_lab.verbs.benchmark import BenchmarkSettings, run
 
 FACTS = {

@@ -81,7 +81,7 @@ def run_cost(output: Path, plots: Path | None, reporter: Reporter) -> dict[str, 
 
 
 def _runs(plot: Path, more: list[Path]) -> dict[str, dict[str, Any]]:
-    """Jobs of :mod:`.cost_jobs` by name, small ones first: sizes of each kind of work on ``plot``, and the
+    """Jobs of :mod:`.jobs` by name, small ones first: sizes of each kind of work on ``plot``, and the
     reconstruction of ``more`` plots."""
     runs: dict[str, dict[str, Any]] = {}
     for share, scale in ((0.35, 1.0), (0.6, 1.0), (1.0, 1.0), (0.5, 0.6)):
