@@ -1,7 +1,7 @@
 """One measured piece of work in a process of its own: its seconds and its peak memory are nobody else's.
 
-Called as ``python -m treedgs_lab.benchmarks.speed.jobs JOB.json RESULT.json`` (:func:`.processes.run_job`). What a piece
-of work costs: seconds of its stages, what they grow with (:data:`.cost.GROWTH`), and facts of the piece.
+Called as ``python -m treedgs_lab.benchmarks.speed.jobs JOB.json RESULT.json`` (:func:`.processes.run_job`). What a
+piece of work costs: seconds of its stages, what they grow with (:data:`.cost.GROWTH`), and facts of the piece.
 """
 
 from __future__ import annotations
