@@ -1,5 +1,5 @@
-"""The trees of a stand table: from a tree layer (with what the field crew knows of them), or from a field tally; what the
-crew knows of measured trees, by the pairs layer: species, status, heights, and who is no tree."""
+"""The trees of a stand table: from a tree layer (with what the field crew knows of them), or from a field tally; what
+the crew knows of measured trees, by the pairs layer: species, status, heights, and who is no tree."""
 
 from __future__ import annotations
 
