@@ -13,7 +13,7 @@ from PIL import Image
 
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.gpstime import WEEK_S, utc_to_gps
-from treedgs_lab.simulate.photo_files import write_jpeg
+from treedgs_lab.simulate.photographs import write_jpeg
 
 START_UTC = float(calendar.timegm((2026, 3, 12, 15, 15, 0)))
 CRS = "EPSG:6344"

@@ -65,7 +65,6 @@ _LABELS = {
     "missing": "Stems without a DBH",
     "to": "Distances reach to",
     "distance": "Distances were taken",
-    "by": "Decided by",
     "weights": "Reliability of points",
     "against": "Pairs of another method",
     "at": "Only at these points of a finished run",

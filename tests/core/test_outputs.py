@@ -30,7 +30,7 @@ def cloud(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def layer(tmp_path_factory, cloud) -> Path:
     made = tmp_path_factory.mktemp("layer") / "trees.gpkg"
-    words = ["--input", str(cloud), "--output", str(made), "--stems-output", str(made.with_name("stems.laz"))]
+    words = ["--input", str(cloud), "--output", str(made)]
     words += ["--report", str(made.with_name("page.html")), "--sheets", "none", "--log-format", "quiet"]
     assert main(["pointcloud-to-dbh", *words]) == 0
     return made
@@ -54,7 +54,6 @@ def own(tmp_path, cloud) -> Path:
 @pytest.mark.parametrize(
     ("verb", "source", "target"),
     [
-        ("pointcloud-to-dbh", "--input", "--stems-output"),
         ("segment-stems", "--input", "--output"),
         ("terrain", "--input", "--ground-points"),
     ],
@@ -67,7 +66,7 @@ def test_an_output_is_never_an_input(own, capsys, link, verb, source, target):
         os.link(own / "own.laz", second)
     else:
         second = own / "own.laz" if link == "itself" else own / ".." / own.name / "own.laz"
-    other = {"pointcloud-to-dbh": ["--output", own / "t.gpkg"], "terrain": ["--output", own / "t.tif"]}.get(verb, [])
+    other = ["--output", own / "t.tif"] if verb == "terrain" else []
     code, said = heard_of(capsys, verb, source, own / "own.laz", target, second, "--overwrite", *other)
     assert code == 2 and f"is what {source} names" in said and target in said
     assert (own / "own.laz").read_bytes() == before and not (own / "t.gpkg").exists()
@@ -106,18 +105,20 @@ def test_outputs_that_are_each_other(tmp_path):
 
 @pytest.mark.parametrize("given", ["t.gpkg", "t.csv", "t.shp", "t.geojson", "page.html", "stems.laz"])
 def test_a_file_of_somebody_else_stays(own, capsys, given):
-    option = {".html": "--report", ".laz": "--stems-output"}.get(Path(given).suffix, "--output")
-    words = ["--input", own / "own.laz", option, own / given, "--sheets", "none"]
+    verb = "segment-stems" if given.endswith(".laz") else "pointcloud-to-dbh"
+    option = "--report" if given.endswith(".html") else "--output"
+    words = ["--input", own / "own.laz", option, own / given]
+    words += [] if verb == "segment-stems" else ["--sheets", "none"]
     words += [] if option == "--output" else ["--output", own / "trees.gpkg"]
     for content in (b"mine", b"tree_no,dbh\n1,30\n"):
         (own / given).write_bytes(content)
-        code, said = heard_of(capsys, "pointcloud-to-dbh", *words)
+        code, said = heard_of(capsys, verb, *words)
         assert code == 2 and "was not written by TreeDGS" in said and "--overwrite" in said
         assert (own / given).read_bytes() == content
-    assert heard_of(capsys, "pointcloud-to-dbh", *words, "--overwrite")[0] == 0
+    assert heard_of(capsys, verb, *words, "--overwrite")[0] == 0
     assert (own / given).read_bytes() != content
     # Our own result is replaced at once.
-    assert heard_of(capsys, "pointcloud-to-dbh", *words)[0] == 0
+    assert heard_of(capsys, verb, *words)[0] == 0
 
 
 def test_an_empty_file_is_nobodys(tmp_path):
@@ -183,7 +184,7 @@ def test_a_pipe_does_not_hang(own, capsys, name, option):
 @pytest.mark.parametrize(
     ("verb", "option", "name"),
     [
-        ("pointcloud-to-dbh", "--stems-output", "s.txt"),
+        ("segment-stems", "--output", "s.txt"),
         ("pointcloud-to-dbh", "--report", "r.pdf"),
         ("terrain", "--ground-points", "g.csv"),
         ("terrain", "--output", "g.png"),

@@ -8,7 +8,7 @@ import pytest
 from small_flight import CRS, Flight, Listening, lines, write_photos, write_solution
 
 from treedgs_geo.geotags import Stations, read_stations
-from treedgs_geo.geotags.timing import along_velocity, find_shift
+from treedgs_geo.geotags.exposures import along_velocity, find_shift
 
 
 def _later(pos: Path, seconds: float) -> None:

@@ -69,9 +69,9 @@ def test_slope_face_feet_and_inches(tmp_path):
 @pytest.mark.parametrize(
     ("text", "protocol", "message"),
     [
-        (HEAD + "a,1,370,5,20\n", {}, "line 2: bearing 370.*--azimuth-unit gon"),
-        (HEAD + "a,1,40,5,20\na,2,3200,5,20\n", {}, "line 3: bearing 3200.*--azimuth-unit mil"),
-        (HEAD + "a,1,401,5,20\n", {"azimuth_unit": "gon"}, "line 2: bearing 401, expected 0 to 400 gon"),
+        (HEAD + "a,1,370,5,20\n", {}, "line 2: bearing 370.*name the column azimuth_gon"),
+        (HEAD + "a,1,40,5,20\na,2,3200,5,20\n", {}, "line 3: bearing 3200.*name the column azimuth_mil"),
+        (HEAD.replace("_deg", "_gon") + "a,1,401,5,20\n", {}, "line 2: bearing 401, expected 0 to 400 gon"),
         (HEAD + "a,1,-5,5,20\n", {}, "line 2: bearing -5, expected 0 to 360 degrees; correct it"),
         (HEAD + "a,1,,5,20\na,2,x,5,20\na,3,9,5,20\n", {}, "line 2: azimuth_deg is empty.*2 of 3 rows"),
         (HEAD + "a,1,10,5,312\na,2,20,5,290\n", {}, "290 to 312 cm"),
@@ -188,15 +188,11 @@ def test_what_the_crew_would_measure_leads_back_to_the_tree(bearing, level, decl
 
 
 @pytest.mark.parametrize(("unit", "circle"), [("deg", 360), ("gon", 400), ("mil", 6400)])
-def test_bearings_in_every_unit_by_name_and_by_option(tmp_path, unit, circle):
-    named = tally(tmp_path, HEAD.replace("azimuth_deg", f"Bearing_{unit}") + f"a,1,{circle / 4},10,20\n")
-    asked = tally(tmp_path, HEAD.replace("azimuth_deg", "azim") + f"a,1,{circle / 4},10,20\n", azimuth_unit=unit)
-    # The option counts before the name: a form printed for degrees was used with another compass.
-    both = tally(tmp_path, HEAD + f"a,1,{circle / 4},10,20\n", azimuth_unit=unit)
-    for trees in (named, asked, both):
-        assert trees.azimuth_deg[0] == pytest.approx(90.0)
-        east = place(trees, [PLOT], UTM, FieldProtocol(north="grid"))
-        assert east.loc[0, ["x", "y"]].tolist() == pytest.approx([PLOT.x + 10, PLOT.y])
+def test_bearings_in_every_unit(tmp_path, unit, circle):
+    trees = tally(tmp_path, HEAD.replace("azimuth_deg", f"Bearing_{unit}") + f"a,1,{circle / 4},10,20\n")
+    assert trees.azimuth_deg[0] == pytest.approx(90.0)
+    east = place(trees, [PLOT], UTM, FieldProtocol(north="grid"))
+    assert east.loc[0, ["x", "y"]].tolist() == pytest.approx([PLOT.x + 10, PLOT.y])
 
 
 def test_one_empty_bearing_leaves_out_that_row_alone(tmp_path):

@@ -323,7 +323,7 @@ def test_plots_at_the_turn_s_limit_are_reported_with_what_to_change(survey):
     # True bearings are turned by the convergence of -0.7 degrees already.
     found = float(said.split("fit clearly, at ")[1].split(".  ")[0].split(". ")[0])
     assert found == pytest.approx(14.7, abs=0.5)
-    for word in ("--north (now true", "--declination-deg (there ", "--azimuth-unit", "--rotation-deg"):
+    for word in ("--north (now true", "--declination-deg (there ", "azimuth_gon", "--rotation-deg"):
         assert word in said
     again, warnings = match(survey, north="true", rotation_deg=20.0)
     assert again["n_pairs"] == 14 and again["n_plots_at_turn_limit"] == 0

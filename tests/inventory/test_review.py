@@ -316,7 +316,7 @@ def test_two_reviews_at_once_keep_both_decisions(tmp_path):
     started = []
     for k in (2, 4):
         decisions = table(tmp_path / f"d{k}.csv", f"tree_id,decision\n{k},reject\n")
-        command = ["-m", "treedgs_geo", "review", "--trees", path, "--decisions", decisions, "--by", f"p{k}"]
+        command = ["-m", "treedgs_geo", "review", "--trees", path, "--decisions", decisions]
         started.append(subprocess.Popen([sys.executable, *map(str, command)], stdout=subprocess.DEVNULL))
     assert [process.wait() for process in started] == [0, 0]
     assert read_trees(path)["rev_flag"].notna().tolist() == [False, True, False, True, False]

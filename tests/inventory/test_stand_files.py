@@ -230,8 +230,10 @@ def test_a_real_tally(tmp_path):
         figures(tmp_path, **more)
     head = "id,quantity,species,formula,dbh_unit,result_unit,source\n"
     (tmp_path / "own.csv").write_text(head + "half,volume,*,0.45*3.14159265358979/4*D**2*H,m,m3,hand\n")
-    stand, ears = figures(tmp_path, **more, height_unit="m", equations=tmp_path / "own.csv")
     table = pd.read_csv(folder / "PRF025_field.csv")
+    table.rename(columns={"Ht": "Ht_m"}).to_csv(tmp_path / "field.csv", index=False)
+    more["field"] = tmp_path / "field.csv"
+    stand, ears = figures(tmp_path, **more, equations=tmp_path / "own.csv")
     live = table[table.Status == "L"]
     area = np.pi * 11.28**2 / 1e4
     found = stand.estimates

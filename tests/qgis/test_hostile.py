@@ -27,10 +27,10 @@ def test_a_path_of_more_than_200_characters_with_spaces_and_accents(qgis, tmp_pa
         "pointcloudtodbh",
         INPUT=folder / "nuage ñ.laz",
         OUTPUT=folder / "arbres été.gpkg",
-        STEMS_OUTPUT=folder / "troncs é.laz",
+        REPORT=folder / "page é.html",
     )
     assert done.returncode == 0, done.stdout
-    assert (folder / "arbres été.gpkg").exists() and (folder / "troncs é.laz").exists()
+    assert (folder / "arbres été.gpkg").exists() and (folder / "page é.html").exists()
     assert not [p for p in folder.iterdir() if p.name.startswith(".")]
 
 

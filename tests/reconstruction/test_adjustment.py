@@ -27,7 +27,7 @@ from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
 from treedgs_geo.reconstruction.covariance import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored
-from treedgs_geo.reconstruction.outlier_photos import leave_out, strays
+from treedgs_geo.reconstruction.incremental_block import leave_out, strays
 from treedgs_geo.reconstruction.poses import rotation_angle_deg, rotation_from_gimbal
 from treedgs_geo.reconstruction.rolling_shutter import settle_lens, settle_shutter
 from treedgs_geo.reconstruction.tracks import Block

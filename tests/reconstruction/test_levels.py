@@ -13,7 +13,7 @@ from synthetic_block import CAMERA, LENS, block_of, known_of, ring, still_sensor
 from treedgs_geo.core import steps
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction import matching_strategy, outlier_photos
+from treedgs_geo.reconstruction import incremental_block, matching_strategy
 from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.bundle import Problem
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
@@ -393,14 +393,14 @@ def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.Monkey
     known = known_of(block.centres, 0.02)
     pixels = posterior_of(adjust(block, known, LENS, final=True)).poses_px
     names, told = [f"{k}.jpg" for k in range(10)], Collector()
-    monkeypatch.setattr(outlier_photos, "LOOSE_PX", 1.1 * pixels[3])
-    assert not outlier_photos.leave_out_loose(block, pixels, names, told) and block.is_posed.all()
-    monkeypatch.setattr(outlier_photos, "LOOSE_PX", 0.9 * pixels[3])
-    monkeypatch.setattr(outlier_photos, "LOOSE_TIMES", 0.9 * pixels[3] / np.median(pixels))
-    assert outlier_photos.leave_out_loose(block, pixels, names, told)
+    monkeypatch.setattr(incremental_block, "LOOSE_PX", 1.1 * pixels[3])
+    assert not incremental_block.leave_out_loose(block, pixels, names, told) and block.is_posed.all()
+    monkeypatch.setattr(incremental_block, "LOOSE_PX", 0.9 * pixels[3])
+    monkeypatch.setattr(incremental_block, "LOOSE_TIMES", 0.9 * pixels[3] / np.median(pixels))
+    assert incremental_block.leave_out_loose(block, pixels, names, told)
     assert block.is_posed.tolist() == [k != 3 for k in range(10)]
     assert "3.jpg" in told.said[0] and 3 not in block.image
-    assert not outlier_photos.leave_out_loose(block, np.full(10, np.nan), names, told)
+    assert not incremental_block.leave_out_loose(block, np.full(10, np.nan), names, told)
 
 
 class Collector(Reporter):

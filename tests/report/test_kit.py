@@ -26,7 +26,7 @@ from treedgs_geo.report.charts import chart_png, chart_svg, new_chart
 from treedgs_geo.report.html import write_html
 from treedgs_geo.report.latex import booktabs
 from treedgs_geo.report.pdf import write_pdf
-from treedgs_lab.benchmarks.markdown import markdown
+from treedgs_lab.benchmarks.records import markdown
 
 HOSTILE = "<script>alert('x')</script>\"&|_%{{ 7 * 7 }} </td>"
 COLUMNS = [

@@ -41,7 +41,6 @@ class CampaignSettings:
         maximum=100000,
         help="memory for all plots together; 0 = what is free, less a reserve",
     )
-    time_limit_min: float = param(0.0, unit="min", minimum=0, help="end a plot that takes longer; 0 = never")
     workspace: Path = param(
         kind="output_folder",
         help="folder for the campaign; a second start does what is missing",

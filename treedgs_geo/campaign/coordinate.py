@@ -31,12 +31,11 @@ MAX_STUCK = 4
 
 @dataclass(frozen=True)
 class Capacity:
-    """plots: at once. memory_gb: for all of them together. threads: of each. time_limit_min: of each, 0 = none."""
+    """plots: at once. memory_gb: for all of them together. threads: of each."""
 
     plots: int
     memory_gb: float
     threads: int = 1
-    time_limit_min: float = 0.0
 
 
 @dataclass

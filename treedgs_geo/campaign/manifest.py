@@ -18,7 +18,7 @@ from .inputs import PlotInputs, look_at
 #: Column of the input -> verb that a row with it runs.
 ROUTES = {"photos": "photos-to-dbh", "cloud": "pointcloud-to-dbh"}
 #: Settings that the campaign gives itself.
-_OWN = {"workspace", "output", "stems_output", "input", "trees", "dry_run"}
+_OWN = {"workspace", "output", "input", "trees", "dry_run"}
 _PATHS = ("file", "folder", "files")
 #: How many rows are explained in one error.
 _MAX_REPORTED = 8

@@ -136,7 +136,6 @@ def job_of(entry: dict[str, Any], campaign: Campaign, capacity: Capacity) -> dic
         "limit_gb": capacity.memory_gb,
         "disk_gb": entry["disk_gb"],
         "threads": capacity.threads,
-        "time_limit_min": capacity.time_limit_min,
     }
 
 

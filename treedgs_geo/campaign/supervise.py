@@ -192,8 +192,6 @@ def _engine(
             f"{1000 * job['disk_gb']:.0f} MB; make room and run again",
         )
     process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG, lease.key)
-    limit_s = 60 * job["time_limit_min"] if job["time_limit_min"] else float("inf")
-    began = time.monotonic()
     started(process)
     try:
         while not process.ended(0.2):
@@ -206,9 +204,6 @@ def _engine(
                 process.stop("interrupted", str(trouble))
                 break
             process.watch_memory(job["need_gb"], job["limit_gb"])
-            if time.monotonic() - began > limit_s:
-                process.stop("timeout", f"took longer than the limit of {job['time_limit_min']:g} minutes")
-                break
     finally:
         process.kill()
     return process.ending()

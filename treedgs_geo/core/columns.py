@@ -99,12 +99,8 @@ def numbers(path: Path, table: pd.DataFrame, name: str, required: bool = False) 
     return values
 
 
-def measured(
-    path: Path, table: pd.DataFrame, key: str, column: FoundColumn | None, unit: str = "auto", option: str = ""
-) -> pd.Series:
+def measured(path: Path, table: pd.DataFrame, key: str, column: FoundColumn | None) -> pd.Series:
     """A quantity in its first unit (:data:`.column_names.QUANTITIES`), NaN where empty; all NaN without a column.
-
-    unit: what the user says by ``option``, which counts before the column's name.
 
     Raises:
         InputError: no number, outside of the quantity's bounds, or no unit.
@@ -113,10 +109,8 @@ def measured(
 
     if column is None:
         return pd.Series(np.full(len(table), np.nan), index=table.index)
-    unit = column.unit if unit == "auto" else unit
-    if not unit:
-        require(path, table, {key: column}, (), {key: option})
-    values = numbers(path, table, column.name) * QUANTITIES[key].units[unit]
+    require(path, table, {key: column}, (), {key: ""})
+    values = numbers(path, table, column.name) * QUANTITIES[key].units[column.unit]
     refuse_bounds(path, values, column.name, key)
     refuse_contradiction(path, table, key, column, values)
     return values

@@ -1,7 +1,14 @@
-"""What a photo says about itself: EXIF and DJI's XMP. Originals are only ever read."""
+"""What a photo says about itself: EXIF and XMP (DJI's ``drone-dji`` fields and Pix4D's ``Camera`` fields, which
+senseFly and others write too); and which photos are there twice. Originals are only ever read.
+
+Pix4D's angles (its article "Yaw, Pitch, Roll and Omega, Phi, Kappa angles"): pitch 0 = straight down, 90 = forward;
+yaw = where the top of the photo points, clockwise from north; turned in the order yaw, pitch, roll. senseFly's roll has
+the other sign. Some drones write DJI's pitch (-90 = straight down) under the same name.
+"""
 
 from __future__ import annotations
 
+import filecmp
 import re
 from collections import Counter
 from dataclasses import dataclass, field, replace
@@ -15,9 +22,7 @@ from ..core.files import PHOTO_SUFFIXES
 from ..core.number_cells import as_number
 from ..core.progress import Reporter
 from ..core.shown import shorten
-from .copies import find_copies
 from .gpstime import parse_datetime_unix
-from .xmp import gimbal_angles, read_xmp, uses_dji_pitch
 
 #: Pictures that are none of these; said when a folder holds nothing else.
 _OTHER_PICTURES = {".dng", ".raw", ".arw", ".cr2", ".cr3", ".nef", ".heic", ".heif", ".webp", ".jp2", ".mp4", ".mov"}
@@ -294,3 +299,122 @@ def _zone_s(text: str) -> float:
 def _sequence(stem: str) -> int:
     match = _SEQUENCE.search(stem)
     return int(match[1]) if match else -1
+
+
+#: Two pictures with the same name and time are one exposure when their thumbnails differ by less than this (median, of
+#: 255, after equal brightness and contrast); rigs of several cameras expose at one time too, and look elsewhere.
+_SAME_GREY = 6.0
+
+
+def find_copies(photos: list[Photo]) -> dict[str, str]:
+    """Name of each photo that is a copy -> name of the one that is used (the one least deep in the folders)."""
+    order = sorted(photos, key=lambda photo: (photo.name.count("/"), len(photo.name), photo.name))
+    by_content: dict[tuple, list[Photo]] = {}
+    by_exposure: dict[tuple, list[Photo]] = {}
+    copies: dict[str, str] = {}
+    for photo in order:
+        content = _glance(photo.path)
+        exposure = (photo.path.stem.lower(), photo.local_time, photo.model)
+        twin = next((other for other in by_content.get(content, []) if _same_bytes(photo.path, other.path)), None)
+        if twin is None and np.isfinite(photo.local_time):
+            twin = next((other for other in by_exposure.get(exposure, []) if _same_picture(photo, other)), None)
+        if twin is not None:
+            copies[photo.name] = twin.name
+            continue
+        by_content.setdefault(content, []).append(photo)
+        by_exposure.setdefault(exposure, []).append(photo)
+    return copies
+
+
+def _glance(path: Path) -> tuple:
+    """Size, first and middle bytes: quick to read, and rarely the same for two exposures."""
+    with open(path, "rb") as stream:
+        size = stream.seek(0, 2)
+        stream.seek(0)
+        first = stream.read(4096)
+        stream.seek(size // 2)
+        return size, hash(first), hash(stream.read(4096))
+
+
+def _same_bytes(one: Path, other: Path) -> bool:
+    try:
+        return filecmp.cmp(one, other, shallow=False)
+    except OSError:
+        return False
+
+
+def _same_picture(one: Photo, other: Photo) -> bool:
+    try:
+        first, second = _thumbnail(one.path), _thumbnail(other.path)
+    except (OSError, SyntaxError, ValueError):
+        return False
+    return bool(np.median(np.abs(first - second)) < _SAME_GREY)
+
+
+def _thumbnail(path: Path) -> np.ndarray:
+    """(48, 48) grey, mean 128, standard deviation 50."""
+    with Image.open(path) as image:
+        image.draft("L", (192, 192))
+        grey = np.asarray(image.convert("L").resize((48, 48), Image.Resampling.BOX), np.float32)
+    return 128 + 50 * (grey - grey.mean()) / max(float(grey.std()), 1.0)
+
+
+_VALUE = re.compile(
+    r'(?<![\w-])(drone-dji|Camera):(\w+)\s*=\s*["\']([^"\']*)["\']'
+    r"|<(drone-dji|Camera):(\w+)>([^<]*)</"
+)
+#: A pitch below this, in a set of photos, is DJI's: by Pix4D's rule the camera would look backwards at the horizon.
+_DJI_PITCH_DEG = -60.0
+
+
+def read_xmp(path: Path, image: Image.Image) -> tuple[dict[str, str], dict[str, str]]:
+    """The ``drone-dji`` and the ``Camera`` fields, written as attributes or as elements; empty when there are none.
+
+    ``Camera`` fields of a senseFly get the key ``_sensefly``.
+    """
+    with open(path, "rb") as stream:
+        head = stream.read(1 << 19)
+    if b"<x:xmpmeta" not in head:
+        packet = image.info.get("xmp") or image.info.get("XML:com.adobe.xmp") or b""
+        head = packet if isinstance(packet, bytes) else str(packet).encode()
+    start, end = head.find(b"<x:xmpmeta"), head.find(b"</x:xmpmeta>")
+    found: dict[str, dict[str, str]] = {"drone-dji": {}, "Camera": {}}
+    if start < 0 or end < start:
+        return found["drone-dji"], found["Camera"]
+    text = head[start:end].decode("utf-8", errors="replace")
+    for space, attribute, value, other, element, content in _VALUE.findall(text):
+        found[space or other].setdefault(attribute or element, (value or content).strip())
+    if found["Camera"] and "ns.sensefly.com" in text:
+        found["Camera"]["_sensefly"] = "1"
+    return found["drone-dji"], found["Camera"]
+
+
+def uses_dji_pitch(sets: list[dict[str, str]]) -> bool:
+    """True when ``Camera`` angles of a set of photos can only be meant as DJI means them."""
+    return any(as_number(fields.get("Pitch")) < _DJI_PITCH_DEG for fields in sets)
+
+
+def gimbal_angles(fields: dict[str, str], as_dji: bool) -> tuple[float, float, float]:
+    """``Camera`` yaw, pitch, roll as DJI's gimbal angles (pitch -90 = straight down), degrees; NaN where absent."""
+    yaw, pitch, roll = (as_number(fields.get(key)) for key in ("Yaw", "Pitch", "Roll"))
+    roll = 0.0 if np.isnan(roll) else roll
+    if not np.isfinite([yaw, pitch]).all() or abs(pitch) > 180:
+        return float("nan"), float("nan"), float("nan")
+    if as_dji:
+        return yaw, pitch, roll
+    if "_sensefly" in fields:
+        roll = -roll
+    y, p, r = np.radians([yaw, pitch, roll])
+    turn = np.array([[np.cos(y), -np.sin(y), 0], [np.sin(y), np.cos(y), 0], [0, 0, 1]])
+    nod = np.array([[np.cos(p), 0, np.sin(p)], [0, 1, 0], [-np.sin(p), 0, np.cos(p)]])
+    tilt = np.array([[1, 0, 0], [0, np.cos(r), -np.sin(r)], [0, np.sin(r), np.cos(r)]])
+    # DJI's axes are forward along the lens, Pix4D's forward along the top of the photo: a quarter turn about the wing.
+    body = turn @ nod @ tilt @ np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
+    down = float(np.clip(-body[2, 0], -1, 1))
+    if abs(down) > 1 - 1e-9:  # straight down: yaw and roll are one angle
+        return float(np.degrees(np.arctan2(-body[0, 1], body[1, 1]))), float(np.degrees(np.arcsin(down))), 0.0
+    return (
+        float(np.degrees(np.arctan2(body[1, 0], body[0, 0]))),
+        float(np.degrees(np.arcsin(down))),
+        float(np.degrees(np.arctan2(body[2, 1], body[2, 2]))),
+    )

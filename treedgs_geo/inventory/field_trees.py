@@ -41,13 +41,10 @@ _FAR = 2.2
 _LIST = 8
 
 
-def read_field_trees(
-    path: Path, protocol: FieldProtocol, height_unit: str | None = None, placed: bool = True
-) -> pd.DataFrame:
+def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False, placed: bool = True) -> pd.DataFrame:
     """Read the tally.
 
-    height_unit: of heights whose column does not say it; ``None``: they are not read. placed: the trees have to have
-    places; else a table of plots, trees and DBHs is read too.
+    heights: they are read. placed: the trees have to have places; else a table of plots, trees and DBHs is read too.
 
     Returns:
         one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
@@ -64,16 +61,16 @@ def read_field_trees(
     has = columns(table, *_TALLY)
     where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), None)
     place = ("field_id", ("azimuth", "easting"), ("distance", "northing")) if placed else ()
-    if height_unit is None:
+    if not heights:
         has.pop("height", None)
     units = dict.fromkeys(("dbh", "dbh1", "dbh2", "girth"), (protocol.dbh_unit, "--dbh-unit"))
-    units["height"] = (height_unit or "auto", "--height-unit")
+    units["height"] = ("auto", "")
     if where == _POLAR:
         units["distance"] = (protocol.distance_unit, "--distance-unit")
     unsaid = {key: option for key, (unit, option) in units.items() if unit == "auto"}
     require(path, table, has, (*place, ("dbh", "dbh1", "girth")), unsaid)
     found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
-    found["height_m"] = _heights(path, table, has.get("height"), height_unit or "auto", found["dbh_cm"])
+    found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"])
     for name in ("plot_id", "field_id", "status", "species", "date"):
         found[name] = table[has[name].name] if name in has else None
     found["line"], found["lacks"] = table.index, ""
@@ -88,7 +85,7 @@ def read_field_trees(
             "give every tree of a plot its own tree_id."
         )
     if where == _POLAR:
-        found["azimuth_deg"] = _degrees(path, table, has["azimuth"], found, protocol)
+        found["azimuth_deg"] = _degrees(path, table, has["azimuth"], found)
         found["distance_m"] = _horizontal_m(path, table, has, found, protocol)
         clear_unplaced(path, found, ["azimuth_deg", "distance_m"])
     elif where is not None:
@@ -131,9 +128,9 @@ _TALLY = (
 )
 
 
-def _heights(path: Path, table: pd.DataFrame, column: FoundColumn | None, unit: str, dbh_cm: pd.Series) -> pd.Series:
+def _heights(path: Path, table: pd.DataFrame, column: FoundColumn | None, dbh_cm: pd.Series) -> pd.Series:
     """Heights, m; NaN where there is none."""
-    heights = measured(path, table, "height", column, unit, "--height-unit")
+    heights = measured(path, table, "height", column)
     # Nobody measures a height of 0: tables write it for "not measured".
     heights = heights.where(heights > 0)
     refuse_odd_heights(
@@ -142,11 +139,9 @@ def _heights(path: Path, table: pd.DataFrame, column: FoundColumn | None, unit: 
     return heights
 
 
-def _degrees(
-    path: Path, table: pd.DataFrame, column: FoundColumn, found: pd.DataFrame, protocol: FieldProtocol
-) -> pd.Series:
-    """Bearings in degrees, by the unit that the option or the column's name says."""
-    unit = (column.unit or "deg") if protocol.azimuth_unit == "auto" else protocol.azimuth_unit
+def _degrees(path: Path, table: pd.DataFrame, column: FoundColumn, found: pd.DataFrame) -> pd.Series:
+    """Bearings in degrees, by the unit that the column's name says (none: degrees)."""
+    unit = column.unit or "deg"
     circle, values = _CIRCLE[unit], where_said(table, column.name, found)
     bad = (values < 0) | (values > circle)
     if bad.any():
@@ -155,7 +150,7 @@ def _degrees(
         other = next((u for u in ("gon", "mil") if circle < most <= _CIRCLE[u]), None)
         hint = (
             f"{int((values > circle).sum())} of {int(values.notna().sum())} bearings are above {circle:g}: if they are "
-            f"{other}, give --azimuth-unit {other} or name the column azimuth_{other}; else correct them."
+            f"{other}, name the column azimuth_{other}; else correct them."
             if other and values.min() >= 0
             else "correct it."
         )

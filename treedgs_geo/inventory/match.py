@@ -421,5 +421,8 @@ def _what_to_change(plot: Plot, protocol: FieldProtocol, crs: pyproj.CRS) -> str
             f"--north (now {protocol.north}: {magnetic}, true, or grid, which lies {abs(convergence):.1f} degrees "
             f"{'east' if convergence > 0 else 'west'} of true)"
         )
-    ways += ["--azimuth-unit (deg, gon, mil)", "--rotation-deg for a larger turn"]
+    ways += [
+        "the unit in the name of the bearings' column (azimuth_deg, azimuth_gon, azimuth_mil)",
+        "--rotation-deg for a larger turn",
+    ]
     return f"Change {'; '.join(ways[:-1])}; or give {ways[-1]}."

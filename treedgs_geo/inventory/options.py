@@ -41,12 +41,6 @@ class FieldProtocol(Bearings):
         choices=("pith", "face"),
         help="distance to the middle of the stem, or to its near face (half the DBH is added)",
     )
-    azimuth_unit: str = param(
-        "auto",
-        choices=("auto", "deg", "gon", "mil"),
-        help="unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, "
-        "else degrees",
-    )
     dbh_unit: str = param(
         "auto",
         choices=("auto", "cm", "mm", "m", "in"),

@@ -11,8 +11,8 @@ from scipy.sparse.csgraph import connected_components
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
+from ..core.shown import shorten
 from ..geotags.control import ControlPoints, are_spread
-from ..geotags.photos import shorten
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
 from .bundle_kernels import CX, CY, READOUT

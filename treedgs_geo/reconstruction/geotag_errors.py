@@ -11,7 +11,7 @@ from .cameras import Sensor
 from .covariance import Posterior
 
 #: By how much a flight's geotags may be those of another instant than its exposures, seconds: what positions of metres
-#: do not show where the geotags are made (:data:`treedgs_geo.geotags.timing.ROUGH_MIN_S`).
+#: do not show where the geotags are made (:data:`treedgs_geo.geotags.exposures.ROUGH_MIN_S`).
 LATE_SD_S = 0.3
 #: When a flight's geotags were taken is left to the photos where these tell it to so many metres along the flight, or
 #: where it is so many standard errors from the exposures ...

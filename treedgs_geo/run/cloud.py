@@ -26,7 +26,6 @@ from ..inventory.tree_layer import check_output, tree_table, write_trees
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.cloud import extent as extent_of
 from ..pointcloud.file_crs import LOCAL_CRS
-from ..pointcloud.files import write_cloud
 from ..pointcloud.survey import Extent
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
@@ -98,7 +97,7 @@ class CloudJob:
 
 
 def _check_outputs(job: CloudJob) -> None:
-    for target in filter(None, (job.settings.output, job.settings.stems_output, job.settings.report)):
+    for target in filter(None, (job.settings.output, job.settings.report)):
         check_target(target)
 
 
@@ -117,7 +116,7 @@ def _read_cost(job: CloudJob, findings: Findings) -> Cost:
     return Cost(
         seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
         memory_gb=0.5 + CLOUD_GB_MILLION * count / 1e6,
-        disk_gb=0.05 + (0.00003 * count / 1e3 if job.settings.stems_output else 0.0),
+        disk_gb=0.05,
     )
 
 
@@ -284,10 +283,7 @@ SHEETS = Stage("sheets", 0.04, _sheets)
 
 
 def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
-    asked, cloud, stems = job.settings, job.cloud, None
-    if asked.stems_output is not None and (job.tree_id > 0).any():
-        write_cloud(asked.stems_output, cloud.with_attribute("tree_id", job.tree_id).select(job.tree_id > 0))
-        stems = str(asked.stems_output)
+    asked, cloud = job.settings, job.cloud
     seen, day = seen_in_cloud(cloud.xyz, job.ground.dtm), day_scanned(asked.input, cloud.attributes.get("gps_time"))
     job.searched = searched_table(seen, job.plots, job.crs, day)
     for sentence in partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
@@ -299,7 +295,7 @@ def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     more = {"sheets": sheets_of(asked.output), "searched": job.searched, "crowns": job.crowns}
     write_trees(asked.output, job.trees, job.crs, job.sections, reporter, **more)
     summary = tree_summary(job.trees, reporter)
-    job.result = {"output": str(asked.output), "report": None, "stems_output": stems, **summary}
+    job.result = {"output": str(asked.output), "report": None, **summary}
     return {}
 
 
@@ -333,10 +329,10 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     began, heard = time.monotonic(), Collector(reporter)
-    job = CloudJob(settings, heard, None if settings.stems_output else _measured_by(settings))
+    job = CloudJob(settings, heard, _measured_by(settings))
     check_output(settings.output)
-    for beside in filter(None, (settings.stems_output, settings.report)):
-        ensure_writable(beside)
+    if settings.report is not None:
+        ensure_writable(settings.report)
     steps = run_cloud_stages(STAGES, job)
     if settings.report is not None:
         whole = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}

@@ -38,7 +38,7 @@ def name_run(settings: PointcloudToDbhSettings, trees: list[Tree]) -> None:
         tree.run_id = run_id
 
 
-_OUTPUTS = ("output", "report", "stems_output", "sheets", "dry_run")
+_OUTPUTS = ("output", "report", "sheets", "dry_run")
 
 
 def sheets_of(output: Path) -> Path:

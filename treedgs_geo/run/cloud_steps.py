@@ -9,14 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
+import pyproj
 
 from ..core.errors import InputError
+from ..core.field_stems import FieldStems, read_field_stems
 from ..core.files import ensure_writable
+from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
 from ..core.steps import Collector
+from ..core.tables import write_csv
 from ..inventory.tree_layer import check_output, style_raster, write_trees
 from ..pointcloud.cloud import PointCloud, usable
 from ..pointcloud.files import check_cloud_output
@@ -25,16 +31,17 @@ from ..stems.cloud.estimate.cloud import measure_stems
 from ..stems.cloud.estimate.foot import stem_feet, stem_ground_se, with_ground
 from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.cloud.propose.external_segmenters import check_segmenter, segment_other
+from ..stems.cloud.propose.field_stems import FAR_M, FIELD_MATCH_M, Answer, answer_stems, named
 from ..stems.cloud.propose.labelling import Labeller
-from ..stems.cloud.propose.segment import find_stems
+from ..stems.cloud.propose.segment import StemMap, find_stems
 from ..stems.quality.ground import with_ground_error
+from ..stems.quality.reasons import explain
 from ..terrain.cloud_ground import CloudGround
 from ..terrain.credibility import GroundLayer
 from ..terrain.dtm import Dtm, write_dtm
 from ..terrain.ground import dtm_from_cloud, height_above_ground
 from ..terrain.surface import grid_ground
 from .cloud import GROUND, MEASURED_BY, READ, CloudJob, run_cloud_stages, with_remarks
-from .cloud_field_stems import name_stems, read_places
 from .cloud_input import tree_summary
 from .stage import Stage
 
@@ -279,3 +286,78 @@ def _dtm_of_heights(cloud: PointCloud) -> Dtm:
     some = foot[:: max(len(foot) // 200_000, 1)] - origin
     grid = grid_ground(some, 0.25, neighbours=12, bandwidth_m=0.3, noise_m=0.02, reach_m=3.0, crs=cloud.horizontal_crs)
     return grid.moved(origin)
+
+
+#: What is said of field stems that were not found, by their answer.
+_NOT_FOUND = {
+    "unsure": "have a stem near that may be another's",
+    "refused": "are seen, but cannot be measured",
+    "missing": "were not found at their places",
+}
+
+
+def read_places(path: Path | None, crs: pyproj.CRS | None, low: np.ndarray, high: np.ndarray) -> FieldStems | None:
+    """The field stems in the cloud's CRS, ``None`` without a file. low, high: (2,) corners of the cloud.
+
+    Raises:
+        InputError: none of them stands in the cloud.
+    """
+    if path is None:
+        return None
+    field = read_field_stems(path, crs)
+
+    def inside(xy: np.ndarray) -> bool:
+        return bool(((xy >= low - FIELD_MATCH_M) & (xy <= high + FIELD_MATCH_M)).all(axis=1).any())
+
+    if not inside(field.xy):
+        zone = zone_that_fits(crs, field.xy, inside)
+        hint = f"; in EPSG:{zone.to_epsg()}, {zone.name}, they would" if zone is not None else ""
+        raise InputError(
+            f"{path}: none of its {len(field.xy)} stems stands in the cloud (the first is at {field.xy[0, 0]:.1f}, "
+            f"{field.xy[0, 1]:.1f}{hint}); give positions in the cloud's CRS."
+        )
+    return field
+
+
+def name_stems(
+    stems: StemMap, field: FieldStems | None, output: Path, reporter: Reporter
+) -> tuple[np.ndarray, dict[str, Any]]:
+    """``((S + 1,) new ids by old ones, facts)``, 0 = seen, but refused; of field stems the facts are counts and the
+    table of their answers, written beside ``output``."""
+    seen = np.array([False, *(stem.refused not in ("", "not_round") for stem in stems.stems)])
+    ids, facts = np.cumsum(np.r_[False, ~seen[1:]]).astype(np.int32), {}
+    if field is not None:
+        answers = answer_stems(stems, field)
+        ids = named(stems, field, answers)
+        facts = _answered(field, answers, output, reporter)
+    ids[seen] = 0
+    if seen.any():
+        reasons = ", ".join(sorted({stem.refused for stem in stems.stems} - {"", "not_round"}))
+        reporter.info(f"{seen.sum()} more are seen, but cannot be measured ({reasons}); their points carry no tree_id.")
+    return ids, facts
+
+
+def _answered(field: FieldStems, answers: list[Answer], output: Path, reporter: Reporter) -> dict[str, Any]:
+    """Says what became of each field stem; writes the table beside the output."""
+    if field.counted:
+        pairs = list(zip(field.names, field.ids, strict=True))
+        some = ", ".join(f"{name} = {number}" for name, number in pairs[:3])
+        reporter.info(f"The field stems' names are no whole numbers: tree_id counts them as in the file ({some} ...).")
+    by = {kind: [one for one in answers if one.answer == kind] for kind in ("found", *_NOT_FOUND)}
+    reporter.info(f"{len(by['found'])} of {len(answers)} field stems found.")
+    for kind, text in _NOT_FOUND.items():
+        if by[kind]:
+            listed = ", ".join(f"{one.name} ({one.reason or f'{one.gap_m:.2f} m'})" for one in by[kind][:8])
+            reporter.warn(f"{len(by[kind])} field stems {text}: {listed}{' ...' if len(by[kind]) > 8 else ''}.")
+    far = [one for one in by["found"] if one.gap_m is not None and one.gap_m >= FAR_M]
+    if far:
+        listed = ", ".join(f"{one.name} ({one.gap_m:.2f} m)" for one in far[:8])
+        reporter.warn(f"{len(far)} field stems are found {FAR_M:g} m off or more, check their names: {listed}.")
+    rows = [
+        (int(number), one.name, *xy, one.answer, one.reason, explain(one.reason), one.gap_m)
+        for number, xy, one in zip(field.ids, field.xy, answers, strict=True)
+    ]
+    table = output.with_name(f"{output.stem}_field.csv")
+    columns = ["tree_id", "name", "x", "y", "answer", "qc_reason", "why", "gap_m"]
+    write_csv(table, pd.DataFrame(rows, columns=columns), float_format="%.3f")
+    return {"field_table": str(table), "field_stems": {kind: len(ones) for kind, ones in by.items()}}

@@ -1,10 +1,11 @@
-"""From photos to the tree layer: the stages, in their order. Each stands in its own file, with its checks and cost."""
+"""From photos to the tree layer: the stages, in their order. Each but the orthophoto stands in its own file,
+with its checks and cost."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
@@ -17,25 +18,45 @@ from ..core.settings import to_json
 from ..core.steps import Collector, Steps
 from ..core.workspace import Workspace, peak_memory_mb
 from ..inventory.tree_layer import check_output
+from ..reconstruction.orthophoto import write_orthophoto
 from ..stems.quality.tops import heights_sentence
 from ..stems.quality.tree import Tree
 from .context import PhotoJob
 from .geotag_stage import GEOTAG, stations_of
 from .given_store import GIVEN
-from .ground_stage import GROUND
+from .ground_stage import GROUND, circles
 from .heights import HEIGHTS
 from .measure_stage import MEASURE
-from .orthophoto import ORTHOPHOTO
 from .outputs import WRITE
 from .presets import CHAIN_PRESETS
 from .reconstruct_stage import RECONSTRUCT
 from .settings import PhotosToDbhSettings
 from .sheets import SHEETS
-from .stage import Findings, Stage, check, dry_run, run_stages
+from .stage import Findings, Key, Stage, check, dry_run, run_stages
 from .stand_view import VIEW
 
 #: From photos to trees.
 TREES = (GEOTAG, RECONSTRUCT, GROUND, MEASURE, HEIGHTS)
+#: The ground is shown this far beside the plots, metres.
+_BESIDE_M = 2.0
+
+
+def _orthophoto(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    site, path = job.place, job.path(names.ORTHO)
+    with suppress(OSError):  # one of another block must not be taken for this one's; a program may hold it
+        path.unlink()
+    return write_orthophoto(path, site.views, site.ground, site.frame, site.area.bounds(_BESIDE_M), reporter)
+
+
+# After the layer is written: no trouble with a picture costs a tree.
+ORTHOPHOTO = Stage(
+    "orthophoto",
+    0.02,
+    _orthophoto,
+    key=lambda job: Key({"plots": circles(job.place.area), "ground": job.space.output_hashes("ground")}),
+    outputs=lambda job: [job.path(names.ORTHO)],
+    wanted=lambda job: job.settings.orthophoto and job.site is not None and len(job.site.area.radii_m) > 0,
+)
 
 
 def job_of(settings: PhotosToDbhSettings, reporter: Reporter) -> PhotoJob:

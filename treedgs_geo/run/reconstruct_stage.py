@@ -1,8 +1,10 @@
-"""The stage ``reconstruct``: photos to cameras in one frame."""
+"""The stage ``reconstruct``: photos to cameras in one frame; and ``dense`` of the verb: points of the stem bands."""
 
 from __future__ import annotations
 
 from typing import Any
+
+import numpy as np
 
 from ..core import workspace as names
 from ..core.errors import InputError, ReconstructionError
@@ -12,14 +14,19 @@ from ..core.settings import to_json
 from ..core.steps import Collector
 from ..geotags.control import read_control
 from ..geotags.photos import read_photo
+from ..pointcloud.cloud import PointCloud
+from ..pointcloud.files import write_cloud
 from ..reconstruction.calibration import calibration_of
+from ..reconstruction.dense import DenseOptions, densify_band
 from ..reconstruction.matching_strategy import GUIDED_NEIGHBOURS
 from ..reconstruction.model import FRAME, MODEL_FILES, REPORT, load_points, load_views
 from ..reconstruction.pairs import select_pairs
 from ..reconstruction.pipeline import reconstruct_photos
 from ..reconstruction.prior_knowledge import can_guide, gimbal_rotations
+from ..terrain.sparse_ground import dtm_from_sparse
 from .context import Aligned, PhotoJob
 from .forecast import at_once, planned_ground
+from .ground_stage import GROUND
 from .stage import Cost, Findings, Key, Stage
 
 #: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair, per photo of mapping and
@@ -97,3 +104,28 @@ RECONSTRUCT = Stage(
     load=_load_block,
     wanted=lambda job: not job.nothing,
 )
+
+
+def _densify(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
+    """Dense points of each plot's stem band, ``dense.laz``."""
+    block, dtm, path = job.block, job.given, job.path(names.DENSE)
+    frame = block.frame
+    ground = (dtm or dtm_from_sparse(frame.to_project(block.points), crs=frame.crs)).local(frame).height
+    parts = []
+    for number, plot in enumerate(job.plots):
+        centre = frame.to_local(np.array([[plot.x, plot.y, 0.0]]))[0, :2]
+        with reporter.stage(f"dense {plot.plot_id}", number / len(job.plots), (number + 1) / len(job.plots)):
+            parts.append(densify_band(block.views, ground, centre, plot.radius_m + 1.0, DenseOptions(), reporter))
+    xyz, rgb, votes = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    if not len(xyz):
+        reporter.warn(
+            "No dense point was found in the stem band: no two photos look at it from a small angle and from the side."
+        )
+        return {"dense": None, "n_dense": 0}
+    colours = {name: rgb[:, k].astype(np.uint16) * 257 for k, name in enumerate(("red", "green", "blue"))}
+    write_cloud(path, PointCloud(frame.to_project(xyz), frame.crs, colours | {"n_views": votes.astype(np.uint8)}))
+    reporter.info(f"Stem band: {len(xyz)} dense points seen by {votes.mean():.1f} reference photos on average.")
+    return {"dense": str(path), "n_dense": len(xyz)}
+
+
+DENSE = Stage("dense", 0.3, _densify, checks=GROUND.checks, always=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.settings import CLOUD_OUTPUTS, TABLES, param
+from ..core.settings import TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
@@ -202,6 +202,3 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
         suffixes=("html", "htm"),
     )
     sheets: str = sheets_option("those to check and not measured")
-    stems_output: Path | None = param(
-        None, kind="output_file", help="also write the stem points with tree_id", suffixes=CLOUD_OUTPUTS
-    )

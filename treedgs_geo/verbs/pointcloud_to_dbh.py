@@ -37,7 +37,6 @@ COMMAND = Command(
     outputs={
         "output": "tree layer",
         "report": "the page to open",
-        "stems_output": "stem points",
         "n_trees": "stems in the layer",
         "n_measured": "stems with a DBH",
         "n_ok": "without remark",

@@ -23,8 +23,8 @@ class ReconstructSettings(PhotoInputs):
 
 def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
     """The first stages of ``photos-to-dbh``, and dense points; finished stages of the same inputs are kept."""
-    from ..run.dense_stage import DENSE
     from ..run.photos import GEOTAG, RECONSTRUCT, held, job_of
+    from ..run.reconstruct_stage import DENSE
     from ..run.stage import check, run_stages
 
     shared = {item.name: getattr(settings, item.name) for item in fields(PhotoInputs)}

@@ -26,7 +26,6 @@ class ReviewSettings:
         "same_as, x, y, note, by, at",
         suffixes=TABLES,
     )
-    by: str | None = param(None, help="who decided, where the table does not say (the user's name)")
     dbh_unit: str = param(
         "auto",
         choices=("auto", "cm", "mm", "m", "in"),
@@ -40,7 +39,7 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.reviewed import reviewed
     from ..inventory.tree_reading import read_trees
 
-    outcome = review_trees(settings.trees, settings.decisions, settings.by, settings.dbh_unit)
+    outcome = review_trees(settings.trees, settings.decisions, dbh_unit=settings.dbh_unit)
     reporter.tell(outcome.sentences)
     made = ", ".join(f"{n} {word}" for word, n in outcome.counts.items())
     more = f"; trees {', '.join(map(str, outcome.added))} are new" if outcome.added else ""
@@ -74,7 +73,7 @@ COMMAND = Command(
     ),
     settings=ReviewSettings,
     run=run,
-    main=("trees", "decisions", "by"),
+    main=("trees", "decisions"),
     example="treedgs review --trees trees.gpkg --decisions decisions.csv",
     outputs={
         "output": "tree layer",

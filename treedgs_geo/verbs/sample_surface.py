@@ -67,7 +67,7 @@ COMMAND = Command(
     ),
     settings=SampleSurfaceSettings,
     run=sample_surface,
-    main=("samples", "workspace", "photos"),
+    main=("workspace", "photos"),
     example="treedgs sample-surface --workspace work",
     outputs={"surface": "surface points (LAZ with opacity, n_views)", "points": "number of points"},
 )

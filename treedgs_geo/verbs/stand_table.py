@@ -89,11 +89,6 @@ class StandTableSettings(FieldProtocol):
         help="heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a "
         "published regional curve",
     )
-    height_unit: str = param(
-        "auto",
-        choices=("auto", "m", "ft"),
-        help="unit of a height column that does not say it (auto: from a name like height_m)",
-    )
     equations: Path | None = param(
         None, kind="file", help="your own equations, tried before the built-in ones", suffixes=TABLES
     )

@@ -1,4 +1,5 @@
-"""What every result file says of itself: command, date, commit, version, machine, Python, packages, seeds."""
+"""What every result file says of itself: command, date, commit, version, machine, Python, packages, seeds; blocks of a
+page as Markdown, without pictures and fragments."""
 
 from __future__ import annotations
 
@@ -23,8 +24,7 @@ from treedgs_geo import __version__
 from treedgs_geo.core.files import atomic_path, write_json
 from treedgs_geo.core.machine import cores
 from treedgs_geo.core.tables import safe_frame
-from treedgs_geo.report.blocks import Block
-from treedgs_lab.benchmarks.markdown import markdown
+from treedgs_geo.report.blocks import Block, Cards, Heading, Paragraph, Sentences, Table
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "docs" / "results"
@@ -150,3 +150,35 @@ def fill_page(page: Path, marker: str, text: str) -> None:
     marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.S)
     whole = page.read_text(encoding="utf-8")
     page.write_text(marked.sub(lambda _: f"{begin}\n{text}\n{end}", whole), encoding="utf-8")
+
+
+def markdown(blocks: Iterable[Block]) -> str:
+    """The text, parts apart by an empty line."""
+    return "\n\n".join(filter(None, map(_part, blocks))) + "\n"
+
+
+def _part(block: Block) -> str:
+    if isinstance(block, Heading):
+        return f"{'#' * block.level} {block.text}"
+    if isinstance(block, Paragraph):
+        return f"**{block.text}**" if block.strong else block.text
+    if isinstance(block, Cards):
+        return "\n".join(f"- {label}: {value}{f' ({more})' if more else ''}" for label, value, more in block.items)
+    if isinstance(block, Sentences):
+        return "\n".join(
+            [*([block.title, ""] if block.title and block.items else []), *(f"- {s}" for s in block.items)]
+        )
+    return _table(block) if isinstance(block, Table) else ""
+
+
+def _table(table: Table) -> str:
+    columns = table.shown
+    lines = [[column.heading for column in columns], ["---"] * len(columns)]
+    lines += [[table.text(row, column) for column in columns] for row in table.rows]
+    text = "\n".join(f"| {' | '.join(_cell(cell) for cell in line)} |" for line in lines)
+    return "\n\n".join(filter(None, (table.title, text.replace("| --- ", "|---").replace("--- |", "---|"), table.note)))
+
+
+def _cell(text: str) -> str:
+    """One line of a table's cell; a bar would end it."""
+    return " ".join(text.split()).replace("|", "\\|")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from treedgs_geo.core.settings import param
 
-from .declare import count, number
+from .options import count, number
 
 if TYPE_CHECKING:
     import numpy as np

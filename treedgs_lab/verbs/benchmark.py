@@ -34,16 +34,9 @@ class BenchmarkSettings:
         "and memory of each stage against photos, megapixels, stems and points, fitted",
     )
     quick: bool = param(False, help="one small plot and a dozen configurations: about 10 minutes on two idle cores")
-    repeats: int = param(1, minimum=1, maximum=20, help="runs of each configuration")
     seeds: str = param("1,2,3", help="seeds of the stability suite", dialog=False)
     only: str = param(
         "", help="only these configurations of the chart, or factors and methods of the suite, by commas", dialog=False
-    )
-    budget_min: float = param(
-        0.0,
-        unit="min",
-        minimum=0,
-        help="begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes",
     )
 
 
@@ -56,6 +49,7 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
     def words(text: str) -> list[str]:
         return [word.strip() for word in text.split(",") if word.strip()]
 
+    budget_min = QUICK_MIN if settings.quick else float("inf")
     if settings.suite == "stability":
         try:
             seeds = [int(word) for word in words(settings.seeds)]
@@ -65,18 +59,14 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
             raise InputError("--seeds: is empty, expected at least one whole number.")
         if settings.quick:
             seeds = seeds[:1]
-        budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
-        return run_stability(settings.output, StabilityChoice(seeds, words(settings.only)), budget, reporter)
+        return run_stability(settings.output, StabilityChoice(seeds, words(settings.only)), budget_min, reporter)
     if settings.suite == "cost":
         from ..benchmarks.speed.cost import run_cost
 
-        return run_cost(settings.output, settings.plots, settings.budget_min, reporter)
-    budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
+        return run_cost(settings.output, settings.plots, reporter)
     from ..benchmarks.speed.configurations import run_chart
 
-    return run_chart(
-        settings.output, settings.plots, settings.quick, settings.repeats, words(settings.only), budget, reporter
-    )
+    return run_chart(settings.output, settings.plots, settings.quick, words(settings.only), budget_min, reporter)
 
 
 COMMAND = Command(
@@ -96,7 +86,7 @@ COMMAND = Command(
     ),
     settings=BenchmarkSettings,
     run=run,
-    main=("plots", "output", "suite", "quick", "repeats", "budget_min"),
+    main=("plots", "output", "suite", "quick"),
     example="treedgs benchmark --quick --output benchmark",
     outputs={
         "output": "folder",

@@ -2124,20 +2124,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Belegblätter, ein kleines Bild je Baum: von allen Bäumen, von denen, die zu prüfen oder nicht gemessen sind, oder keine; auto = die zu prüfenden und nicht gemessenen.</translation>
     </message>
     <message>
-      <source>Stems output</source>
-      <translation>Ausgabe der Stämme</translation>
-    </message>
-    <message>
-      <source>also write the stem points with tree_id</source>
-      <translation>auch die Stammpunkte mit tree_id schreiben</translation>
-    </message>
-    <message>
       <source>the page to open</source>
       <translation>die zu öffnende Seite</translation>
-    </message>
-    <message>
-      <source>stem points</source>
-      <translation>Stammpunkte</translation>
     </message>
     <message>
       <source>stems in the layer</source>
@@ -2234,10 +2222,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>memory for all plots together; 0 = what is free, less a reserve</source>
       <translation>Speicher für alle Flächen zusammen; 0 = was frei ist, abzüglich einer Reserve</translation>
-    </message>
-    <message>
-      <source>end a plot that takes longer; 0 = never</source>
-      <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
     </message>
     <message>
       <source>trees layer of all plots (file)</source>
@@ -2560,14 +2544,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Braucht einen Arbeitsordner mit field.ply (fit-gaussians) sowie das Paket torch. Zieht bis zu M Punkte in jedem Gauß-Element, ausgedünnt nach ihrer Deckkraft, und bewertet jeden nach der Deckkraft vor ihm in jedem Foto: Die kleinste über die Fotos, die dort Gauß-Elemente zeigen, bleibt. Ergebnis: surface.laz im Projekt-KBS mit den zusätzlichen Dimensionen opacity (0..1) und n_views (Fotos, die dort Gauß-Elemente zeigen).</translation>
     </message>
     <message>
-      <source>Samples</source>
-      <translation>Stichpunkte</translation>
-    </message>
-    <message>
-      <source>candidate points drawn per Gaussian (M)</source>
-      <translation>gezogene Kandidaten je Gauß-Element (M)</translation>
-    </message>
-    <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
       <translation>Arbeitsordner mit sfm/ und field.ply; surface.laz wird dort geschrieben.</translation>
     </message>
@@ -2696,14 +2672,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>CSV mit tree_id, decision (accept, reject, dbh, merge, stem oder undo) und, wo nötig, dbh_cm, same_as, x, y, note, by, at</translation>
     </message>
     <message>
-      <source>Decided by</source>
-      <translation>Entschieden von</translation>
-    </message>
-    <message>
-      <source>who decided, where the table does not say (the user's name)</source>
-      <translation>wer entschieden hat, wo die Tabelle es nicht sagt (der Name des Benutzers)</translation>
-    </message>
-    <message>
       <source>DBH unit</source>
       <translation>Einheit des BHD</translation>
     </message>
@@ -2798,14 +2766,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>distance to the middle of the stem, or to its near face (half the DBH is added)</source>
       <translation>Entfernung bis zur Mitte des Stamms oder bis zu seiner Vorderseite (der halbe BHD kommt dazu)</translation>
-    </message>
-    <message>
-      <source>Azimuth unit</source>
-      <translation>Einheit der Richtungswinkel</translation>
-    </message>
-    <message>
-      <source>unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, else degrees</source>
-      <translation>Einheit der Richtungswinkel: Grad, Gon (400 im Kreis) oder Mil (6400); auto: nach einem Namen wie azimuth_gon, sonst Grad</translation>
     </message>
     <message>
       <source>Distance unit</source>
@@ -3260,14 +3220,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Höhen der Bäume, die keine haben: aus einer an die gemessenen angepassten Kurve, gar keine, oder aus einer veröffentlichten regionalen Kurve</translation>
     </message>
     <message>
-      <source>Height unit</source>
-      <translation>Einheit der Höhe</translation>
-    </message>
-    <message>
-      <source>unit of a height column that does not say it (auto: from a name like height_m)</source>
-      <translation>Einheit einer Höhenspalte, die sie nicht nennt (auto: aus einem Namen wie height_m)</translation>
-    </message>
-    <message>
       <source>Equations</source>
       <translation>Gleichungen</translation>
     </message>
@@ -3522,22 +3474,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
       <translation>eine kleine Probefläche und ein Dutzend Konfigurationen: etwa 10 Minuten auf zwei freien Kernen</translation>
-    </message>
-    <message>
-      <source>Repeats</source>
-      <translation>Wiederholungen</translation>
-    </message>
-    <message>
-      <source>runs of each configuration</source>
-      <translation>Läufe jeder Konfiguration</translation>
-    </message>
-    <message>
-      <source>Budget [min]</source>
-      <translation>Zeitbudget [min]</translation>
-    </message>
-    <message>
-      <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
-      <translation>nach dieser Zeit nichts Neues beginnen; 0 = keine Grenze, mit --quick 9,5 Minuten</translation>
     </message>
     <message>
       <source>the chart (SVG)</source>
@@ -4670,6 +4606,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Why</source>
       <translation>Warum</translation>
+    </message>
+    <message>
+      <source>Decided by</source>
+      <translation>Entschieden von</translation>
     </message>
     <message>
       <source>Decided at (UTC)</source>

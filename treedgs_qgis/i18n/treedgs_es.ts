@@ -2122,20 +2122,8 @@ cero.&lt;/p&gt;
       <translation>Hojas de evidencia, una imagen pequeña por árbol: de todos los árboles, de los que hay que revisar y los no medidos, o ninguna; auto = las que hay que revisar y las no medidas.</translation>
     </message>
     <message>
-      <source>Stems output</source>
-      <translation>Salida de troncos</translation>
-    </message>
-    <message>
-      <source>also write the stem points with tree_id</source>
-      <translation>escribe también los puntos del tronco con tree_id</translation>
-    </message>
-    <message>
       <source>the page to open</source>
       <translation>la página que se abre</translation>
-    </message>
-    <message>
-      <source>stem points</source>
-      <translation>puntos de los troncos</translation>
     </message>
     <message>
       <source>stems in the layer</source>
@@ -2232,10 +2220,6 @@ cero.&lt;/p&gt;
     <message>
       <source>memory for all plots together; 0 = what is free, less a reserve</source>
       <translation>memoria para todas las parcelas juntas; 0 = la que está libre, menos una reserva</translation>
-    </message>
-    <message>
-      <source>end a plot that takes longer; 0 = never</source>
-      <translation>terminar una parcela que tarde más; 0 = nunca</translation>
     </message>
     <message>
       <source>trees layer of all plots (file)</source>
@@ -2558,14 +2542,6 @@ cero.&lt;/p&gt;
       <translation>Necesita una carpeta de trabajo con field.ply (fit-gaussians), y el paquete torch. Toma hasta M puntos dentro de cada gaussiana, reducidos según su opacidad, y puntúa cada uno por la opacidad que tiene delante en cada foto: se conserva la menor de las fotos que muestran gaussianas allí. Resultado: surface.laz en el SRC del proyecto con las dimensiones adicionales opacity (0..1) y n_views (fotos que muestran gaussianas allí).</translation>
     </message>
     <message>
-      <source>Samples</source>
-      <translation>Muestras</translation>
-    </message>
-    <message>
-      <source>candidate points drawn per Gaussian (M)</source>
-      <translation>puntos candidatos extraídos por gaussiana (M)</translation>
-    </message>
-    <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
       <translation>Carpeta de trabajo con sfm/ y field.ply; ahí se escribe surface.laz.</translation>
     </message>
@@ -2694,14 +2670,6 @@ cero.&lt;/p&gt;
       <translation>CSV con tree_id, decision (accept, reject, dbh, merge, stem o undo) y, donde haga falta, dbh_cm, same_as, x, y, note, by, at</translation>
     </message>
     <message>
-      <source>Decided by</source>
-      <translation>Decidido por</translation>
-    </message>
-    <message>
-      <source>who decided, where the table does not say (the user's name)</source>
-      <translation>quién decidió, donde la tabla no lo dice (el nombre del usuario)</translation>
-    </message>
-    <message>
       <source>DBH unit</source>
       <translation>Unidad del DAP</translation>
     </message>
@@ -2796,14 +2764,6 @@ cero.&lt;/p&gt;
     <message>
       <source>distance to the middle of the stem, or to its near face (half the DBH is added)</source>
       <translation>distancia al centro del tronco o a su cara más cercana (se suma la mitad del DAP)</translation>
-    </message>
-    <message>
-      <source>Azimuth unit</source>
-      <translation>Unidad de los acimuts</translation>
-    </message>
-    <message>
-      <source>unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, else degrees</source>
-      <translation>unidad de los rumbos: grados, gon (400 por círculo) o mil (6400); auto: según un nombre como azimuth_gon, si no grados</translation>
     </message>
     <message>
       <source>Distance unit</source>
@@ -3258,14 +3218,6 @@ cero.&lt;/p&gt;
       <translation>alturas de los árboles que no la tienen: de una curva ajustada a las medidas, ninguna, o de una curva regional publicada</translation>
     </message>
     <message>
-      <source>Height unit</source>
-      <translation>Unidad de altura</translation>
-    </message>
-    <message>
-      <source>unit of a height column that does not say it (auto: from a name like height_m)</source>
-      <translation>unidad de una columna de altura que no la dice (auto: de un nombre como height_m)</translation>
-    </message>
-    <message>
       <source>Equations</source>
       <translation>Ecuaciones</translation>
     </message>
@@ -3520,22 +3472,6 @@ cero.&lt;/p&gt;
     <message>
       <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
       <translation>una parcela pequeña y una docena de configuraciones: unos 10 minutos en dos núcleos libres</translation>
-    </message>
-    <message>
-      <source>Repeats</source>
-      <translation>Repeticiones</translation>
-    </message>
-    <message>
-      <source>runs of each configuration</source>
-      <translation>ejecuciones de cada configuración</translation>
-    </message>
-    <message>
-      <source>Budget [min]</source>
-      <translation>Tiempo disponible [min]</translation>
-    </message>
-    <message>
-      <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
-      <translation>no empezar nada nuevo después de este tiempo; 0 = sin límite, con --quick 9,5 minutos</translation>
     </message>
     <message>
       <source>the chart (SVG)</source>
@@ -4668,6 +4604,10 @@ cero.&lt;/p&gt;
     <message>
       <source>Why</source>
       <translation>Por qué</translation>
+    </message>
+    <message>
+      <source>Decided by</source>
+      <translation>Decidido por</translation>
     </message>
     <message>
       <source>Decided at (UTC)</source>

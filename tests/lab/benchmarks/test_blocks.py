@@ -10,10 +10,10 @@ import pandas as pd
 
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_lab.benchmarks import blocks
-from treedgs_lab.benchmarks.blocks import camera_errors
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.processes import photo_inputs
+from treedgs_lab.benchmarks.reconstruction import accuracy
+from treedgs_lab.benchmarks.reconstruction.accuracy import camera_errors
 
 FRAME = LocalFrame(project_crs("EPSG:6344"), np.array([600000.0, 3700000.0, 40.0]))
 SFM = Path("sfm")
@@ -51,7 +51,7 @@ PLOT = Ring(Path("plot"), FRAME, 4.0)
 
 
 def block_of(monkeypatch, views, frame=FRAME):
-    monkeypatch.setattr(blocks, "load_views", lambda *_: (frame, views))
+    monkeypatch.setattr(accuracy, "load_views", lambda *_: (frame, views))
 
 
 def test_a_true_block_is_true(monkeypatch):

@@ -12,19 +12,18 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.report.html import write_html
 from treedgs_geo.run.presets import CHAIN_PRESETS
-from treedgs_lab.benchmarks.markdown import markdown
+from treedgs_lab.benchmarks.records import markdown
 from treedgs_lab.benchmarks.speed import configurations as chart
 from treedgs_lab.benchmarks.speed import cost, pictures
+from treedgs_lab.benchmarks.speed.configurations import CONFIGS, SFM
 from treedgs_lab.benchmarks.speed.cost import PAPER, fit_power, predict, split_reducing
-from treedgs_lab.benchmarks.speed.cost_jobs import run_stems_cost
-from treedgs_lab.benchmarks.speed.ladder import CONFIGS, SFM
+from treedgs_lab.benchmarks.speed.jobs import run_stems_cost
 from treedgs_lab.verbs.benchmark import BenchmarkSettings, run
 
 FACTS = {
     "machine": {"cores": 2, "processor": "test", "version": "0"},
     "plots_text": "p: 10 visible stems",
     "left_out": [],
-    "repeats": 1,
 }
 
 
@@ -56,7 +55,6 @@ def run_record(key, seconds, errors, refused=0, clear=5, **more):
     return {
         "config": key,
         "plot": "p",
-        "repeat": 0,
         "seconds": seconds,
         "sfm_s": seconds / 2,
         "stage_s": seconds / 2,
@@ -78,7 +76,7 @@ def table():
             run_record("views-12", 90.0, [2.0, -2.0] * 5),
             run_record("views-24", 5.0, [0.1, -0.1], refused=8),  # measures only the easy ones
             run_record("lidar", 4.0, [1.2] * 10),
-            {"config": "paper", "plot": "p", "repeat": 0, "error": "exit code 1: no"},
+            {"config": "paper", "plot": "p", "error": "exit code 1: no"},
         ]
     )
 
@@ -132,7 +130,7 @@ def test_pictures_and_page(table, tmp_path):
     data = json.loads(page.split('id="d">')[1].split("</script>")[0])
     assert {row["key"] for row in data} == set(table["key"])
     chart.write_records(tmp_path, [run_record("fast", 1.0, [0.1])], table, FACTS)
-    assert (tmp_path / "trees.csv").read_text().startswith("config,plot,repeat,tree_id")
+    assert (tmp_path / "trees.csv").read_text().startswith("config,plot,tree_id")
 
 
 def test_plots_stand_side_by_side(table):
@@ -230,7 +228,7 @@ def test_another_level_of_reconstruction_is_no_point_of_the_guided_law(simulated
     reporter = Reporter()
     monkeypatch.setattr(reporter, "warn", said.append)
     monkeypatch.setattr(cost, "run_job", measured)
-    points = cost._measure(simulated_plot, [simulated_plot.with_name("flight")], tmp_path, reporter, 0.0)
+    points = cost._measure(simulated_plot, [simulated_plot.with_name("flight")], tmp_path, reporter)
     assert {point["photos"] for point in points if point["run"].startswith("sfm")} == {35, 50, 100}
     assert sum(point["run"] == "sfm-flight" for point in points) == 1
     assert len(said) == 1 and "sfm-0.6-1" in said[0] and "level full" in said[0]

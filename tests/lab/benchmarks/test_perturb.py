@@ -12,8 +12,7 @@ from photo_ring import ring
 from treedgs_geo.core.settings import build
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_lab.benchmarks.stability import perturb
-from treedgs_lab.benchmarks.stability.factor_type import BASE
-from treedgs_lab.benchmarks.stability.factors import FACTORS
+from treedgs_lab.benchmarks.stability.factors import BASE, FACTORS
 from treedgs_lab.simulate.settings import SIZES, SimulateSettings, resolve
 from treedgs_lab.simulate.trouble import TroubleSettings, disturb, photo_troubles, shake
 

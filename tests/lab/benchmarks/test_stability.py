@@ -11,10 +11,17 @@ from treedgs_geo.core.errors import InputError, TreeDGSError
 from treedgs_lab.benchmarks import records
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.stability.cases import Case, all_cases, photo_trees, run_cases
-from treedgs_lab.benchmarks.stability.factor_report import ALL, UNTROUBLED, by_factor, holds
-from treedgs_lab.benchmarks.stability.factor_type import CLOUD, Factor
-from treedgs_lab.benchmarks.stability.factors import factor
-from treedgs_lab.benchmarks.stability.report import by_level, lies, tree_rows, verdict
+from treedgs_lab.benchmarks.stability.factors import CLOUD, Factor, factor
+from treedgs_lab.benchmarks.stability.report import (
+    ALL,
+    UNTROUBLED,
+    by_factor,
+    by_level,
+    holds,
+    lies,
+    tree_rows,
+    verdict,
+)
 from treedgs_lab.benchmarks.stability.suite import StabilityChoice, write_stability
 
 

@@ -11,7 +11,7 @@ import pytest
 from bare_stem import side_view, stem_world
 from PIL import Image
 
-from treedgs_geo.geotags.control_files import read_control_rows
+from treedgs_geo.geotags.control import read_control_rows
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.simulate import control
 from treedgs_lab.simulate.settings import SimulateSettings

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from treedgs_lab.simulate.photo_files import write_jpeg
+from treedgs_lab.simulate.photographs import write_jpeg
 from treedgs_lab.simulate.sensor import SENSORS, develop, sensor_of
 from treedgs_lab.simulate.settings import SimulateSettings
 

@@ -17,10 +17,9 @@ from treedgs_lab.simulate.barks import BARKS, WEATHERED, Barks, make_barks
 from treedgs_lab.simulate.dress import IVY_M, SNAG_M, WRAP_M, dressed
 from treedgs_lab.simulate.foliage import ROOTED, Faces, Material
 from treedgs_lab.simulate.render import MOSS, radiance
-from treedgs_lab.simulate.settings import SIZES, SimulateSettings
+from treedgs_lab.simulate.settings import SIZES, SimulateSettings, StandSettings
 from treedgs_lab.simulate.simulate import simulate_plot
-from treedgs_lab.simulate.stand_options import StandSettings
-from treedgs_lab.simulate.undergrowth import IVY_OFF_M
+from treedgs_lab.simulate.vegetation import IVY_OFF_M
 
 PARTS = ("spacing", "snags", "hardwoods", "barks", "ivy", "wrap", "sections", "shrubs")
 

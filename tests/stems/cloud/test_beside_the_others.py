@@ -7,7 +7,7 @@ import pytest
 
 from treedgs_geo.stems.cloud.estimate.cloud import bark_inside, beside_the_others
 from treedgs_geo.stems.cloud.estimate.rings import Inside
-from treedgs_geo.stems.cloud.estimate.stem_measure import StemMeasure, refuse
+from treedgs_geo.stems.cloud.estimate.stem import StemMeasure, refuse
 from treedgs_geo.stems.quality.assessment import Assessment
 
 

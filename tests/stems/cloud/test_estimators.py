@@ -10,7 +10,7 @@ from synthetic_cloud import stem_points
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.estimate.intensity import range_normalised
+from treedgs_geo.stems.cloud.estimate.cloud import range_normalised
 from treedgs_geo.stems.cloud.estimate.stem import measure_points
 from treedgs_geo.stems.cloud.estimate.track import SensorTrack
 from treedgs_geo.stems.cloud.propose.sensors import SENSORS

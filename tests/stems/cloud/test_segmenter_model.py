@@ -12,8 +12,7 @@ from synthetic_cloud import plot_cloud
 
 from treedgs_geo.core.errors import InputError, MissingComponentError, OutputError
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.propose.external_segmenters import check_segmenter
-from treedgs_geo.stems.cloud.propose.network_model import segment_model
+from treedgs_geo.stems.cloud.propose.external_segmenters import check_segmenter, segment_model
 
 #: Stems: x, y, diameter in cm. The plot begins at its own west and south.
 STEMS = [(3.0, 3.0, 25.0), (9.0, 9.0, 35.0)]

@@ -28,7 +28,6 @@ from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_
 from ..double_sampling.tapes import join, read_taped
 from ..field_trees import place
 from ..searched import flown_days, flown_on
-from .crew import measured_trees
 from .document import make_document
 from .equations import read_equations
 from .expansion import expand
@@ -48,7 +47,7 @@ from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand
 from .tables import missing_sentences
 from .taped import TapeInput, taped_sentences, taped_summary
-from .treelist import TreeList, from_tally, label_species, on_the_map, read_tally
+from .treelist import TreeList, from_tally, label_species, measured_trees, on_the_map, read_tally
 from .units import METRIC
 from .values import ValueOptions
 
@@ -140,8 +139,8 @@ def _options(settings: Any, trees: TreeList) -> ValueOptions:
 def _read_trees(settings: Any) -> TreeList:
     crs = project_crs(settings.crs) if settings.crs else None
     if settings.trees is None:
-        return from_tally(settings.field, settings, settings.height_unit)
-    tally = read_tally(settings.field, settings, settings.height_unit) if settings.field is not None else None
+        return from_tally(settings.field, settings)
+    tally = read_tally(settings.field, settings) if settings.field is not None else None
     return on_the_map(measured_trees(settings.trees, crs, settings.pairs, tally), settings.trees, crs)
 
 

@@ -43,9 +43,12 @@ def dense_option() -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class SampleOptions:
-    """How a field becomes points. Of the library only: threads: views scored at once. seed: of the drawn points."""
+    """How a field becomes points; of the library only.
 
-    samples: int = param(100, help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
+    samples: candidate points drawn per Gaussian (M). threads: views scored at once. seed: of the drawn points.
+    """
+
+    samples: int = 100
     threads: int = 2
     seed: int = 0
 

@@ -1,11 +1,11 @@
-"""The speed-accuracy chart of ``treedgs benchmark``: run the configurations of the ladder on plots, and say what each
-cost and reached."""
+"""The speed-accuracy chart of ``treedgs benchmark``: the configurations, what each cost and reached on plots."""
 
 from __future__ import annotations
 
 import hashlib
 import shutil
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,45 +23,43 @@ from ..plot import CLEAR_VIEWS, plots_of
 from ..processes import run_job
 from ..records import code_digest, machine, rows_of, write_markdown, write_table
 from . import pictures
-from .ladder import CONFIGS, SFM, Config
 
 #: A configuration may be recommended when it measures at least this share of what the most successful one does.
 ENOUGH_SUCCESS = 0.9
 
 
 def run_configs(
-    plots: list[Path], configs: list[Config], repeats: int, folder: Path, reporter: Reporter, budget_s: float = np.inf
+    plots: list[Path], configs: list[Config], folder: Path, reporter: Reporter, budget_s: float = np.inf
 ) -> tuple[list[dict], list[str]]:
-    """Every configuration on every plot, ``repeats`` times; kept runs are not run again.
+    """Every configuration on every plot; kept runs are not run again.
 
     Returns:
-        one record a run (``config, plot, repeat, sfm_s, seconds, peak_memory_mb, rows …``) and what was left out for
+        one record a run (``config, plot, sfm_s, seconds, peak_memory_mb, rows …``) and what was left out for
         lack of time.
     """
     began = time.monotonic()
     records, left = [], []
-    total = len(plots) * len(configs) * repeats
+    total = len(plots) * len(configs)
     number = 0
     # One untimed run: compiled code is loaded from disk then, and the first configuration does not pay for it.
     warm = folder / "warm.json"
     if any(config.sfm for config in configs) and not warm.exists():
         small = Config("warm", "", "", sfm="2000 features", params={"max_views": 6})
-        _measure(small, plots[0], 0, folder, warm)
-    for repeat in range(repeats):
-        for config in configs:
-            for plot in plots:
-                number += 1
-                reporter.progress(number / (total + 1), f"{config.title}, {plot.name}, run {repeat + 1}")
-                kept = folder / "runs" / f"{config.key}--{_tag(plot)}--{repeat}.json"
-                if not _is_good(kept):
-                    if time.monotonic() - began > budget_s:
-                        left.append(f"{config.title} on {plot.name}")
-                        continue
-                    _measure(config, plot, repeat, folder, kept)
-                record = read_json(kept)
-                if "error" in record:
-                    reporter.warn(f"{config.title} on {plot.name}: {record['error']}")
-                records.append({**record, "config": config.key, "plot": plot.name, "repeat": repeat})
+        _measure(small, plots[0], folder, warm)
+    for config in configs:
+        for plot in plots:
+            number += 1
+            reporter.progress(number / (total + 1), f"{config.title}, {plot.name}")
+            kept = folder / "runs" / f"{config.key}--{_tag(plot)}.json"
+            if not _is_good(kept):
+                if time.monotonic() - began > budget_s:
+                    left.append(f"{config.title} on {plot.name}")
+                    continue
+                _measure(config, plot, folder, kept)
+            record = read_json(kept)
+            if "error" in record:
+                reporter.warn(f"{config.title} on {plot.name}: {record['error']}")
+            records.append({**record, "config": config.key, "plot": plot.name})
     return records, left
 
 
@@ -73,8 +71,8 @@ def _is_good(kept: Path) -> bool:
     return kept.exists() and "error" not in read_json(kept)
 
 
-def _reconstruction(name: str, plot: Path, repeat: int, folder: Path) -> dict[str, Any]:
-    kept = folder / "sfm" / f"{name.replace(' ', '-')}--{_tag(plot)}--{repeat}.json"
+def _reconstruction(name: str, plot: Path, folder: Path) -> dict[str, Any]:
+    kept = folder / "sfm" / f"{name.replace(' ', '-')}--{_tag(plot)}.json"
     place = kept.with_suffix("")
     if not (_is_good(kept) and (place / "sfm" / "frame.json").exists()):
         shutil.rmtree(place, ignore_errors=True)
@@ -83,10 +81,10 @@ def _reconstruction(name: str, plot: Path, repeat: int, folder: Path) -> dict[st
     return {**read_json(kept), "folder": str(place / "sfm")}
 
 
-def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path) -> None:
+def _measure(config: Config, plot: Path, folder: Path, kept: Path) -> None:
     sfm: dict[str, Any] = {"wall_s": 0.0, "peak_memory_mb": 0, "folder": "", "stages": {}}
     if config.sfm:
-        sfm = _reconstruction(config.sfm, plot, repeat, folder)
+        sfm = _reconstruction(config.sfm, plot, folder)
         if "error" in sfm:
             write_json(kept, {"error": f"reconstruction: {sfm['error']}", "seconds": None})
             return
@@ -120,7 +118,7 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path) 
 
 def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.DataFrame:
     """One row a configuration: ``key, title, group, seconds`` (median over runs, a plot), ``seconds_lo, seconds_hi``
-    (least, most), ``rmse_cm`` with its 90 % bootstrap interval over stems (a stem's repeats stay together), ``me_cm,
+    (least, most), ``rmse_cm`` with its 90 % bootstrap interval over stems (a stem's runs stay together), ``me_cm,
     success, ok_share, worst_cm, false, coverage, peak_memory_mb, photos, megapixels, gaussians``; ``stems`` that are
     clearly visible, each counted once; ``of_all``: share of all stems with a DBH, hidden ones too; on the Pareto
     ``front``."""
@@ -231,7 +229,7 @@ def knees(table: pd.DataFrame) -> dict[str, str]:
 def write_records(folder: Path, records: list[dict], table: pd.DataFrame, facts: dict[str, Any]) -> None:
     """``benchmark.csv`` (a row a configuration), ``trees.csv`` (a row a tree and run), ``benchmark.json``."""
     trees = [
-        {"config": record["config"], "plot": record["plot"], "repeat": record["repeat"], **row}
+        {"config": record["config"], "plot": record["plot"], **row}
         for record in records
         for row in record.get("rows", [])
     ]
@@ -241,7 +239,7 @@ def write_records(folder: Path, records: list[dict], table: pd.DataFrame, facts:
 
 
 def run_chart(
-    output: Path, plots: Path | None, quick: bool, repeats: int, only: list[str], budget_min: float, reporter: Reporter
+    output: Path, plots: Path | None, quick: bool, only: list[str], budget_min: float, reporter: Reporter
 ) -> dict[str, Any]:
     """The speed-accuracy chart. Files: ``speed-accuracy.{svg,png,html,md}``, ``benchmark.{csv,json}``, ``trees.csv``.
 
@@ -261,8 +259,8 @@ def run_chart(
         configs = [c for c in configs if c.kind != "cloud"]
         reporter.info("Not every plot has a LiDAR cloud: LiDAR methods are left out.")
     with reporter.stage("configurations", 0.15, 0.98):
-        budget = max(60 * budget_min - (time.monotonic() - began), 1.0) if budget_min else float("inf")
-        records, left = run_configs(folders, configs, repeats, output, reporter, budget)
+        left_s = max(60 * budget_min - (time.monotonic() - began), 1.0)
+        records, left = run_configs(folders, configs, output, reporter, left_s)
     table = summarise(records)
     if not len(table):
         raise TreeDGSError(f"{output}: no configuration finished, see the files in runs/ and run again.")
@@ -270,10 +268,9 @@ def run_chart(
         reporter.warn(f"Out of time; left out: {', '.join(left)}. Run again to add them.")
     stems = int(table["stems"].max())
     facts = {
-        "command": f"treedgs benchmark{' --quick' if quick else ''} --repeats {repeats}",
+        "command": f"treedgs benchmark{' --quick' if quick else ''}",
         "machine": machine(),
         "plots": [folder.name for folder in folders],
-        "repeats": repeats,
         "left_out": left,
         "code": code_digest(),
         "seconds": round(time.monotonic() - began),
@@ -297,3 +294,72 @@ def run_chart(
         "left_out": left,
         "seconds": facts["seconds"],
     }
+
+
+#: Reconstruction settings by name; several configurations share one reconstruction, whose seconds count for each.
+SFM: dict[str, dict[str, Any]] = {
+    "2000 features": {"max_features": 2000, "neighbours": 8},
+    "4000 features": {"max_features": 4000, "neighbours": 12},
+    "8000 features": {},
+    "16000 features": {"max_features": 16000, "neighbours": 30},
+    "half-size photos": {"max_image_size": 640},
+}
+
+
+@dataclass(frozen=True)
+class Config:
+    """One point of the chart.
+
+    key: file name. title: on the chart. group: level of modelling (``docs/evidence/speed-accuracy.md``). kind:
+    ``photos`` (stems fitted in the photos), ``published`` (the published method over the whole plot) or ``cloud``.
+    sfm: key of :data:`SFM`. params: settings of the stage. scale: size of the photos that the stems are fitted in.
+    preset: this is that preset of ``photos-to-dbh``, with all of its settings. quick: part of ``--quick``.
+    """
+
+    key: str
+    title: str
+    group: str
+    kind: str = "photos"
+    sfm: str = "8000 features"
+    params: dict[str, Any] = field(default_factory=dict)
+    scale: float = 1.0
+    preset: str = ""
+    quick: bool = False
+
+
+PRESET_GROUP = "presets"
+CONFIGS: tuple[Config, ...] = (
+    Config("balanced", "balanced", PRESET_GROUP, preset="balanced", quick=True),
+    Config("fast", "fast", PRESET_GROUP, sfm="4000 features", preset="fast", quick=True),
+    Config("lidar", "LiDAR, our circles", "LiDAR", "cloud", sfm="", quick=True),
+    Config(
+        "lidar-cylinder",
+        "LiDAR, cylinder (published)",
+        "LiDAR",
+        "cloud",
+        sfm="",
+        params={"method": "paper", "fit": "cylinder"},
+        quick=True,
+    ),
+    Config("views-12", "12 photos", "photos used", params={"max_views": 12}, quick=True),
+    Config("views-24", "24 photos", "photos used", params={"max_views": 24}, quick=True),
+    Config("half", "photos at 1/2", "pixels used", params={"max_views": 96}, scale=0.5, quick=True),
+    Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
+    Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
+    Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
+    Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
+    Config("views-6", "6 photos", "photos used", params={"max_views": 6}),
+    Config("views-48", "48 photos", "photos used", params={"max_views": 48}),
+    Config("quarter", "photos at 1/4", "pixels used", params={"max_views": 96}, scale=0.25),
+    Config("sfm-half", "half-size photos", "reconstruction", sfm="half-size photos", params={"max_views": 96}),
+    Config("sfm-4000", "4000 features", "reconstruction", sfm="4000 features", params={"max_views": 96}),
+    Config("sfm-16000", "16000 features", "reconstruction", sfm="16000 features", params={"max_views": 96}),
+    Config(
+        "paper",
+        "paper (whole plot, 60 CPU minutes)",
+        PRESET_GROUP,
+        "published",
+        params={"time_limit_min": 60.0},
+        preset="paper",
+    ),
+)

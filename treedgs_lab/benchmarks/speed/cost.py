@@ -6,7 +6,6 @@ fitted (``b`` within the limits that the algorithm allows). The prediction says 
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Any
 
@@ -44,16 +43,16 @@ MAX_FEATURE_MP, MAX_VIEWS = 12.0, 96
 _NOTICED = 0.02
 
 
-def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Reporter) -> dict[str, Any]:
+def run_cost(output: Path, plots: Path | None, reporter: Reporter) -> dict[str, Any]:
     """Measure, fit, predict; writes ``cost.{json,csv,md,svg,png}``.
 
     Raises:
         InputError: the plot given is none.
     """
     plot, *more = plots_of(plots, output, True, reporter)
-    points = _measure(plot, more, output, reporter, budget_min)
+    points = _measure(plot, more, output, reporter)
     if len(points) < 4:
-        raise InputError("Too few measurements were made to fit a cost model; give more time with --budget-min.")
+        raise InputError("Too few measurements for a cost model; see the files in cost-runs/ and run again.")
     table = split_reducing(pd.DataFrame(points))
     fits = {
         stage: fit_power(rows["size"].to_numpy(float), rows["seconds"].to_numpy(float), GROWTH[stage][1])
@@ -82,7 +81,7 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
 
 
 def _runs(plot: Path, more: list[Path]) -> dict[str, dict[str, Any]]:
-    """Jobs of :mod:`.cost_jobs` by name, small ones first: sizes of each kind of work on ``plot``, and the
+    """Jobs of :mod:`.jobs` by name, small ones first: sizes of each kind of work on ``plot``, and the
     reconstruction of ``more`` plots."""
     runs: dict[str, dict[str, Any]] = {}
     for share, scale in ((0.35, 1.0), (0.6, 1.0), (1.0, 1.0), (0.5, 0.6)):
@@ -103,18 +102,14 @@ def _runs(plot: Path, more: list[Path]) -> dict[str, dict[str, Any]]:
     return {name: {"plot": str(plot), **job} for name, job in runs.items()}
 
 
-def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
+def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter) -> list[dict]:
     """A row a stage and run; kept runs are not run again."""
-    began, points = time.monotonic(), []
-    runs = _runs(plot, more)
+    points, runs = [], _runs(plot, more)
     for number, (name, job) in enumerate(runs.items()):
         reporter.progress(number / len(runs), name)
         kept = output / "cost-runs" / f"{name}.json"
         record: dict[str, Any] = read_json(kept) if kept.exists() else {"error": "not run"}
         if "error" in record:
-            if budget_min and time.monotonic() - began > 60 * budget_min:
-                reporter.warn(f"Out of time before {name}; run again to add it.")
-                break
             record = run_job({**job, "scratch": str(output / "cost-runs" / f"{name}-work")}, kept)
         if "error" in record:
             reporter.warn(f"{name}: {record['error']}")

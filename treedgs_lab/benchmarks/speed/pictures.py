@@ -217,7 +217,7 @@ def report_blocks(
     notes = "" if not facts["left_out"] else f" Left out for lack of time: {', '.join(facts['left_out'])}."
     said = (
         f"{facts['plots_text']}; {_cores(facts)} of {facts['machine']['processor']}, "
-        f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. "
+        f"TreeDGS {facts['machine']['version']}; seed 0. "
         f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}"
     )
     return [Paragraph(said), configurations(table), *_levels(table), *_by_plot(each)]
@@ -231,7 +231,7 @@ def configurations(table: pd.DataFrame) -> Table:
     ]
     note = (
         "* on the Pareto front. Success: stems with a DBH of those that three or more photos show clearly. s: median "
-        "over the runs, reconstruction included."
+        "over the plots, reconstruction included."
     )
     return Table("configurations", "", list(COLUMNS), rows, note)
 
@@ -305,7 +305,7 @@ def document(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) 
         Sentences([*(f"{preset}: {titles[key]}" for preset, key in knees.items()), *left]),
         configurations(table),
     ]
-    subtitle = f"{facts['plots_text']}. {machine}. {facts['repeats']} run(s) of each configuration"
+    subtitle = f"{facts['plots_text']}. {machine}"
     return Document("Speed against accuracy", subtitle, blocks)
 
 

@@ -36,8 +36,7 @@ from ...simulate.trouble import TroubleSettings
 from ..plot import TruePlot, score_trees
 from ..records import code_digest
 from . import perturb
-from .factor_type import BASE, CLOUD, PHOTOS, Factor
-from .factors import FACTORS
+from .factors import BASE, CLOUD, FACTORS, PHOTOS, Factor
 
 #: Method -> what it reads.
 METHODS = {"photos": PHOTOS, "lidar": CLOUD}

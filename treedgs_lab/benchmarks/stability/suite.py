@@ -14,7 +14,7 @@ from treedgs_geo.report.charts import write_chart
 from treedgs_geo.report.html import write_html
 
 from ..records import machine, rows_of, write_markdown, write_table
-from . import factor_report, report
+from . import report
 from .cases import METHODS, Case, all_cases, run_cases
 from .factors import FACTORS
 
@@ -46,8 +46,7 @@ def run_stability(output: Path, chosen: StabilityChoice, budget_min: float, repo
     ensure_writable(output / "stability.json")
     cases = chosen.cases()
     with reporter.stage("cases", 0.0, 0.97):
-        budget = 60 * budget_min if budget_min else float("inf")
-        records = list(run_cases(cases, output, reporter, budget))
+        records = list(run_cases(cases, output, reporter, 60 * budget_min))
     if len(records) < len(cases):
         reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time); run again to go on.")
     return {
@@ -61,11 +60,11 @@ def run_stability(output: Path, chosen: StabilityChoice, budget_min: float, repo
 def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str, Any]:
     """Tables, pictures and page of the records; wanted: cases that there should be."""
     if not records:
-        raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
+        raise TreeDGSError("No case was run, so there is nothing to report; leave --quick out.")
     table = report.tree_rows(records)
     levels = report.by_level(table)
     claim = report.verdict(table)
-    factors = factor_report.by_factor(table)
+    factors = report.by_factor(table)
     codes = sorted({record["code"] for record in records})
     facts = {
         "machine": machine(),
@@ -82,7 +81,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         output / "stability.json",
         {**facts, "verdict": claim, "lies": rows_of(wrong), "levels": rows_of(levels)},
     )
-    said = [*report.report_blocks(table, levels, facts), factor_report.factor_table(factors)]
+    said = [*report.report_blocks(table, levels, facts), report.factor_table(factors)]
     write_markdown(output / "stability.md", said)
     curves = write_chart(output, "stability-curves", report.draw_curves(levels)).data
     write_html(output / "stability.html", report.document(said, curves))

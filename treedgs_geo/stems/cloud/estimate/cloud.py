@@ -24,14 +24,13 @@ from ..propose.labelling import Labeller
 from ..propose.options import SegmentOptions
 from ..propose.segment import StemMap, find_stems, guess_sensor
 from ..propose.sensors import SENSORS, Sensor
-from .alternative_estimators import by_cylinder, by_filling, by_the_paper
 from .frames import Surroundings, TreeFrame
 from .heights import tree_heights
 from .options import MeasureOptions
 from .passes import Passes, fit_passes
+from .published import by_cylinder, by_filling, by_the_paper
 from .scans import Scanned, fitted_together
-from .stem import measure_points
-from .stem_measure import StemMeasure, refuse
+from .stem import StemMeasure, measure_points, refuse
 from .track import SensorTrack
 
 #: A stem's points beyond this many add nothing but time.
@@ -155,8 +154,6 @@ def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
     if kind == "none":
         return None
     if kind == "range_intensity":
-        from .intensity import range_normalised
-
         cloud = cloud.with_attribute("range_intensity", range_normalised(cloud))
     if kind not in cloud.attributes:
         there = ", ".join(cloud.attributes) or "none"
@@ -365,3 +362,25 @@ def _mark_touching(trees: list[Tree]) -> None:
         for reason in judge("points", {"gap_m": gap}).reasons:
             measured[one].add_reason(reason)
             measured[other].add_reason(reason)
+
+
+def range_normalised(cloud: PointCloud) -> np.ndarray:
+    """(N,) intensity x (range / median range) squared, as for a target wider than the beam.
+
+    Raises:
+        InputError: no intensity, no GPS time, or too few pulses with two returns.
+    """
+    if "intensity" not in cloud.attributes:
+        raise InputError("--weights range_intensity: the cloud has no intensity; use --weights none.")
+    if "gps_time" not in cloud.attributes:
+        raise InputError(
+            "--weights range_intensity: the cloud has no gps_time, expected one a pulse; use --weights intensity."
+        )
+    track = SensorTrack.of(cloud.xyz, cloud.attributes)
+    if track is None:
+        raise InputError(
+            "--weights range_intensity: too few pulses have two returns that lie apart, expected ten in half a second, "
+            "to find where the scanner was; use --weights intensity."
+        )
+    distance = np.linalg.norm(cloud.xyz - track.at(track.seen), axis=1)
+    return np.asarray(cloud.attributes["intensity"], float) * (distance / np.median(distance)) ** 2.0

@@ -8,7 +8,7 @@ the spread between heights.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,9 +26,34 @@ from ..propose.options import SegmentOptions
 from ..propose.segment import search_points
 from ..propose.sensors import Sensor
 from .rings import Inside, Rings, inner_face, kurtosis, without_waves
-from .stem_measure import StemMeasure, refuse
 from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor, uneven_ring
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
+
+
+@dataclass(frozen=True)
+class StemMeasure:
+    """One stem's measurement. cone: in the tree's own frame, metres. assessment: diameter, error, flag and reasons.
+    arc_deg: circumference covered by bark. taper_cm_m: change of the diameter with height. noise_m: spread of the
+    points about the bark, NaN unknown. inside: points on its inner side."""
+
+    cone: Cone | None
+    assessment: Assessment
+    arc_deg: float = 0.0
+    points: int = 0
+    slices: int = 0
+    taper_cm_m: float | None = None
+    noise_m: float = float("nan")
+    inside: Inside = Inside()
+
+    def assessed(self, assessment: Assessment, cone: Cone | None = None) -> StemMeasure:
+        """The same with more evidence; cone: instead of its own."""
+        return replace(self, assessment=assessment, cone=cone or self.cone)
+
+
+def refuse(*reasons: str, cone: Cone | None = None, points: int = 0) -> StemMeasure:
+    """A stem without a number."""
+    return StemMeasure(cone, Assessment.refused(*reasons), points=points)
+
 
 #: Windows (below, above breast height), m, that are tried in turn until the bark in them is plenty. None reaches into
 #: the butt swell below half a metre: a straight cone through it reads too thick at breast height. Beginning 25 cm

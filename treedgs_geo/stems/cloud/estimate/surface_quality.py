@@ -20,7 +20,7 @@ ROUNDNESS = 0.02
 FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
 #: Error of terrestrial scans that the spread of the points about the bark shows, share of it on the diameter: where
 #: walks with a mobile scanner drift, the walls of a stem do not lie where the stem is, however many points show them
-#: (even seeds of ``treedgs_lab/benchmarks/clouds/dense_clouds.py``).
+#: (even seeds of ``docs/results/dense_clouds.json``).
 DRIFT_SHARE = 0.25
 #: The same of half rings, share of the shape's error on top of it, below this arc.
 HALF_RING, HALF_RING_DEG = 0.75, 200.0

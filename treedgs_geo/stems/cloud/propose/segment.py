@@ -3,11 +3,13 @@
 Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate,
 grown from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, emptiness inside, clutter
 outside) -> explained points are taken away from later candidates -> the axis is followed upwards -> every point
-near a stem gets its ``tree_id``. Parameters follow treeX for drone LiDAR where they have a counterpart.
+near a stem gets its ``tree_id``. A fork above breast height is one tree. Parameters follow treeX for drone LiDAR where
+they have a counterpart.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,14 +21,12 @@ from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud, extent, thin
 from ....terrain.dtm import Dtm
 from ....terrain.ground import height_above_ground
-from .candidate_check import ConeStem, best_stem
+from ...geometry.cone import Cone
+from .candidate_check import AS_ALL, THICK, ConeEvidence, ConeStem, as_stem, best_stem, weigh
 from .candidates import find_candidates
-from .forks import without_limbs
-from .noise import LEAST_RINGS, measured_noise
 from .options import SegmentOptions
-from .refused import Rejected, at_seeds, listed, not_round
 from .region_growing import Search
-from .sensors import SENSORS, Sensor, tolerance
+from .sensors import MAX_NOISE_M, SENSORS, Sensor, tolerance
 
 #: Side of the squares that a cloud is searched in, how far outside a square its stems may stand, and side of the cells
 #: that its points are taken from, metres.
@@ -242,3 +242,212 @@ def without_doubles(stems: list[ConeStem]) -> list[ConeStem]:
     for number, stem in enumerate(stems):
         kept[number] = not any(kept[other] and _same(stem, stems[other]) for other in near[number] if other < number)
     return [stem for stem, keep in zip(stems, kept, strict=True) if keep]
+
+
+#: Heights between which a tree has bark of its own at its foot, and from which on a limb's own bark counts, m.
+FOOT_M, LIMB_M = (0.4, 1.5), 1.6
+#: A limb has less than this share of its own density of points at the foot; its stem more than the second.
+OWN_FOOT, STEM_FOOT = 0.2, 0.4
+#: Limbs start this close to the bark of their stem at one of these heights, m.
+JOINS_M, _JOINED_AT_M = 0.15, (1.3, 2.0, 3.0)
+
+
+def without_limbs(search: Search, found: list[ConeStem]) -> list[ConeStem]:
+    """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
+    at = np.array([[*stem.cone.centre(h), stem.cone.radius(h)] for stem in found for h in _JOINED_AT_M])
+    at = at.reshape(len(found), len(_JOINED_AT_M), 3)
+    limbs = set()
+    for number, limb in enumerate(found):
+        # Stems whose axes come close enough for this one to grow out of them.
+        gap = np.hypot(at[:, :, 0] - at[number, :, 0], at[:, :, 1] - at[number, :, 1])
+        for other in np.flatnonzero((gap < at[:, :, 2] + at[number, :, 2] + JOINS_M).any(axis=1)):
+            stem = found[other]
+            if other != number and not stem.refused and not stem.at_seed and _is_limb(search, limb, stem):
+                limbs.add(number)
+    return [stem for number, stem in enumerate(found) if number not in limbs]
+
+
+def _is_limb(search: Search, limb: ConeStem, stem: ConeStem) -> bool:
+    """Bark that each of the two has for itself, below and above: a point belongs to the nearer bark; what lies within
+    the stem is not the limb's."""
+    sensor, top_m = search.sensor, search.options.fitted_m[1]
+    middle = limb.cone.centre(2.0)
+    reach = float(limb.cone.radius(0.5)) + 0.1 + 3.0 * float(np.hypot(limb.cone.dx, limb.cone.dy))
+    reach += float(np.hypot(*(middle - stem.cone.centre(2.0)))) + float(stem.cone.radius(0.5))
+    near = search.points[search.tree.within(middle, reach, FOOT_M[0], top_m)]
+    of_limb, of_stem = limb.cone.residuals(near), stem.cone.residuals(near)
+    near_stem = of_stem < tolerance(stem.cone, sensor)
+    low, high = (near[:, 2] < FOOT_M[1]), (near[:, 2] > LIMB_M)
+    own = (np.abs(of_limb) < tolerance(limb.cone, sensor)) & ~(near_stem & (near[:, 2] < FOOT_M[1]))
+    main = np.abs(of_stem) < tolerance(stem.cone, sensor)
+    foot, above = FOOT_M[1] - FOOT_M[0], top_m - LIMB_M
+    usual = np.count_nonzero(own & high & ~near_stem) / above
+    below = np.count_nonzero(own & low) / foot
+    return bool(usual > 0 and below < OWN_FOOT * usual and np.count_nonzero(main & low) / foot > STEM_FOOT * usual)
+
+
+#: Rings that the noise is taken from: found in most rows, seen from most sides, empty inside, little outside (shares
+#: of the bark's points), and small against the radius.
+MIN_ROWS, MIN_ARC_DEG, MAX_INSIDE, MAX_OUTSIDE, MAX_OF_RADIUS = 0.8, 240.0, 0.12, 0.45, 0.35
+#: Rings that make the noise a cloud's, and candidates that are looked at for them.
+LEAST_RINGS, MAX_TRIED = 2, 60
+
+
+def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> float | None:
+    """Spread of the bark of the clearest ring among the cones fitted to (N, 3) points; ``None`` where none is one."""
+    best: tuple[float, float] | None = None
+    for cone in cones:
+        if cone.sigma > MAX_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+            continue
+        seen = weigh(cone, near, sensor, options, cone.sigma, 1)
+        if seen.points < sensor.least_points or seen.row_share < MIN_ROWS or seen.arc_deg < MIN_ARC_DEG:
+            continue
+        stray = seen.inside + seen.outside
+        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE and (best is None or stray < best[0]):
+            best = stray, cone.sigma
+    return None if best is None else best[1]
+
+
+def measured_noise(search: Search, candidates: np.ndarray, least: int) -> float | None:
+    """Spread of the bark in this cloud, from the best of (K, 4) candidates; ``None`` with fewer than ``least`` clear
+    rings."""
+    own, search.sensor = search.sensor, search.sensor.at_noise(MAX_NOISE_M)
+    rings: list[tuple[float, np.ndarray]] = []
+    for *place, h, radius in candidates[:MAX_TRIED]:
+        xy = np.array(place)
+        if any(np.hypot(*(ring - xy)) < 0.3 for _, ring in rings):
+            continue
+        near = search.near(xy, radius)
+        spread = ring_noise(search.cones(near, xy, h, radius), search.points[near], search.sensor, search.options)
+        if spread is not None:
+            rings.append((spread, xy))
+    search.sensor = own
+    return float(np.median([spread for spread, _ in rings])) if len(rings) >= least else None
+
+
+#: What is listed as seen but not measurable: rows with bark, arc, shares inside and outside, sharpness (of a sliver of
+#: bark: more), points (of the least a stem needs). Set on generated mobile scans (even seeds) and the shared real
+#: clouds, so that shrubs are not listed.
+LISTED_ROWS, LISTED_ARC_DEG, LISTED_INSIDE, LISTED_OUTSIDE = 0.9, 45.0, 0.05, 0.25
+LISTED_SHARP, LISTED_SHARP_ARC, LISTED_POINTS = 0.2, 0.6, 2
+#: Candidates looked at, and distance from the bark of stems within which a candidate is part of them, m.
+MAX_LISTED, BESIDE_M = 200, 0.15
+
+#: A found stem whose bark is closer than this to a given place answers for it; height that is looked at, and radii that
+#: cones are started from where none is, m.
+SEED_M, SEED_AT_M, SEED_RADII_M = 0.3, 1.5, (0.06, 0.12, 0.2)
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A candidate that was no clean ring, and the cones fitted to the ``points`` free points around it."""
+
+    xy: np.ndarray
+    height: float
+    radius: float
+    points: int
+    cones: list[Cone]
+
+
+def not_round(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
+    """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
+    sensor, loose = search.sensor, replace(search.options, min_rows=0.85)
+    kept: list[ConeStem] = []
+    for one in rejected[:200]:
+        if search.is_stem(one.xy, one.height, beyond_m=0.6):
+            continue
+        near = search.near(one.xy, one.radius)
+        same = len(near) == one.points
+        cones = one.cones if same else search.cones(near, one.xy, one.height, one.radius, loose)
+        stem = best_stem(cones, search.points[near], sensor, loose, strict=False)
+        if stem is None or stem.seen.points < 4 * sensor.least_points:
+            continue
+        pieces = search.follow_up(stem.cone)
+        if len(pieces) >= 5 and np.median([piece.sigma for piece in pieces]) < 0.9 * sensor.cap_m:
+            kept.append(replace(stem, pieces=pieces, refused="not_round"))
+            search.add(stem.cone)
+    return kept
+
+
+def listed(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
+    """Candidates that look like stems and cannot be measured: upright, empty inside, little around them, but too few
+    sides seen, too thin for the noise, or veiled by twigs."""
+    kept: list[ConeStem] = []
+    for one in rejected[:MAX_LISTED]:
+        if search.is_stem(one.xy, one.height, beyond_m=BESIDE_M):
+            continue
+        stem = veiled(one.cones, search.points[search.near(one.xy, one.radius)], search.sensor, search.options)
+        if stem is not None and not search.is_stem(stem.cone.centre(one.height), one.height, beyond_m=BESIDE_M):
+            kept.append(stem)
+            search.add(stem.cone)
+    return kept
+
+
+def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
+    """The clearest of the cones that stand out as upright and hollow without being a clean ring, with the reason."""
+    best: ConeStem | None = None
+    for cone in cones:
+        if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+            continue
+        seen = weigh(cone, near, sensor, options)
+        upright = seen.points >= LISTED_POINTS * sensor.least_points and seen.row_share >= LISTED_ROWS
+        hollow = seen.inside <= LISTED_INSIDE and seen.outside <= LISTED_OUTSIDE and seen.sharp >= LISTED_SHARP
+        if not upright or not hollow or seen.arc_deg < LISTED_ARC_DEG:
+            continue
+        stem = as_stem(cone, seen, sensor, _reason(cone, seen, sensor, options))
+        if stem.refused and (best is None or stem.seen.score > best.seen.score):
+            best = stem
+    return best
+
+
+def _reason(cone: Cone, seen: ConeEvidence, sensor: Sensor, options: SegmentOptions) -> str:
+    """Why it is no clean ring; empty where a sliver of bark is not even sharp."""
+    if seen.arc_deg < options.min_arc_deg:
+        return "short_arc" if seen.sharp >= LISTED_SHARP_ARC else ""
+    thin = THICK * cone.radius(1.3) < cone.sigma <= AS_ALL * sensor.noise_m
+    return "too_small" if thin else "occluded"
+
+
+def at_seeds(search: Search, seeds: np.ndarray) -> list[ConeStem]:
+    """An answer for each of (K, 2) places given where no stem was found within ``SEED_M``: a stem after all, where a
+    cone started at the place itself is one, or the reason why there is none (``at_seed``)."""
+    sensor, options = search.sensor, search.options
+    low, high = extent(search.points[:, :2])
+    inside = (seeds >= low - SEED_M).all(axis=1) & (seeds <= high + SEED_M).all(axis=1)
+    answers: list[ConeStem] = []
+    for place in seeds[inside]:
+        if search.is_stem(place, SEED_AT_M, beyond_m=SEED_M):
+            continue
+        near = search.near(place)
+        cones = [
+            cone
+            for radius in SEED_RADII_M
+            for cone in search.cones(near, place, SEED_AT_M, radius)
+            if np.hypot(*(cone.centre(SEED_AT_M) - place)) < SEED_M + cone.radius(SEED_AT_M)
+        ]
+        stem = best_stem(cones, search.points[near], sensor, options)
+        if stem is None or search.is_stem(stem.cone.centre(SEED_AT_M), SEED_AT_M, beyond_m=BESIDE_M):
+            there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
+            reason = _reason_at(cones, search.points[near], place, sensor, options)
+            seen = ConeEvidence(len(near), 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0)
+            stem = ConeStem(there, seen, at_seed=True, refused=reason)
+        else:
+            search.add(stem.cone)
+        answers.append(stem)
+    return answers
+
+
+def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: Sensor, options: SegmentOptions) -> str:
+    """Why (N, 3) points around a given place show no stem."""
+    close = np.count_nonzero(np.hypot(*(near[:, :2] - place).T) < SEED_M + SEED_RADII_M[-1])
+    if close < LISTED_POINTS * sensor.least_points:
+        return "few_points"
+    seen = [
+        weigh(cone, near, sensor, options) for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200
+    ]
+    best = max(seen, key=lambda one: one.score, default=None)
+    if best is None or best.row_share < options.min_rows:
+        return "occluded"
+    if best.arc_deg < options.min_arc_deg:
+        return "short_arc"
+    return "not_round" if best.inside > 0.35 else "occluded"
