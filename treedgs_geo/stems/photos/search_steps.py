@@ -103,6 +103,7 @@ def fit_by_edges(search: TileSearch) -> None:
 def fit_with_network(search: TileSearch) -> None:
     """Stems where the network sees them, and their widths by its silhouettes."""
     by_edges, (bark, either) = search.fits, shown_to_network(search)
+    search.shown.clear()  # the maps hold it now
     seen = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
     free = away_from(seen, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(replace(search.fitter, shown=bark), free)
