@@ -176,8 +176,8 @@ OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
 SEES = 0.5
 #: Correlation from which the ground counts as seen through a stem, in this share of its radius.
 SEEN_CORRELATION, CORE = 0.7, 0.7
-#: Ivy is looked for this far up and down from breast height, m; standard error for each unit of its share, cm: leaves
-#: stand 3 to 8 cm off the bark on both sides.
-ABOUT_M, COVER_CM = 0.6, 15.0
+#: Ivy is looked for this far up and down from breast height, m; how much thicker it makes a stem, cm: leaves stand 3 to
+#: 8 cm off the bark on both sides. Times its share, the standard error.
+ABOUT_M, COVER_CM = 0.6, 16.0
 #: Log odds of stem at an average pixel; what a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
 PRIOR_ODDS, SHARE_WEIGHT = -2.5, 4.0

@@ -59,8 +59,8 @@ _RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/phot
 _HARD = "six simulated plots with ivy, shrubs, oval and mossy stems, seeds 401 to 406 (docs/evidence/stem-network.md)"
 _HARDER = "hard simulated plots, seeds 421 to 426 (docs/evidence/photos.md)"
 _IVY = (
-    "simulated: seven stems under ivy 0.43 and more, three that it just reaches 0.06 to 0.45; some 60 looks at others "
-    "in four plots up to 0.37, one 0.49"
+    "27 simulated plots: of 55 stems that ivy makes thicker one 0.08, one 0.22, the others 0.35 and more; of 193 "
+    "others 183 below 0.2, all below 0.32"
 )
 _IVIED = "simulated stems under ivy, drone LiDAR, seeds 501 to 503 (docs/evidence/point-clouds.md)"
 _STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
@@ -137,7 +137,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             *_below(60, 52),
             _RENDERED,
         ),
-        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.23, 0.42), _IVY),
+        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.2, 0.35), _IVY),
         Limit("occluded", "rms_px", "edge residual, edge score below 100", "px", *_above(0.535, 0.555), _RENDERED),
         Limit(
             "occluded",

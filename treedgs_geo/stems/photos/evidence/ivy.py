@@ -46,6 +46,6 @@ def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: list[PlumbGri
 
 
 def with_cover(fit: PhotoFit, share: float) -> PhotoFit:
-    """The fit with the share of ivy in what the network sees of it."""
+    """The fit with the share of ivy in what the network sees of it: flagged, its interval reaches the stem under it."""
     found = judge("photos", {"covered": share}, fit.dbh_cm)
-    return fit.assessed(fit.assessment.adding(found, COVER_CM * share))
+    return fit.assessed(fit.assessment.adding(found, COVER_CM * share, fit.dbh_cm - COVER_CM))
