@@ -131,6 +131,7 @@ def check_block(
         "registered": int(posed.sum()),
         "left_out": left_out,
         "confirmed": confirmed,
+        "placed_by_ground": joined.on_ground,
         "groups": [len(group) for group in groups],
         "points": len(block.points),
         "track_length": round(track, 2),

@@ -11,6 +11,7 @@ import numpy as np
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..core.shown import shorten
+from ..geotags.stations import Stations
 from .adjustment import MIN_LIMIT_PX, Adjusted, Known, adjust, adjust_roughly, prune, typical_px
 from .bundle import GOOD, LAST
 from .cameras import Sensor
@@ -18,6 +19,7 @@ from .control import align_to_control, as_block_says
 from .covariance import posterior_of
 from .georeference import GIMBAL_LIMIT_DEG, Placement, as_stored
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
+from .ground_alignment import MIN_GROUND_POINTS, ground_points, tie_to_ground
 from .poses import nearest_rotation, rotation_angle_deg
 from .prior_knowledge import Survey
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, confirmed, extend, from_matches, resect, retriangulate
@@ -29,13 +31,15 @@ from .tracks import Block, triangulate
 MAPPED_SHARE = 0.35
 #: Rounds in which geotags are moved in time, and come to count less: a wrong one pulls those beside it.
 _ROUNDS = 3
+#: Rounds in which photos are tied to the ground: those that the first places give a better picture of it.
+_GROUND_ROUNDS = 2
 #: Points that three photos see, from which on a photo needs no others.
 _ENOUGH = 40
 
 
 class Joined(NamedTuple):
     """A finished block, its last adjustment, what held it and was free in that, whether a rolling shutter was looked
-    for, and which photos are confirmed (N,) (:func:`.resection.confirmed`).
+    for, which photos are confirmed (N,) (:func:`.resection.confirmed`), and how many were placed by their ground.
     """
 
     block: Block
@@ -44,10 +48,11 @@ class Joined(NamedTuple):
     free: frozenset[str]
     tested_shutter: bool
     confirmed: np.ndarray
+    on_ground: int
 
 
 def join_photos(
-    placement: Placement, store: FeatureStore, names: list[str], survey: Survey, reporter: Reporter
+    placement: Placement, store: FeatureStore, stations: Stations, survey: Survey, reporter: Reporter
 ) -> Joined:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo,
     adjust.
@@ -55,7 +60,7 @@ def join_photos(
     Raises:
         ReconstructionError: no three photos match each other.
     """
-    known, sensor, free = survey.known, survey.sensor, survey.free
+    known, sensor, free, names = survey.known, survey.sensor, survey.free, stations.names
     rng = np.random.default_rng(1)
     tested = bool(free & {"readout", "travel"})
     placement = _enough(placement, store, known, sensor, reporter)
@@ -77,8 +82,19 @@ def join_photos(
         triangulate(block, reach)
         _refine(block, known, free, reach)
         reporter.progress(0.75 if radius > 2 else 0.85)
+    on_ground = np.zeros(len(names), bool)
+    for _ in range(_GROUND_ROUNDS):
+        turned = tie_to_ground(block, store, stations.paths, known)
+        if not turned.any():
+            break
+        on_ground |= turned
+        extend(block, store, reach)
+        triangulate(block, reach)
+        _refine(block, known, free, reach)
+    if on_ground.any():  # what crowns alone hold stands anywhere
+        block.unpose(block.is_posed & (ground_points(block)[0] < MIN_GROUND_POINTS))
     loose = set_loose(block, known, guess)
-    loose |= set_unconfirmed(block, confirmed(block, store), known, guess)
+    loose |= set_unconfirmed(block, confirmed(block, store) | on_ground, known, guess)
     _join_loose(block, store, loose, guess, known, free, rng)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
@@ -110,10 +126,10 @@ def join_photos(
             f"The control points are far less sure than they state, {sd_m:.2f} m by what the block shows, and count by "
             "that: look at their coordinates and marks, or state their standard deviations (CSV, sd_h_m and sd_v_m)."
         )
-    sure = confirmed(block, store)
+    sure = confirmed(block, store) | on_ground
     if leave_out_unconfirmed(block, sure, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    return Joined(block, adjusted, known, free, tested, sure)
+    return Joined(block, adjusted, known, free, tested, sure, int((on_ground & block.is_posed).sum()))
 
 
 def _as_control_says(block: Block, known: Known, given: Known) -> Known:

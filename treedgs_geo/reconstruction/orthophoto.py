@@ -72,7 +72,7 @@ def write_orthophoto(
     profile = {"driver": "GTiff", "width": columns, "height": rows, "count": 3, "dtype": "uint8", "tiled": True}
     profile |= {"crs": frame.crs.to_wkt(), "transform": Affine(gsd, 0, west, 0, -gsd, north), "photometric": "RGB"}
     gains: dict[str, np.ndarray] = {}
-    parts = [(top, left) for top in _split(rows) for left in _split(columns)]
+    parts = [(top, left) for top in split(rows) for left in split(columns)]
     seen = 0
     with atomic_path(path) as made, temporary_beside(path) as plain:
         with (
@@ -93,7 +93,7 @@ def write_orthophoto(
     return {"gsd_m": gsd, "seen": round(seen / (rows * columns), 3)}
 
 
-def _split(size: int) -> list[slice]:
+def split(size: int) -> list[slice]:
     """Equal pieces of whole steps."""
     step = -(-size // (-(-size // _PIECE_PX) * STEP_PX)) * STEP_PX
     return [slice(start, min(start + step, size)) for start in range(0, size, step)]
@@ -118,15 +118,29 @@ def _piece(
     shape: tuple[int, int],
     gains: dict[str, np.ndarray],
 ) -> np.ndarray:
-    """(rows, columns, 4) uint8, RGB and whether it is shown. corner: (2,) north-western, project coordinates. gains: of
-    the photos levelled so far, filled."""
+    """(rows, columns, 4) uint8, RGB and whether it is shown. corner: (2,) north-western, project coordinates. gains: as
+    :func:`ground_picture`."""
     rows, columns = (-(-size // STEP_PX) * STEP_PX + 2 * _RIM_PX for size in shape)
     x = corner[0] + (np.linspace(0.5, columns - 0.5, columns // STEP_PX + 2) - _RIM_PX) * gsd
     y = corner[1] - (np.linspace(0.5, rows - 0.5, rows // STEP_PX + 2) - _RIM_PX) * gsd
     nodes = np.stack([*np.meshgrid(x, y), np.full((len(y), len(x)), frame.origin[2])], axis=2)
     local = frame.to_local(nodes.reshape(-1, 3))
     local[:, 2] = ground(local[:, 0], local[:, 1])
-    known = local[np.isfinite(local[:, 2])]
+    picture = ground_picture(views, local.reshape(nodes.shape), (rows, columns), gains)
+    return picture[_RIM_PX : _RIM_PX + shape[0], _RIM_PX : _RIM_PX + shape[1]]
+
+
+def ground_picture(
+    views: list[View], nodes: np.ndarray, shape: tuple[int, int], gains: dict[str, np.ndarray]
+) -> np.ndarray:
+    """(rows, columns, 4) uint8 of the ground, RGB and whether it is shown (0 or 255).
+
+    nodes: (R, C, 3) places spread evenly from the first pixel's centre to the last's, local metres, NaN where the
+    height is unknown. shape: rows and columns, multiples of :data:`STEP_PX`. gains: factors of the colours of the
+    photos levelled so far, by name, filled.
+    """
+    rows, columns = shape
+    known = nodes[np.isfinite(nodes[..., 2])]
     result = np.zeros((*shape, 4), np.uint8)
     if not len(known):
         return result
@@ -139,7 +153,7 @@ def _piece(
 
     def draped(i: int) -> np.ndarray:
         k = shrink_factor(views[i].camera, float(views[i].rotation[2] @ (middle - views[i].centre)))
-        return drape(views[i], local.reshape(len(y), len(x), 3), (rows, columns), k)
+        return drape(views[i], nodes, shape, k)
 
     stack = list(in_threads(draped, used))
     agreement = agreement_of(stack) * (pixel[used].min() / pixel[used])[:, None, None].astype(np.float32)
@@ -153,9 +167,8 @@ def _piece(
             total += wide[..., None] * gains[views[i].name] * image
             weights += wide
     shown = (cv2.resize(best, (columns, rows), interpolation=cv2.INTER_LINEAR) >= AGREED) & (weights > 0.01)
-    inner = np.s_[_RIM_PX : _RIM_PX + shape[0], _RIM_PX : _RIM_PX + shape[1]]
-    result[..., :3] = np.clip(np.rint(total / weights[..., None]), 0, 255)[inner] * shown[inner][..., None]
-    result[..., 3] = 255 * shown[inner]
+    result[..., :3] = np.clip(np.rint(total / weights[..., None]), 0, 255) * shown[..., None]
+    result[..., 3] = 255 * shown
     return result
 
 

@@ -169,3 +169,14 @@ class FeatureStore:
         self.own = own
         self.keypoints, self.descriptors = [each.keypoints for each in own], [each.described for each in own]
         self.matches: dict[tuple[int, int], np.ndarray] = {}
+
+    def with_places(self, photos: list[int], pixels: list[np.ndarray]) -> np.ndarray:
+        """Places (K, 2) in photos that were found otherwise, in place of those of before; their numbers, one photo
+        after the other. Their descriptors are all zero, far from any feature's."""
+        numbers = []
+        for i, places in zip(photos, pixels, strict=True):
+            own = self.own[i]
+            self.keypoints[i] = np.concatenate([own.keypoints, places])
+            self.descriptors[i] = np.concatenate([own.described, np.zeros((len(places), 128), np.uint8)])
+            numbers.append(len(own.keypoints) + np.arange(len(places)))
+        return np.concatenate(numbers)

@@ -1,0 +1,286 @@
+"""Photos turned until they show the ground where the others show it.
+
+Where crowns move and the ground lies in their shade, a photo has hardly a feature on the ground, and those of its
+crowns agree on a wrong turn. The picture of the ground that the other photos give together (:mod:`.orthophoto`) tells:
+its tiles are looked for in the photo (normalised cross-correlation), and the photo is turned to where it shows the most
+of them. Crowns hide many; nothing alike is found there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numba import njit, prange
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InputError
+from ..core.machine import in_threads
+from ..terrain.sparse_ground import LAYER_M, dtm_from_sparse
+from .adjustment import Known
+from .cameras import View
+from .orthophoto import STEP_PX, drape, ground_picture, split
+from .poses import nearest_rotation
+from .sift import FeatureStore
+from .tracks import Block
+
+#: A photo is placed by its ground where it shows so many points of it that three photos prove.
+MIN_GROUND_POINTS = 12
+#: Photos that show more give the picture; fewer than this many photos give none.
+_MIN_PHOTOS = 6
+#: Pixel of the picture, metres; side of a tile and from one to the next, pixels; the least of a tile that is shown.
+_PIXEL_M, _TILE, _APART, _SHOWN = 0.03, 24, 16, 0.9
+#: Photos are turned so far, degrees: what gimbals and their mounting err by. The ground is looked for up to so many
+#: heights above it from a photo.
+_REACH_DEG, _FAR = 1.2, 1.5
+#: Correlation above which a tile speaks for a turn (squared excess), and the least contrast of a tile, grey values.
+_ALIKE, _MIN_SPREAD = 0.35, 4.0
+#: Tiles without which nothing is said; the best turn's score over the median of all turns, in their median deviations,
+#: from which it is believed (wrong ones reach 6, right ones 11 to 130).
+_MIN_TILES, _CLEAR = 40, 9.0
+#: Tiles are ties where a photo shows one with such a correlation, up to so many pixels off.
+_TIED, _TIE_REACH = 0.5, 4
+
+
+@dataclass(frozen=True)
+class GroundPicture:
+    """The ground as photos show it together. corner: (2,) local x, y of the north-western corner. ground: local x, y
+    (N,) -> local height, NaN where unknown. grey, shown: (H, W) uint8, bool. tiles: (T, 2) row and column of the first
+    pixel of the tiles that are shown. places: (T, 3) of their middles, local metres."""
+
+    corner: np.ndarray
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    grey: np.ndarray
+    shown: np.ndarray
+    tiles: np.ndarray
+    places: np.ndarray
+
+    def draped(self, view: View, k: int) -> np.ndarray:
+        """(H, W) uint8, a photo laid on the ground, 0 where it does not show it; pixels averaged k by k."""
+        nodes = _nodes(self.corner, self.grey.shape, self.ground)
+        return cv2.cvtColor(drape(view, nodes, self.grey.shape, k), cv2.COLOR_RGB2GRAY)
+
+    def seen_by(self, view: View) -> np.ndarray:
+        """Numbers of the tiles that a photo may show."""
+        return np.flatnonzero(view.contains(view.project(self.places)[0]))
+
+
+def ground_points(block: Block) -> tuple[np.ndarray, Callable[[np.ndarray, np.ndarray], np.ndarray] | None]:
+    """(N,) how many points near the ground that three photos prove each photo shows, and the ground's height by local
+    x, y; no ground where the points show none."""
+    try:
+        ground = dtm_from_sparse(block.points).height
+    except InputError:
+        return np.zeros(len(block.keypoints), int), None
+    with np.errstate(invalid="ignore"):
+        near = np.abs(block.points[:, 2] - ground(block.points[:, 0], block.points[:, 1])) < LAYER_M
+    near &= np.bincount(block.point, minlength=len(block.points)) >= 3
+    return np.bincount(block.image[near[block.point]], minlength=len(block.keypoints)), ground
+
+
+def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: Known) -> np.ndarray:
+    """Turn the photos that show hardly a point of the ground to where they show its picture, and tie all that show it
+    to its tiles; (N,) bool which were turned. These stand at their geotags, without other observations.
+
+    Geotags that are not precise, or gimbals that are not known, say too little of where a photo looks: none is turned.
+    paths: of the photos.
+    """
+    turned = np.zeros(len(paths), bool)
+    points, ground = ground_points(block)
+    if ground is None or known.gimbal is None or not known.is_precise:
+        return turned
+    aimed = np.isfinite(known.gimbal).all(axis=(1, 2))
+    sure = block.is_posed & (points >= MIN_GROUND_POINTS)
+    few = ~sure & aimed & np.isfinite(known.xyz).all(axis=1)
+    if not few.any() or not (sure & aimed).any():
+        return turned
+    views = {i: replace(block.view(i), path=paths[i]) for i in np.flatnonzero(sure).tolist()}
+    errors = np.einsum("nij,nkj->ik", block.rotations[sure & aimed], known.gimbal[sure & aimed])
+    for i in np.flatnonzero(few).tolist():
+        views[i] = _at(replace(block.view(i), path=paths[i]), nearest_rotation(errors) @ known.gimbal[i], known.xyz[i])
+    loose = [views[i] for i in np.flatnonzero(few).tolist()]
+    picture = picture_of_ground([views[i] for i in np.flatnonzero(sure).tolist()], loose, ground)
+    if picture is None:
+        return turned
+    found = in_threads(lambda view: turned_to_ground(view, picture), loose)
+    for i, rotation in zip(np.flatnonzero(few).tolist(), found, strict=True):
+        if rotation is not None:
+            turned[i], views[i] = True, _at(views[i], rotation, known.xyz[i])
+    if turned.any():
+        block.unpose(turned)
+        for i in np.flatnonzero(turned).tolist():
+            block.rotations[i], block.translations[i] = views[i].rotation, views[i].translation
+        _tie(block, store, {i: views[i] for i in np.flatnonzero(sure | turned).tolist()}, picture)
+    return turned
+
+
+def _at(view: View, rotation: np.ndarray, centre: np.ndarray) -> View:
+    return replace(view, rotation=rotation, translation=-rotation @ centre)
+
+
+def _tie(block: Block, store: FeatureStore, views: dict[int, View], picture: GroundPicture) -> None:
+    """Tie photos, by their numbers, to the tiles that they show, in place of the ties of before."""
+    ties = list(in_threads(lambda view: ties_to_ground(view, picture), list(views.values())))
+    block.keep(block.key < np.array([len(own.keypoints) for own in store.own])[block.image])
+    key = store.with_places(list(views), [pixels for _, pixels in ties])
+    tile = np.concatenate([tiles for tiles, _ in ties])
+    block.add(np.repeat(list(views), [len(tiles) for tiles, _ in ties]), key, len(block.points) + tile)
+    block.points = np.concatenate([block.points, picture.places])
+    block.keep(np.ones(len(block.image), bool))  # what one photo alone shows is no tie
+
+
+def picture_of_ground(
+    sure: list[View], loose: list[View], ground: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> GroundPicture | None:
+    """The ground that the loose photos may show, as the sure ones have it; None where these are too few.
+
+    sure: photos whose poses are believed. loose: as they may stand. ground: local x, y (N,) -> local height, NaN where
+    unknown.
+    """
+    boxes = np.array([box for view in loose if (box := _about(view, ground)) is not None])
+    if len(sure) < _MIN_PHOTOS or not len(boxes):
+        return None
+    low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+    columns, rows = (STEP_PX * int(np.ceil(size / _PIXEL_M / STEP_PX)) for size in high - low)
+    corner = np.array([low[0], high[1]])
+    picture, gains = np.zeros((rows, columns, 4), np.uint8), dict[str, np.ndarray]()
+    for top, left in ((top, left) for top in split(rows) for left in split(columns)):
+        shape = top.stop - top.start, left.stop - left.start
+        x0, y1 = corner + _PIXEL_M * np.array([left.start, -top.start])
+        x1, y0 = x0 + _PIXEL_M * shape[1], y1 - _PIXEL_M * shape[0]
+        if ((boxes[:, 0] < x1) & (boxes[:, 2] > x0) & (boxes[:, 1] < y1) & (boxes[:, 3] > y0)).any():
+            picture[top, left] = ground_picture(sure, _nodes(np.array([x0, y1]), shape, ground), shape, gains)
+    grey, shown = cv2.cvtColor(picture[..., :3], cv2.COLOR_RGB2GRAY), picture[..., 3] > 0
+    tiles = np.stack(np.meshgrid(*[np.arange(0, size - _TILE, _APART) for size in (rows, columns)], indexing="ij"))
+    tiles = tiles.reshape(2, -1).T
+    of_tiles = (np.lib.stride_tricks.sliding_window_view(each, (_TILE, _TILE)) for each in (shown, grey))
+    is_shown, contents = (each[tiles[:, 0], tiles[:, 1]] for each in of_tiles)
+    tiles = tiles[(is_shown.mean(axis=(1, 2)) >= _SHOWN) & (contents.std(axis=(1, 2)) >= _MIN_SPREAD)]
+    places = _places(corner, tiles + _TILE / 2, ground)
+    known = np.isfinite(places[:, 2])
+    return GroundPicture(corner, ground, grey, shown, tiles[known], places[known])
+
+
+def _places(corner: np.ndarray, at: np.ndarray, ground: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+    """(K, 3) local places of (K, 2) rows and columns of a picture; the first pixel's middle is at (0.5, 0.5)."""
+    xy = corner + _PIXEL_M * at[:, ::-1] * np.array([1.0, -1.0])
+    return np.column_stack([xy, ground(xy[:, 0], xy[:, 1])])
+
+
+def _nodes(
+    corner: np.ndarray, shape: tuple[int, ...], ground: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """(R, C, 3) places spread evenly from the middle of a picture's first pixel to that of its last."""
+    rows, columns = (np.linspace(0.5, size - 0.5, size // STEP_PX + 2) for size in shape)
+    at = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1)
+    return _places(corner, at.reshape(-1, 2), ground).reshape(*at.shape[:2], 3)
+
+
+def _about(view: View, ground: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray | None:
+    """(4,) x0, y0, x1, y1 of the ground that a photo may show; None where it looks at none."""
+    camera, level = view.camera, ground(*view.centre[:2, None])[0]
+    corners = np.array([[u, v] for u in (0.0, camera.width) for v in (0.0, camera.height)])
+    rays = view.rays(corners)
+    height = view.centre[2] - (level if np.isfinite(level) else 0.0)
+    away = rays[:, :2] * (height / np.maximum(-rays[:, 2:], 1e-3))
+    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True) / (_FAR * height), 1.0)
+    if (rays[:, 2] >= 0).all() or height <= 0:
+        return None
+    places = view.centre[:2] + away
+    return np.concatenate([places.min(axis=0), places.max(axis=0)])
+
+
+def turned_to_ground(view: View, picture: GroundPicture) -> np.ndarray | None:
+    """(3, 3) rotation of a photo at which it shows the most of a picture of the ground; None where none is clear."""
+    tiles = picture.seen_by(view)
+    if len(tiles) < _MIN_TILES:
+        return None
+    rays = picture.places[tiles] - view.centre
+    away = np.linalg.norm(rays, axis=1)
+    # Even, as maps are halved.
+    reach = 2 * int(np.radians(_REACH_DEG) * np.median(away**2 / -rays[:, 2]) / _PIXEL_M / 2 + 1)
+    found = np.maximum(_correlations(view, picture, tiles, reach) - _ALIKE, 0) ** 2
+    # Pixels (down, right) by which a place on the ground moves when its ray is turned about each axis, radians.
+    moves = np.empty((len(tiles), 2, 3))
+    for axis, turn in enumerate(np.eye(3)):
+        on = np.cross(turn, rays)
+        on -= rays * (on[:, 2] / rays[:, 2])[:, None]
+        moves[:, :, axis] = on[:, 1::-1] * np.array([-1.0, 1.0]) / _PIXEL_M
+    mean = rays.mean(axis=0)
+    head = mean / np.linalg.norm(mean)
+    tilts = np.linalg.pinv(moves.mean(axis=0))
+    tilts -= head[:, None] * (head @ tilts)
+    # A head moves the picture's rim by what a tilt moves its middle.
+    rim = np.percentile(np.linalg.norm(moves @ head - (moves @ head).mean(axis=0), axis=1), 80)
+    basis = np.column_stack([tilts, head / rim])
+    tried = _grid(np.zeros(3), 2.0, np.array([reach, reach, np.radians(_REACH_DEG) * rim]) // 2)
+    score = _scores(_halved(found), moves @ basis / 2, tried)
+    middle = float(np.median(score))
+    if score.max() - middle < _CLEAR * 1.4826 * float(np.median(np.abs(score - middle))):
+        return None
+    tried = _grid(tried[score.argmax()], 0.5, np.array([6, 6, 6]))
+    turn = tried[_scores(found, moves @ basis, tried).argmax()]
+    # Where the ground of the picture lies is where the photo shows it once the photo is turned back.
+    return view.rotation @ Rotation.from_rotvec(basis @ turn).as_matrix()
+
+
+def _grid(middle: np.ndarray, step: float, counts: np.ndarray) -> np.ndarray:
+    """(Q, 3) places about a middle (3,), so many steps along each axis."""
+    axes = [np.arange(-count, count + 1) for count in counts]
+    return middle + step * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _halved(found: np.ndarray) -> np.ndarray:
+    """Each map at half its size, the largest of what lies about each of its pixels."""
+    return np.stack([cv2.dilate(each, np.ones((3, 3), np.uint8))[::2, ::2] for each in found])
+
+
+def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) numbers of the tiles that a photo shows, and (K, 2) its pixels there."""
+    tiles = picture.seen_by(view)
+    alike = _correlations(view, picture, tiles, _TIE_REACH)
+    flat = alike.reshape(len(tiles), -1)
+    down, right = np.divmod(flat.argmax(axis=1), 2 * _TIE_REACH + 1)
+    inner = (np.minimum(down, right) > 0) & (np.maximum(down, right) < 2 * _TIE_REACH) & (flat.max(axis=1) >= _TIED)
+    tiles, alike, down, right = tiles[inner], alike[inner], down[inner], right[inner]
+    own = np.arange(len(tiles))
+    middle, moved = alike[own, down, right], []
+    for low, high in (
+        (alike[own, down - 1, right], alike[own, down + 1, right]),
+        (alike[own, down, right - 1], alike[own, down, right + 1]),
+    ):  # the top of a parabola
+        moved.append(0.5 * (low - high) / np.minimum(low + high - 2 * middle, -1e-6))
+    at = picture.tiles[tiles] + _TILE / 2 + np.column_stack([down, right]) - _TIE_REACH + np.column_stack(moved)
+    pixels = view.project(_places(picture.corner, at, picture.ground))[0]
+    good = view.contains(pixels)
+    return tiles[good], pixels[good]
+
+
+def _correlations(view: View, picture: GroundPicture, tiles: np.ndarray, reach: int) -> np.ndarray:
+    """(T, 2 reach + 1, 2 reach + 1) float32: correlation of each tile, moved so far down and right, with a photo."""
+    away = float(np.median(np.linalg.norm(picture.places[tiles] - view.centre, axis=1))) if len(tiles) else 1.0
+    photo = np.pad(picture.draped(view, max(int(_PIXEL_M * view.camera.fx / away), 1)), reach)
+    found = np.zeros((len(tiles), 2 * reach + 1, 2 * reach + 1), np.float32)
+    for number, (row, column) in enumerate(picture.tiles[tiles]):
+        around = photo[row : row + _TILE + 2 * reach, column : column + _TILE + 2 * reach]
+        tile = picture.grey[row : row + _TILE, column : column + _TILE]
+        found[number] = cv2.matchTemplate(around, tile, cv2.TM_CCOEFF_NORMED)
+    return found
+
+
+@njit(parallel=True, nogil=True, cache=True)
+def _scores(found, moves, turns):  # pragma: no cover - compiled
+    """(Q,) how much (T, K, K) tiles speak for each of (Q, 3) turns; moves: (T, 2, 3) pixels a unit of each."""
+    reach = found.shape[1] // 2
+    score = np.zeros(len(turns))
+    for q in prange(len(turns)):
+        a, b, c = turns[q]
+        for t in range(len(found)):
+            down = int(np.floor(moves[t, 0, 0] * a + moves[t, 0, 1] * b + moves[t, 0, 2] * c + 0.5)) + reach
+            right = int(np.floor(moves[t, 1, 0] * a + moves[t, 1, 1] * b + moves[t, 1, 2] * c + 0.5)) + reach
+            if 0 <= down < found.shape[1] and 0 <= right < found.shape[2]:
+                score[q] += found[t, down, right]
+    return score
