@@ -10,7 +10,7 @@ import numpy as np
 import pyproj
 import pytest
 import rasterio
-from rendered_stems import Stem, oblique_views, render
+from rendered_stems import Stem, leaves, oblique_views, render
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.progress import Reporter
@@ -25,25 +25,6 @@ STEMS = [Stem(-1.5, 1.0, 0.20), Stem(2.0, -1.5, 0.15)]
 
 def ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.zeros(np.shape(x))
-
-
-def leaves(views: list[View], rng: np.random.Generator) -> float:
-    """Paint crowns of leaves 7 to 9 m above the ground into the photos; the share of the middle that a photo loses."""
-    crowns = np.column_stack([rng.uniform(-11, 11, (320, 2)), rng.uniform(7, 9, 320)])
-    places = np.repeat(crowns, 60, axis=0) + rng.normal(0, 0.35, (19200, 3))
-    hidden = []
-    for number, view in enumerate(views):
-        image, cover = cv2.imread(str(view.path)), np.zeros((view.camera.height, view.camera.width), np.uint8)
-        pixels, depth = view.project(places)
-        near, sizes = view.contains(pixels, -20), rng.uniform(0.06, 0.14, len(places))
-        for pixel, away, size in zip(pixels[near], depth[near], sizes[near], strict=True):
-            disc = (int(pixel[0]), int(pixel[1])), int(size * view.camera.fx / away)
-            cv2.circle(image, *disc, (40, int(rng.uniform(60, 140)), 50), -1)
-            cv2.circle(cover, *disc, 1, -1)
-        # Each photo is exposed a little otherwise.
-        cv2.imwrite(str(view.path), np.clip(image * (0.85, 1.0, 1.15)[number % 3], 0, 255).astype(np.uint8))
-        hidden.append(cover[120:280, 160:360].mean())
-    return float(np.mean(hidden))
 
 
 @pytest.fixture(scope="module")

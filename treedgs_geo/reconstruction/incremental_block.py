@@ -91,6 +91,8 @@ def join_photos(
         extend(block, store, reach)
         triangulate(block, reach)
         _refine(block, known, free, reach)
+        # A flight whose photos stand by now tells whether its geotags are those of another instant.
+        known = _in_time(block, given, free)
     if on_ground.any():  # what crowns alone hold stands anywhere
         block.unpose(block.is_posed & (ground_points(block)[0] < MIN_GROUND_POINTS))
     loose = set_loose(block, known, guess)
