@@ -20,7 +20,7 @@ from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
 from treedgs_geo.reconstruction.guided_matching import Guide, match_guided, match_together
 from treedgs_geo.reconstruction.incremental_block import Joined
-from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, levels_of, not_enough
+from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, better, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.resection import confirmed
 from treedgs_geo.reconstruction.sift import FeatureStore, PhotoFeatures
@@ -31,6 +31,7 @@ GOOD = {
     "photos": 62,
     "registered": 62,
     "confirmed": 62,
+    "placed_by_ground": 0,
     "poses_px_median": 0.03,
     "poses_px_worst": 0.1,
     "reprojection_rms_px": 0.17,
@@ -295,6 +296,16 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
         matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True, False), Ear())
 
 
+def test_photos_that_the_ground_placed_are_enough_where_crowns_hide_it_from_the_others() -> None:
+    guided, together, _ = levels_of(20, True, True)
+    placed = GOOD | {"registered": 42, "placed_by_ground": 10}
+    assert not not_enough(guided, placed)
+    assert "not placed" in not_enough(guided, placed | {"registered": 41})
+    assert "not placed" in not_enough(guided, placed | {"placed_by_ground": 0})
+    # As many photos from more matches in moving crowns are no gain.
+    assert better(together, GOOD, GOOD) and not better(together, placed, placed)
+
+
 def test_nothing_is_spent_on_a_block_that_cannot_be_better(monkeypatch) -> None:
     unsure = GOOD | {"poses_px_median": 0.19}
     for missing, tried in ((0, ["guided"]), (31, ["guided"]), (32, ["guided", "full"])):
@@ -363,7 +374,7 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     kept[weak] = False
     block.keep(kept)
     known = known_of(block.centres, 0.02)
-    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed)
+    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed, 0)
     survey = SimpleNamespace(known=known, rotations=block.rotations.copy())
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)

@@ -82,19 +82,7 @@ def join_photos(
         triangulate(block, reach)
         _refine(block, known, free, reach)
         reporter.progress(0.75 if radius > 2 else 0.85)
-    on_ground = np.zeros(len(names), bool)
-    for _ in range(_GROUND_ROUNDS):
-        turned = tie_to_ground(block, store, stations.paths, known)
-        if not turned.any():
-            break
-        on_ground |= turned
-        extend(block, store, reach)
-        triangulate(block, reach)
-        _refine(block, known, free, reach)
-        # A flight whose photos stand by now tells whether its geotags are those of another instant.
-        known = _in_time(block, given, free)
-    if on_ground.any():  # what crowns alone hold stands anywhere
-        block.unpose(block.is_posed & (ground_points(block)[0] < MIN_GROUND_POINTS))
+    on_ground, known = _onto_ground(block, store, stations, known, given, free, reach)
     loose = set_loose(block, known, guess)
     loose |= set_unconfirmed(block, confirmed(block, store) | on_ground, known, guess)
     _join_loose(block, store, loose, guess, known, free, rng)
@@ -132,6 +120,33 @@ def join_photos(
     if leave_out_unconfirmed(block, sure, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     return Joined(block, adjusted, known, free, tested, sure, int((on_ground & block.is_posed).sum()))
+
+
+def _onto_ground(
+    block: Block,
+    store: FeatureStore,
+    stations: Stations,
+    known: Known,
+    given: Known,
+    free: frozenset[str],
+    reach_px: float,
+) -> tuple[np.ndarray, Known]:
+    """Place the photos that hardly show a point of the ground by its picture (:mod:`.ground_alignment`), and take out
+    those that crowns alone hold, if that placed any. (N,) bool which it placed; what is known then."""
+    on_ground = np.zeros(len(stations), bool)
+    for _ in range(_GROUND_ROUNDS):
+        turned = tie_to_ground(block, store, stations.paths, known)
+        if not turned.any():
+            break
+        on_ground |= turned
+        extend(block, store, reach_px)
+        triangulate(block, reach_px)
+        _refine(block, known, free, reach_px)
+        # A flight whose photos stand by now tells whether its geotags are those of another instant.
+        known = _in_time(block, given, free)
+    if on_ground.any():
+        block.unpose(block.is_posed & (ground_points(block)[0] < MIN_GROUND_POINTS))
+    return on_ground, known
 
 
 def _as_control_says(block: Block, known: Known, given: Known) -> Known:

@@ -47,8 +47,8 @@ MISSING_SHARE = 0.03
 #: Good enough after the level that a block guides: so large a share of the photos.
 PLACED_SHARE = 0.9
 #: The same where the ground placed photos (:mod:`.ground_alignment`): more matches in moving crowns place a few photos
-#: more and all of them worse (five dense stands: a tenth of the photos 0.6 to 4.3 px off, in place of 0.15 to 0.2).
-GROUND_SHARE = 0.8
+#: more and all of them worse (six dense stands: a tenth of the photos 0.6 to 4.3 px off, in place of 0.15 to 0.2).
+GROUND_SHARE = 2 / 3
 #: Every feature is matched with every other only where no guide has placed so many: of five blocks with two thirds and
 #: more it placed not one photo more, in twice the time of all other levels.
 FULL_BELOW = 0.5
