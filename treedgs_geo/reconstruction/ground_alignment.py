@@ -8,7 +8,7 @@ of them. Crowns hide many; nothing alike is found there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,6 +38,8 @@ _PIXEL_M, _TILE, _APART, _SHOWN = 0.03, 24, 16, 0.9
 _REACH_DEG, _FAR = 1.2, 1.5
 #: Correlation above which a tile speaks for a turn (squared excess), and the least contrast of a tile, grey values.
 _ALIKE, _MIN_SPREAD = 0.35, 4.0
+#: Steps of a byte in which that is kept.
+_STEPS = 255 / (1 - _ALIKE) ** 2
 #: Tiles without which nothing is said; the best turn's score over the median of all turns, in their median deviations,
 #: from which it is believed (wrong ones reach 6, right ones 11 to 130).
 _MIN_TILES, _CLEAR = 40, 9.0
@@ -202,7 +204,10 @@ def turned_to_ground(view: View, picture: GroundPicture) -> np.ndarray | None:
     away = np.linalg.norm(rays, axis=1)
     # Even, as maps are halved.
     reach = 2 * int(np.radians(_REACH_DEG) * np.median(away**2 / -rays[:, 2]) / _PIXEL_M / 2 + 1)
-    found = np.maximum(_correlations(view, picture, tiles, reach) - _ALIKE, 0) ** 2
+    # Of a byte each: a photo has thousands of tiles.
+    found = np.empty((len(tiles), 2 * reach + 1, 2 * reach + 1), np.uint8)
+    for number, alike in enumerate(_correlations(view, picture, tiles, reach)):
+        found[number] = np.rint(_STEPS * np.clip(alike - _ALIKE, 0, None) ** 2)
     # Pixels (down, right) by which a place on the ground moves when its ray is turned about each axis, radians.
     moves = np.empty((len(tiles), 2, 3))
     for axis, turn in enumerate(np.eye(3)):
@@ -241,7 +246,8 @@ def _halved(found: np.ndarray) -> np.ndarray:
 def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.ndarray]:
     """(K,) numbers of the tiles that a photo shows, and (K, 2) its pixels there."""
     tiles = picture.seen_by(view)
-    alike = _correlations(view, picture, tiles, _TIE_REACH)
+    size = 2 * _TIE_REACH + 1
+    alike = np.array(list(_correlations(view, picture, tiles, _TIE_REACH)), np.float32).reshape(-1, size, size)
     flat = alike.reshape(len(tiles), -1)
     down, right = np.divmod(flat.argmax(axis=1), 2 * _TIE_REACH + 1)
     inner = (np.minimum(down, right) > 0) & (np.maximum(down, right) < 2 * _TIE_REACH) & (flat.max(axis=1) >= _TIED)
@@ -259,16 +265,14 @@ def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.n
     return tiles[good], pixels[good]
 
 
-def _correlations(view: View, picture: GroundPicture, tiles: np.ndarray, reach: int) -> np.ndarray:
-    """(T, 2 reach + 1, 2 reach + 1) float32: correlation of each tile, moved so far down and right, with a photo."""
+def _correlations(view: View, picture: GroundPicture, tiles: np.ndarray, reach: int) -> Iterator[np.ndarray]:
+    """Of each tile (2 reach + 1, 2 reach + 1) float32: its correlation, moved so far down and right, with a photo."""
     away = float(np.median(np.linalg.norm(picture.places[tiles] - view.centre, axis=1))) if len(tiles) else 1.0
     photo = np.pad(picture.draped(view, max(int(_PIXEL_M * view.camera.fx / away), 1)), reach)
-    found = np.zeros((len(tiles), 2 * reach + 1, 2 * reach + 1), np.float32)
-    for number, (row, column) in enumerate(picture.tiles[tiles]):
+    for row, column in picture.tiles[tiles]:
         around = photo[row : row + _TILE + 2 * reach, column : column + _TILE + 2 * reach]
         tile = picture.grey[row : row + _TILE, column : column + _TILE]
-        found[number] = cv2.matchTemplate(around, tile, cv2.TM_CCOEFF_NORMED)
-    return found
+        yield cv2.matchTemplate(around, tile, cv2.TM_CCOEFF_NORMED)
 
 
 @njit(parallel=True, nogil=True, cache=True)
