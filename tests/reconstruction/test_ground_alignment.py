@@ -63,8 +63,11 @@ def test_a_photo_that_shows_no_such_ground_is_not_turned(flown, tmp_path):
     assert len(ties_to_ground(other, picture)[0]) < 0.05 * len(picture.seen_by(other))
 
 
-def test_few_photos_and_photos_of_the_sky_give_no_picture(flown):
+def test_few_photos_and_photos_of_the_sky_give_no_picture_and_no_ties(flown):
     assert picture_of_ground(flown[:3], flown[-1:], ground) is None
     sky = turned(flown[-1], (0, 0, 0))
     up = np.diag([1.0, -1.0, -1.0]) @ sky.rotation
     assert picture_of_ground(flown[:-1], [replace(sky, rotation=up, translation=-up @ sky.centre)], ground) is None
+    picture = picture_of_ground(flown[:-1], flown[-1:], ground)
+    tiles, pixels = ties_to_ground(replace(sky, rotation=up, translation=-up @ sky.centre), picture)
+    assert len(tiles) == 0 and pixels.shape == (0, 2)

@@ -246,8 +246,9 @@ def _halved(found: np.ndarray) -> np.ndarray:
 def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.ndarray]:
     """(K,) numbers of the tiles that a photo shows, and (K, 2) its pixels there."""
     tiles = picture.seen_by(view)
-    size = 2 * _TIE_REACH + 1
-    alike = np.array(list(_correlations(view, picture, tiles, _TIE_REACH)), np.float32).reshape(-1, size, size)
+    if not len(tiles):
+        return tiles, np.zeros((0, 2))
+    alike = np.array(list(_correlations(view, picture, tiles, _TIE_REACH)))
     flat = alike.reshape(len(tiles), -1)
     down, right = np.divmod(flat.argmax(axis=1), 2 * _TIE_REACH + 1)
     inner = (np.minimum(down, right) > 0) & (np.maximum(down, right) < 2 * _TIE_REACH) & (flat.max(axis=1) >= _TIED)
@@ -267,7 +268,7 @@ def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.n
 
 def _correlations(view: View, picture: GroundPicture, tiles: np.ndarray, reach: int) -> Iterator[np.ndarray]:
     """Of each tile (2 reach + 1, 2 reach + 1) float32: its correlation, moved so far down and right, with a photo."""
-    away = float(np.median(np.linalg.norm(picture.places[tiles] - view.centre, axis=1))) if len(tiles) else 1.0
+    away = float(np.median(np.linalg.norm(picture.places[tiles] - view.centre, axis=1)))
     photo = np.pad(picture.draped(view, max(int(_PIXEL_M * view.camera.fx / away), 1)), reach)
     for row, column in picture.tiles[tiles]:
         around = photo[row : row + _TILE + 2 * reach, column : column + _TILE + 2 * reach]
