@@ -84,6 +84,7 @@ def join_photos(
         reporter.progress(0.75 if radius > 2 else 0.85)
     on_ground, known = _onto_ground(block, store, stations, known, given, free, reach)
     loose = set_loose(block, known, guess)
+    on_ground &= ~loose  # placed again, they have to be confirmed as others
     loose |= set_unconfirmed(block, confirmed(block, store) | on_ground, known, guess)
     _join_loose(block, store, loose, guess, known, free, rng)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
