@@ -17,7 +17,7 @@ from treedgs_geo.stems.photos.network.pieces import About, of_all_photos, piece_
 from treedgs_geo.stems.photos.network.silhouettes import cut_bark
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
-from treedgs_geo.stems.photos.search_steps import TileSearch, grids_of, photos_of, stems_missed
+from treedgs_geo.stems.photos.search_steps import TileSearch, grids_of, photos_of, seen_in_sample
 from treedgs_geo.stems.photos.tiles import split
 from treedgs_geo.stems.photos.tuned import AMBIGUOUS_SE, SAMPLED
 from treedgs_lab.benchmarks.plot import site_of
@@ -80,14 +80,14 @@ def test_a_sample_of_the_photos_shows_the_network_what_edges_missed(scene):
     search = TileSearch(scene.site.views, scene.site.ground, scene.site.area, tile, box, options, Reporter())
     search.stack, search.grid, search.plumbs = scene.stack, scene.fitter.ground, scene.plumbs
     search.fits = scene.fits
-    known = stems_missed(search)
+    missed, seen, known = seen_in_sample(search)
     assert len(search.shown) == min(SAMPLED, len(scene.stack))
     found = [fit for fit in scene.fits if fit.flag == "ok"]
     search.fits = [fit for fit in scene.fits if fit is not found[0]]
-    assert stems_missed(search) == known + 1
+    assert seen_in_sample(search) == (missed + 1, seen - 1, known - 1)
     # What is too thin to be measured is not missed.
     search.fits.append(with_changes(found[0], flag="reject", reasons=("too_small",)))
-    assert stems_missed(search) == known
+    assert seen_in_sample(search) == (missed, seen, known)
 
 
 @pytest.mark.slow

@@ -168,22 +168,31 @@ def shown_to_network(search: TileSearch, photos: int | None = None) -> tuple[Odd
     return network_maps(search.stack, search.plumbs, views, search.shown)
 
 
-def stems_missed(search: TileSearch) -> int:
-    """How many stems the network sees for certain in a sample of the photos where edges gave none: where the understory
-    hides stems from most photos, those that edges find are certain and yet few."""
+def seen_in_sample(search: TileSearch) -> tuple[int, int, int]:
+    """How many stems the network sees for certain in a sample of the photos where edges gave none; how many of those
+    that edges gave it sees so, and of how many. Where the understory hides stems from most photos, those that edges
+    find are certain and yet few."""
     either = shown_to_network(search, SAMPLED)[1]
     rng = np.random.default_rng(search.options.seed)
     seen = network_seeds(either, search.grid, search.tile, search.box, search.options, rng)
     known = np.array([fit.axis.p for fit in search.fits if fit.measured or "too_small" in fit.reasons]).reshape(-1, 2)
-    return sum(seed.sure and (np.hypot(*(known - (seed.x, seed.y)).T) > SECOND_M).all() for seed in seen)
+    sure = np.array([(seed.x, seed.y) for seed in seen if seed.sure]).reshape(-1, 2)
+    near = np.linalg.norm(sure[:, None] - known, axis=2) <= SECOND_M
+    return int((~near.any(axis=1)).sum()), int(near.any(axis=0).sum()), len(known)
 
 
 def _asked(search: TileSearch) -> str:
-    """What the network is asked on a piece of ground that was searched by edges; it learnt stems before the ground."""
-    missed = stems_missed(search) if search.fitter.backdrop is not None else 0
-    if not missed:
+    """What the network is asked on a piece of ground that was searched by edges; it learnt stems before the ground. A
+    sample in which it does not see half of the stems that are known says nothing of those that are not."""
+    if search.fitter.backdrop is None:
         return "low-confidence"
-    search.reporter.info(f"The network is asked for stems as well: it sees {missed} that edges did not give.")
+    missed, seen, known = seen_in_sample(search)
+    if not missed and 2 * seen >= known:
+        return "low-confidence"
+    search.reporter.info(
+        f"The network is asked for stems as well: in a sample of the photos it sees {missed} that edges did not give, "
+        f"and {seen} of the {known} that they gave."
+    )
     return "full"
 
 
