@@ -5,7 +5,8 @@
 
 ``--plots``: camera centres against ``truth/cameras.csv`` (E, N, U and 3-D RMS), and the breast-height points of the
 in-plot stems, projected with the estimated and with the true cameras: the difference per axis, raw and after taking out
-each view's mean (a shift of a whole view moves all stems alike and costs no diameter). Truth is used for scoring alone.
+each view's mean (a shift of a whole view moves all stems alike), and how far each view's mean is from those of the
+others (``bh_views_px``: median, 90 % and worst). Truth is used for scoring alone.
 ``--exif``: with the photos' own geotags alone. ``--photos``: folders without truth; camera centres against their EXIF
 positions. Each is reconstructed in WORK/NAME, unless it has been.
 """
@@ -44,17 +45,8 @@ def own_geotags(folder: Path) -> list:
 
 def of_report(report: dict) -> dict:
     """What a report says, with or without truth."""
-    names = (
-        "photos",
-        "registered",
-        "confirmed",
-        "points",
-        "track_length",
-        "reprojection_rms_px",
-        "focal_px",
-        "focal_free",
-    )
-    errors = ("focal_sd_px", "readout_s", "readout_sd_s", "scale_sd", "geotag_rms_e_n_u_m")
+    names = ("photos", "registered", "confirmed", "points", "track_length", "reprojection_rms_px", "focal_px")
+    errors = ("focal_free", "focal_sd_px", "readout_s", "readout_sd_s", "scale_sd", "geotag_rms_e_n_u_m")
     return {name: report[name] for name in (*names, *errors, "principal_point_px", "seconds", "stage_seconds")}
 
 
@@ -67,7 +59,7 @@ def score(plot: Path, workspace: Path) -> dict:
     true_views = {view.name: view for view in truth.views()}
     inside = truth.trees[truth.trees["in_plot"]]
     stems = frame.to_local(inside[["E_bh", "N_bh", "h_bh"]].to_numpy(float))
-    differences, scatter = [], []
+    differences, scatter, toward = [], [], []
     for view in views:
         true = true_views[view.name]
         true = replace(true, translation=-true.rotation @ places[view.name])
@@ -78,15 +70,31 @@ def score(plot: Path, workspace: Path) -> dict:
         delta = (ours - reference)[seen]
         differences.append(delta)
         scatter.append(delta - delta.mean(axis=0))
+        moved = [(view.project(stems + 0.01 * axis)[0] - ours)[seen].mean(axis=0) / 0.01 for axis in np.eye(3)]
+        toward.append(np.column_stack([*moved, delta.mean(axis=0)]))
     raw, spread = np.concatenate(differences), np.concatenate(scatter)
     return camera_errors(truth, workspace / "sfm") | {
         "bh_raw_px_x_y": _round(np.sqrt(np.mean(raw**2, axis=0)), 3),
         "bh_scatter_px_x_y": _round(np.sqrt(np.mean(spread**2, axis=0)), 3),
         "bh_scatter_worst_view_px": _round(max(np.sqrt(np.mean(s**2, axis=0)).max() for s in scatter), 3),
+        "bh_views_px": _round(np.quantile(_off_together(np.array(toward)), [0.5, 0.9, 1.0]), 3),
     }
 
 
-def _round(value, digits: int = 2):
+def _off_together(views: np.ndarray) -> np.ndarray:
+    """(V,) pixels that each view is off when the block is moved as a whole to where most views are right (Cauchy's
+    weights). views: (V, 2, 4) derivatives of a view's pixels by a move in metres, and how far it is off."""
+    move = np.zeros(4)
+    move[3] = 1.0
+    for _ in range(20):
+        off = np.linalg.norm(views @ move, axis=1)
+        weight = (1 / (1 + (off / 0.7) ** 2))[:, None]
+        rows, right = ((weight[..., None] * views[..., :3]).reshape(-1, 3), (weight * views[..., 3]).ravel())
+        move[:3] = -np.linalg.lstsq(rows, right, rcond=None)[0]
+    return np.linalg.norm(views @ move, axis=1)
+
+
+def _round(value: Any, digits: int = 2) -> Any:
     return np.round(value, digits).tolist()
 
 
@@ -134,16 +142,12 @@ def camera_errors(plot: TruePlot, sfm: Path) -> dict[str, Any]:
     lens = true[firsts[0].name].camera
     towards = np.array([view.rotation[2] @ true[view.name].rotation[2] for view in views])
     return {
-        "centre_rms_e_n_u_cm": _rounded(100 * np.sqrt(np.mean(errors**2, axis=0))),
-        "centre_rms_3d_cm": _rounded(100 * np.sqrt(np.mean(np.sum(errors**2, axis=1)))),
-        "centre_max_cm": _rounded(100 * np.linalg.norm(errors, axis=1).max()),
-        "common_shift_cm": _rounded(100 * errors.mean(axis=0)),
-        "focal_error_pct": [_rounded(100 * (view.camera.fx / true[view.name].camera.fx - 1), 4) for view in firsts],
+        "centre_rms_e_n_u_cm": _round(100 * np.sqrt(np.mean(errors**2, axis=0))),
+        "centre_rms_3d_cm": _round(100 * np.sqrt(np.mean(np.sum(errors**2, axis=1)))),
+        "centre_max_cm": _round(100 * np.linalg.norm(errors, axis=1).max()),
+        "common_shift_cm": _round(100 * errors.mean(axis=0)),
+        "focal_error_pct": [_round(100 * (view.camera.fx / true[view.name].camera.fx - 1), 4) for view in firsts],
         "turned_photos": int((towards < np.cos(np.radians(TURNED_DEG))).sum()),
         "true_focal_px": lens.fx,
         "true_principal_point_px": [lens.cx, lens.cy],
     }
-
-
-def _rounded(value: Any, digits: int = 2) -> Any:
-    return np.round(value, digits).tolist()
