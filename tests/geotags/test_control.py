@@ -144,6 +144,57 @@ def test_csv_with_accuracies_and_check_points(stations: Stations, tmp_path: Path
     assert again.digest() != replace(again, pixels=again.pixels + 0.5).digest()
 
 
+BARS = """label,photo,u,v,bar,length_m
+left,DJI_0001.JPG,10,20,stick,1.5
+left,a/DJI_0002.JPG,12,22,stick,1.5
+right,DJI_0001.JPG,110,20,stick,1.5
+right,a/DJI_0002.JPG,112,22,stick,1.5
+A,DJI_0001.JPG,10,20,tape,12.25
+A,a/DJI_0002.JPG,12,22,tape,12.25
+B,DJI_0001.JPG,310,20,tape,12.25
+"""
+
+
+def test_known_lengths_between_marked_points(stations: Stations, tmp_path: Path) -> None:
+    said = Listening()
+    found = read_control(_file(tmp_path, BARS, "bars.csv"), stations, said)
+    assert len(found) == 0 and found.bars.labels == ["stick"] and found.bars.length_m.tolist() == [1.5]
+    assert found.bars.point.tolist() == [0, 0, 1, 1] and found.bars.photo.tolist() == [0, 1, 0, 1]
+    assert found.bars.pixels.tolist() == [[10, 20], [12, 22], [110, 20], [112, 22]]
+    assert len(said.warnings) == 1 and "fewer than two photos show are left out: tape" in said.warnings[0]
+    # Beside points, one of which is an end.
+    both = BARS.replace("label,", "easting,northing,height,label,").replace("\nleft,", "\n,,,left,")
+    both = both.replace("\nright,", "\n500000,3700000,50,right,").replace("\nA,", "\n500030,3700010,51.5,A,")
+    both = both.replace("\nB,", "\n,,,B,") + "500040,3700000,50,C,DJI_0001.JPG,1,1,,\n"
+    together = read_control(_file(tmp_path, both, "both.csv"), stations)
+    assert together.labels == ["right", "A"] and together.bars.point.tolist() == found.bars.point.tolist()
+    longer = read_control(_file(tmp_path, BARS.replace(",1.5", ",1.6"), "longer.csv"), stations)
+    assert longer.digest() != found.digest()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (
+            "stick,1.5\nright",
+            "stick,1.4\nright",
+            "line 2: bar 'stick' has the ends left, right and the lengths 1.5, 1.4",
+        ),
+        ("B,DJI_0001.JPG,310,20,tape,12.25\n", "", "bar 'tape' has the ends A and the lengths 12.25 m, expected two"),
+        ("right,DJI_0001.JPG,110", "middle,DJI_0001.JPG,110", "bar 'stick' has the ends left, middle, right and"),
+        ("A,DJI_0001.JPG,10,20,tape,12.25", "A,DJI_0001.JPG,10,20,tape,", "the lengths nan, 12.25 m"),
+        ("A,DJI_0001.JPG,10,20,tape", "A,DJI_0001.JPG,10,20,", "it lacks the easting"),
+        ("A,DJI_0001.JPG,10,20", "A,DJI_0001.JPG,1000,20", "line 6: pixel 1000, 20 lies outside"),
+    ],
+)
+def test_lengths_that_are_not_whole_are_refused(
+    stations: Stations, tmp_path: Path, old: str, new: str, says: str
+) -> None:
+    assert old in BARS
+    with pytest.raises(InputError, match=says):
+        read_control(_file(tmp_path, BARS.replace(old, new), "bars.csv"), stations)
+
+
 def test_check_points_of_a_gcp_list(stations: Stations, tmp_path: Path) -> None:
     rows = [
         f"{ONE} A check",

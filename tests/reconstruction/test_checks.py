@@ -57,7 +57,7 @@ def _case() -> tuple[Joined, Stations, Calibration]:
 
 def _joined(block: Block, xyz: np.ndarray, sd: np.ndarray) -> Joined:
     known = known_of(xyz, sd)
-    return Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed, 0)
+    return Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed, 0, 0)
 
 
 def test_a_good_block_passes() -> None:

@@ -11,7 +11,12 @@ from rendered_stems import Stem, leaves, oblique_views, render
 from scipy.spatial.transform import Rotation
 
 from treedgs_geo.reconstruction.cameras import View
-from treedgs_geo.reconstruction.ground_alignment import picture_of_ground, ties_to_ground, turned_to_ground
+from treedgs_geo.reconstruction.ground_alignment import (
+    _neighbours,
+    picture_of_ground,
+    ties_to_ground,
+    turned_to_ground,
+)
 
 
 def ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -71,3 +76,11 @@ def test_few_photos_and_photos_of_the_sky_give_no_picture_and_no_ties(flown):
     picture = picture_of_ground(flown[:-1], flown[-1:], ground)
     tiles, pixels = ties_to_ground(replace(sky, rotation=up, translation=-up @ sky.centre), picture)
     assert len(tiles) == 0 and pixels.shape == (0, 2)
+
+
+def test_photos_have_a_picture_together_with_those_of_their_flight_and_place():
+    xyz = np.zeros((9, 3))
+    xyz[:, 0] = [0, 40, 80, 20, 30, 400, 430, 10, 0]
+    flight, chosen = np.array([0, 0, 0, 1, 1, 1, 1, 0, 2]), np.arange(9) != 1
+    groups = [sorted(group) for group in _neighbours(xyz, chosen, flight)]
+    assert sorted(groups) == [[0, 2, 7], [3, 4], [5, 6], [8]]

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring, still_sensor
 
 from treedgs_geo.core import steps
@@ -18,7 +17,7 @@ from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.bundle import Problem
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.covariance import SYSTEMATIC, posterior_of
-from treedgs_geo.reconstruction.guided_matching import Guide, match_guided, match_together
+from treedgs_geo.reconstruction.guided_matching import Guide, match_guided
 from treedgs_geo.reconstruction.incremental_block import Joined
 from treedgs_geo.reconstruction.matching_strategy import LEFT_PX, SURE_WORST_PX, better, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
@@ -32,6 +31,7 @@ GOOD = {
     "registered": 62,
     "confirmed": 62,
     "placed_by_ground": 0,
+    "left_out_by_ground": 0,
     "poses_px_median": 0.03,
     "poses_px_worst": 0.1,
     "reprojection_rms_px": 0.17,
@@ -149,25 +149,6 @@ def test_gimbals_that_are_wrong_or_photos_that_share_nothing_give_no_matches() -
     assert not store.matches
 
 
-def test_together_photos_tell_what_no_pair_tells() -> None:
-    """So few right candidates a pair that none is believed by itself."""
-    rng = np.random.default_rng(10)
-    views = ring(10)
-    store = _store(6, views, rng.uniform([-15, -15, 0], [15, 15, 6], (12, 3)), 2500)
-    guide, pairs = _guide(views, rng, 0.3), np.array([(i, j) for i in range(10) for j in range(i + 1, 10)])
-    match_guided(store, pairs, guide, 1, 1, Reporter())
-    assert not store.matches
-    found = match_together(store, pairs, guide, np.full((10, 3), 0.02), 2, Reporter())
-    right = total = 0
-    for (i, j), rows in store.matches.items():
-        one, two = store.numbers[i][rows[:, 0]], store.numbers[j][rows[:, 1]]
-        right, total = right + int(((one == two) & (one >= 0)).sum()), total + len(rows)
-    assert len(store.matches) > 30 and right > 0.9 * total
-    away = Rotation.from_matrix(found.rotations @ np.array([view.rotation for view in views]).transpose(0, 2, 1))
-    before = Rotation.from_matrix(guide.rotations @ np.array([view.rotation for view in views]).transpose(0, 2, 1))
-    assert np.degrees(np.median(away.magnitude())) < 0.5 * np.degrees(np.median(before.magnitude()))
-
-
 def test_reduced_equations_are_those_of_the_whole() -> None:
     """Points eliminated from the dense normal equations, travel free or not, a photo that sees a point twice."""
     rng = np.random.default_rng(5)
@@ -229,7 +210,7 @@ def test_pose_errors_at_the_stems_are_those_of_repeated_adjustments() -> None:
 
 
 def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
-    guided, fine, full = levels_of(20, True, False)
+    guided, fine, full = levels_of(20, True)
     assert not_enough(guided, GOOD) == ""
     assert not_enough(guided, GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
     assert not_enough(guided, GOOD | {"registered": 61}) == ""
@@ -245,9 +226,8 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     assert not_enough(fine, GOOD | {"registered": 57}) == ""
     assert not_enough(fine, GOOD | {"registered": 55}) == "7 of 62 photos are not placed"
     assert [level.name for level in (guided, fine, full)] == ["guided", "fine", "full"]
-    assert [level.name for level in levels_of(20, True, True)] == ["guided", "together", "full"]
-    assert [(level.name, level.neighbours) for level in levels_of(20, False, True)] == [("full", 20)]
-    assert [level.neighbours for level in levels_of(6, True, True)] == [6, 6, 6]
+    assert [(level.name, level.neighbours) for level in levels_of(20, False)] == [("full", 20)]
+    assert [level.neighbours for level in levels_of(6, True)] == [6, 6, 6]
 
 
 @pytest.mark.parametrize(
@@ -283,9 +263,7 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
 
     monkeypatch.setattr(matching_strategy, "at_level", at_level)
     monkeypatch.setattr(matching_strategy, "kept_poses", lambda former, survey: former)
-    level, joined, report, because = matching_strategy.climb(
-        SimpleNamespace(survey=None), levels_of(20, True, False), Ear()
-    )
+    level, joined, report, because = matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
     assert (level.name, joined.level, len(tried)) == (chosen, chosen, asked)
     assert reasons in because and bool(because) == bool(reasons)
     assert said == [f"of {chosen}"]
@@ -293,17 +271,20 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
         matching_strategy, "at_level", lambda *_: (_ for _ in ()).throw(ReconstructionError("no photo."))
     )
     with pytest.raises(ReconstructionError, match="no photo"):
-        matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True, False), Ear())
+        matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
 
 
 def test_photos_that_the_ground_placed_are_enough_where_crowns_hide_it_from_the_others() -> None:
-    guided, together, _ = levels_of(20, True, True)
-    placed = GOOD | {"registered": 42, "placed_by_ground": 10}
+    guided, fine, full = levels_of(20, True)
+    placed = GOOD | {"registered": 42, "placed_by_ground": 10, "left_out_by_ground": 20}
     assert not not_enough(guided, placed)
     assert "not placed" in not_enough(guided, placed | {"registered": 41})
-    assert "not placed" in not_enough(guided, placed | {"placed_by_ground": 0})
+    assert "sure to" in not_enough(guided, placed | {"poses_px_median": 0.2})
+    assert not not_enough(guided, placed | {"points_per_photo_median": 60.0, "reprojection_rms_px": 0.7})
+    # Those that the ground has nothing to do with are missed.
+    assert "not placed" in not_enough(guided, placed | {"left_out_by_ground": 18})
     # As many photos from more matches in moving crowns are no gain.
-    assert better(together, GOOD, GOOD) and not better(together, placed, placed)
+    assert better(fine, GOOD, GOOD) and not better(fine, placed, placed) and not better(full, GOOD, GOOD)
 
 
 def test_nothing_is_spent_on_a_block_that_cannot_be_better(monkeypatch) -> None:
@@ -317,9 +298,7 @@ def test_nothing_is_spent_on_a_block_that_cannot_be_better(monkeypatch) -> None:
 
         monkeypatch.setattr(matching_strategy, "at_level", at_level)
         monkeypatch.setattr(matching_strategy, "kept_poses", lambda former, survey: None)
-        level, *_, because = matching_strategy.climb(
-            SimpleNamespace(survey=None), levels_of(20, True, False), Reporter()
-        )
+        level, *_, because = matching_strategy.climb(SimpleNamespace(survey=None), levels_of(20, True), Reporter())
         assert (level.name, asked) == ("guided", tried) and because
 
 
@@ -374,7 +353,7 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     kept[weak] = False
     block.keep(kept)
     known = known_of(block.centres, 0.02)
-    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed, 0)
+    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False, block.is_posed, 0, 0)
     survey = SimpleNamespace(known=known, rotations=block.rotations.copy())
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)
@@ -442,7 +421,7 @@ def test_a_photo_that_wrong_matches_turned_is_not_confirmed_by_the_points_of_oth
 
 
 def test_a_block_whose_photos_are_not_confirmed_is_not_enough_and_flags_its_trees() -> None:
-    guided, fine, _ = levels_of(20, True, False)
+    guided, fine, _ = levels_of(20, True)
     weak = GOOD | {"confirmed": 30}
     assert "confirmed" in not_enough(guided, weak) and "confirmed" in not_enough(fine, weak)
     assert judge("photos", {"confirmed": 30 / 62}).flagged and not judge("photos", {"confirmed": 32 / 62}).reasons

@@ -109,6 +109,7 @@ QUANTITIES |= {
     "u": Quantity("the pixel's column", "u u_px px pixel_x im_x"),
     "v": Quantity("the pixel's row", "v v_px py pixel_y im_y"),
     "kind": Quantity("control or check", "kind type role"),
+    "bar": Quantity("the scale bar", "bar scale_bar scalebar massstab barra"),
 }
 #: FIA's TREE table (https://www.fia.fs.usda.gov): degrees, feet and inches by definition. Columns that tell it.
 FIA = {

@@ -1,5 +1,5 @@
-"""Ground control and check points: surveyed places on the ground, and where photos show them; their files: ODM's
-``gcp_list.txt`` and CSV, one row for each point marked in a photo."""
+"""Ground control and check points: surveyed places on the ground, and where photos show them; known lengths between
+marked points; their files: ODM's ``gcp_list.txt`` and CSV, one row for each point marked in a photo."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pandas as pd
 import pyproj
 from PIL import Image
 
-from ..core.columns import FoundColumn, columns, epsg_crs, line_of, numbers, refuse_bounds, require
+from ..core.columns import FoundColumn, columns, epsg_crs, line_of, measured, numbers, refuse_bounds, require
 from ..core.crs import lonlat_to_project
 from ..core.errors import CRSError, InputError
 from ..core.frames import same_datum, transform, usual_crs
@@ -28,6 +28,8 @@ from .tables import crs_of_line
 
 #: Standard deviation of a point for which the file gives none, E, N, U metres: RTK GNSS on a pole, and pricking.
 CONTROL_SD_M = np.array([0.02, 0.02, 0.03])
+#: Standard deviation of a known length, metres: a tape between two marks.
+BAR_SD_M = 0.002
 #: A point farther from the nearest photo lies elsewhere, metres.
 MAX_AWAY_M = 5000.0
 #: Points that lie less than this (root of the sum of squares) beside a line do not turn a block about it, metres.
@@ -39,13 +41,32 @@ _PRECISE = ("fix", "float")
 
 
 @dataclass(frozen=True)
+class ScaleBars:
+    """B known lengths, each between two ends that photos show, and M marks of the ends.
+
+    labels: B. length_m: (B,). point: (M,) number of the end, those of a bar one after the other. photo: (M,) number of
+    the photo among the stations. pixels: (M, 2) u, v as in :class:`ControlPoints`. Every end has two marks or more,
+    each in another photo.
+    """
+
+    labels: list[str]
+    length_m: np.ndarray
+    point: np.ndarray
+    photo: np.ndarray
+    pixels: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.labels)
+
+
+@dataclass(frozen=True)
 class ControlPoints:
-    """K points on the ground and M marks of them in photos.
+    """K points on the ground (none, where a file holds known lengths alone) and M marks of them in photos.
 
     labels: K, each once. xyz: (K, 3) project CRS, metres, in the heights of the geotags. sd_m: (K, 3) E, N, U.
     is_check: (K,) bool, only compared with, never adjusted to. point: (M,) number of the point. photo: (M,) number of
     the photo among the stations. pixels: (M, 2) u, v; the upper-left corner of the photo is (0, 0), the centre of its
-    first pixel (0.5, 0.5). Every point has two marks or more, each in another photo.
+    first pixel (0.5, 0.5). Every point has two marks or more, each in another photo. bars: known lengths.
     """
 
     labels: list[str]
@@ -55,14 +76,16 @@ class ControlPoints:
     point: np.ndarray
     photo: np.ndarray
     pixels: np.ndarray
+    bars: ScaleBars | None = None
 
     def __len__(self) -> int:
         return len(self.labels)
 
     def digest(self) -> str:
-        """Short hash over places, accuracies, use and marks."""
+        """Short hash over places, accuracies, use, lengths and marks."""
         digest = hashlib.sha256(json.dumps([self.labels, self.is_check.tolist()]).encode())
-        for values in (self.xyz, self.sd_m, self.point, self.photo, self.pixels):
+        lengths = () if self.bars is None else (self.bars.length_m, self.bars.point, self.bars.photo, self.bars.pixels)
+        for values in (self.xyz, self.sd_m, self.point, self.photo, self.pixels, *lengths):
             digest.update(np.ascontiguousarray(values, float).tobytes())
         return digest.hexdigest()[:16]
 
@@ -93,7 +116,8 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     (label, easting, northing, height or lon, lat, height; photo, u, v; optional sd_h_m, sd_v_m, kind, epsg). Pixels
     count from the upper-left corner of the photo as it lies in the file. Longitude and latitude in WGS 84, and
     coordinates without a CRS, are taken on the project's datum, as geotags are. All points are control points but those
-    whose ``kind`` is check or whose label ends in ``_check``.
+    whose ``kind`` is check or whose label ends in ``_check``. In a CSV two labels with one ``bar`` are the ends of a
+    known ``length_m``; they need no place.
 
     Args:
         path: the file. stations: photos with their places. reporter: warned of marks and points that are left out, and
@@ -105,8 +129,13 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     """
     path, reporter = Path(path), reporter or Reporter()
     crs, rows = read_control_rows(path)
-    rows["label"] = _labels(path, rows)
     rows["line"] = rows.index
+    bars = _bars(path, rows[rows["bar"] != ""], stations, reporter)
+    rows = rows[rows[PLACE].notna().all(axis=1)]
+    if bars is not None and rows.empty and stations.is_placed.any():
+        none = np.zeros(0, int)
+        return ControlPoints([], np.zeros((0, 3)), np.zeros((0, 3)), none > 0, none, none, np.zeros((0, 2)), bars)
+    rows = rows.assign(label=_labels(path, rows))
     points = rows.drop_duplicates("label").set_index("label")
     _refuse_contradictions(path, rows)
     xyz = _in_project(path, crs, points[PLACE].to_numpy(), stations.crs)
@@ -149,6 +178,44 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
         sd[chosen],
         check[chosen],
         kept.get_indexer(marks["label"]),
+        marks["number"].to_numpy(int),
+        marks[PIXEL].to_numpy(float),
+        bars,
+    )
+
+
+def _bars(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter) -> ScaleBars | None:
+    """Known lengths of the rows that name one; ``None`` where none has two ends that two photos show.
+
+    Raises:
+        InputError: a bar that has not two ends and one length.
+    """
+    for bar, own in rows.groupby("bar", sort=False):
+        labels, lengths = own["label"].unique().tolist(), own["length"].unique().tolist()
+        if len(labels) != 2 or not all(labels) or len(lengths) != 1 or not np.isfinite(lengths[0]):
+            raise InputError(
+                f"{path}, line {own.index[0]}: bar {bar!r} has the ends {shorten(labels)} and the lengths "
+                f"{shorten([f'{length:g}' for length in lengths])} m, expected two labels and one length_m: complete "
+                "or correct its rows."
+            )
+    if rows.empty:
+        return None
+    marks = _marks(path, rows, stations, reporter)
+    seen = marks.groupby(["bar", "label"]).size() >= 2
+    whole = [bar for bar in rows["bar"].unique() if bar in seen and seen[bar].sum() == 2]
+    if lost := [bar for bar in rows["bar"].unique() if bar not in whole]:
+        reporter.warn(f"{path.name}: bars with an end that fewer than two photos show are left out: {shorten(lost)}.")
+    marks = marks[marks["bar"].isin(whole)]
+    if not whole:
+        return None
+    ends = rows.drop_duplicates(["bar", "label"]).set_index(["bar", "label"])
+    order = [(bar, label) for bar in whole for label in ends.loc[bar].index]
+    point = pd.Index(order).get_indexer(pd.MultiIndex.from_frame(marks[["bar", "label"]]))
+    reporter.info(f"{path.name}: {len(whole)} known lengths, {len(marks)} marks of their ends.")
+    return ScaleBars(
+        whole,
+        ends.loc[order[::2], "length"].to_numpy(float),
+        point,
         marks["number"].to_numpy(int),
         marks[PIXEL].to_numpy(float),
     )
@@ -326,7 +393,7 @@ PLACE, PIXEL, DEVIATIONS = ["x", "y", "z"], ["u", "v"], ["sd_e", "sd_n", "sd_u"]
 def read_control_rows(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
     """The CRS that the file names (``None``: that of the project) and its rows, one for each point marked in a photo:
     ``label`` (empty where the file gives none), :data:`PLACE`, ``photo`` (its name), :data:`PIXEL`, :data:`DEVIATIONS`
-    (NaN) and ``is_check`` (``None`` where the file says nothing), by their lines.
+    (NaN), ``is_check`` (``None`` where the file says nothing), ``bar`` (empty) and ``length`` (NaN) by their lines.
 
     Raises:
         InputError: no such file, neither of the two formats, a row that cannot be read. CRSError: an unknown CRS.
@@ -364,18 +431,24 @@ def _of_gcp_list(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
         said = True if {cell.lower() for cell in cells[7:]} & {"check", "checkpoint"} else None
         rows[number] = [*numbers, cells[5], cells[6] if len(cells) > 6 else "", said]
     found = pd.DataFrame.from_dict(rows, "index", columns=[*PLACE, *PIXEL, "photo", "label", "is_check"])
-    return crs, found.assign(is_check=found["is_check"].astype(object), **dict.fromkeys(DEVIATIONS, np.nan))
+    none = {"bar": "", "length": np.nan, **dict.fromkeys(DEVIATIONS, np.nan)}
+    return crs, found.assign(is_check=found["is_check"].astype(object), **none)
 
 
 def _of_csv(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
     table = read_table(path, comments=True)
-    has = columns(table, "point", "photo", "u", "v", "kind", *_PLACE, "altitude", "epsg", *DEVIATIONS)
-    require(path, table, has, (("easting", "lon"), ("northing", "lat"), "altitude", "photo", "u", "v"))
+    has = columns(table, "point", "photo", "u", "v", "kind", *_PLACE, "altitude", "epsg", *DEVIATIONS, "bar", "length")
+    rows = pd.DataFrame({"bar": table[has["bar"].name].fillna("") if "bar" in has else ""}, index=table.index)
+    is_point = rows["bar"] == ""
+    places = (("easting", "lon"), ("northing", "lat"), "altitude") if is_point.any() else ("point",)
+    require(path, table, has, (*places, "photo", "u", "v"))
     geographic = {"lon", "lat"} <= set(has)
     place = (*(("lon", "lat") if geographic else ("easting", "northing")), "altitude")
-    rows = pd.DataFrame(index=table.index)
     for name, key in zip([*PLACE, *PIXEL], (*place, "u", "v"), strict=True):
-        rows[name] = numbers(path, table, has[key].name, required=True)
+        if key in has:
+            numbers(path, table if name in PIXEL else table[is_point], has[key].name, required=True)
+        rows[name] = numbers(path, table, has[key].name) if key in has else np.nan
+    rows["length"] = measured(path, table, "length", has.get("length") if "bar" in has else None)
     for key in DEVIATIONS:
         rows[key] = numbers(path, table, has[key].name) if key in has else np.nan
         if key in has:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..core.errors import ReconstructionError
-from ..geotags.control import ControlPoints
+from ..geotags.control import ControlPoints, ScaleBars
 from ..geotags.stations import are_precise
 from .bundle import ROUGH, Problem, State, camera_of
 from .bundle_kernels import READOUT
@@ -39,11 +39,11 @@ class Known:
     relative for focal length and fy / fx, pixels for the principal point, dimensionless for the distortion.
     readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``. drift_sd: of the focal length's change
     between flights, relative. travel_sd_m: of the readout travel that speed and readout time do not explain. control:
-    control and check points, in the local frame. gimbal: (N, 3, 3) world -> camera by the gimbal's angles, NaN unknown.
-    taken_s: (N,) when each photo was taken, seconds from any instant, NaN unknown; empty where no time is known.
-    late_s: (F,) seconds by which the geotags of each flight were moved along its velocities. late_sd_s: (F,) seconds by
-    which they may still be those of another instant than the exposures. contradicted: (N,) bool, geotags whose ``sd``
-    was raised as the photos contradict them. One of each for all where nobody looks.
+    control and check points, in the local frame. bars: known lengths. gimbal: (N, 3, 3) world -> camera by the gimbal's
+    angles, NaN unknown. taken_s: (N,) when each photo was taken, seconds from any instant, NaN unknown; empty where no
+    time is known. late_s: (F,) seconds by which the geotags of each flight were moved along its velocities. late_sd_s:
+    (F,) seconds by which they may still be those of another instant than the exposures. contradicted: (N,) bool,
+    geotags whose ``sd`` was raised as the photos contradict them. One of each for all where nobody looks.
     """
 
     xyz: np.ndarray
@@ -55,6 +55,7 @@ class Known:
     drift_sd: float = 5e-4
     travel_sd_m: float = 0.0
     control: ControlPoints | None = None
+    bars: ScaleBars | None = None
     gimbal: np.ndarray | None = None
     taken_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
     late_s: np.ndarray = field(default_factory=lambda: np.zeros(1))
@@ -117,11 +118,12 @@ def adjust(
     Raises:
         ReconstructionError: no point is left that two photos see alike.
     """
+    nothing_left = ReconstructionError(
+        f"No point is left that two of the {int(block.is_posed.sum())} placed photos see alike; they overlap too "
+        "little, show too little texture or have wrong geotags: use preset balanced, or fly with 80 % overlap."
+    )
     if not len(block.points):
-        raise ReconstructionError(
-            f"No point is left that two of the {int(block.is_posed.sum())} placed photos see alike; they overlap too "
-            "little, show too little texture or have wrong geotags: use preset balanced, or fly with 80 % overlap."
-        )
+        raise nothing_left
     problem = Problem(block, known, free, final=final)
     state = problem.start
     sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
@@ -134,6 +136,8 @@ def adjust(
         )
         state = problem.solve(state, sigma, tag_loss, rounds, reached)
         sigma = max(_sigma_px(problem, state), least_sigma_px)
+    if not np.isfinite(sigma):
+        raise nothing_left
     _apply(block, state)
     return Adjusted(problem, state, sigma)
 

@@ -21,7 +21,7 @@ from ..geotags.control import ControlPoints
 from . import bundle_kernels as kernels
 from .bundle_kernels import CX, CY, FIRST_FLIGHT, K1, K2, K3, LOG_ASPECT, LOG_F, N_POSE, P1, P2, READOUT
 from .cameras import Camera
-from .control import marks_meet
+from .control import MARK_PX, marks_meet
 from .tracks import Block
 
 if TYPE_CHECKING:
@@ -39,8 +39,6 @@ PARTS = {
     "drift": (),
     "travel": (),
 }
-#: Standard error of a mark of a control point, pixels.
-MARK_PX = 0.7
 #: A photo with fewer observations than this stays where it is.
 MIN_OBSERVATIONS = 6
 #: A gimbal knows the vertical to this, degrees (half a degree stated), north as well as its compass; and all its photos

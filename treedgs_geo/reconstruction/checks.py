@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
@@ -17,10 +15,10 @@ from ..geotags.readout import Readout
 from ..geotags.stations import Stations
 from .bundle_kernels import CX, CY, READOUT
 from .calibration import Calibration, lens_sd_of
-from .control import control_residuals, rms_of
+from .control import bar_lengths, control_residuals, rms_of
 from .covariance import posterior_of
 from .geotag_errors import usual_speed_m_s
-from .incremental_block import Joined
+from .incremental_block import Joined, groups_of
 from .options import CONFIRMED_SHARE
 from .tracks import Block
 
@@ -35,8 +33,6 @@ CONTROL_REFUSE_SD = 6.0
 CONTROL_REFUSE_SHARE = 0.1
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
-#: Photos that show so many points together hold each other.
-TOGETHER_POINTS = 6
 #: Warned when a flight's geotags lie so far from its exposures along the flight, metres.
 LATE_WARN_M = 0.03
 #: Warned when the standard error of the block's scale exceeds this (1.5 mm in 30 cm).
@@ -82,7 +78,7 @@ def check_block(
     block, xyz, warnings = joined.block, joined.known.xyz, list[str]()
     left_out = [stations.names[i] for i in np.flatnonzero(~block.is_posed)]
     _check_registered(block, stations, left_out, warnings)
-    groups = _groups(block)
+    groups = groups_of(block)
     _note_groups(groups, block, stations, warnings)
     geotags = _against_geotags(block, stations, xyz)
     _check_geotags(geotags, warnings)
@@ -111,6 +107,8 @@ def check_block(
     several = len(block.sensor.drift) > 1 and "focal" in joined.free and "drift" not in joined.free
     scale = float(np.hypot(posterior.scale, 0.5 * joined.known.drift_sd if several else 0.0))
     control = _check_control(joined, warnings)
+    if joined.known.bars is not None:
+        scale, control["bars"] = _check_bars(joined, scale, warnings)
     if readout.is_known and readout.seconds > 0 and not joined.tested_shutter and not block.sensor.readout_s:
         warnings.append(
             f"The rolling shutter ({1000 * readout.seconds:.0f} ms, {readout.source}) is not taken into account: "
@@ -121,7 +119,7 @@ def check_block(
         warnings.append(
             f"{'Geotags' if geotags.quality else 'Control points'} and photos fix the scale of the block, and so every "
             f"diameter, to {scale:.1%} only (standard error); "
-            f"the trees' intervals are widened by it: use RTK or PPK positions, or control points."
+            "the trees' intervals are widened by it: use RTK or PPK positions, control points or known lengths (--gcp)."
         )
     for warning in warnings:
         reporter.warn(warning)
@@ -132,6 +130,7 @@ def check_block(
         "left_out": left_out,
         "confirmed": confirmed,
         "placed_by_ground": joined.on_ground,
+        "left_out_by_ground": joined.without_ground,
         "groups": [len(group) for group in groups],
         "points": len(block.points),
         "track_length": round(track, 2),
@@ -191,16 +190,6 @@ def _check_registered(block: Block, stations: Stations, left_out: list[str], war
     count, registered = len(stations), len(stations) - len(left_out)
     if registered < REGISTERED_WARN * count:
         warnings.append(f"{registered} of {count} photos registered; left out: {shorten(left_out)}.")
-
-
-def _groups(block: Block) -> list[np.ndarray]:
-    """Registered photos by groups of three and more that share no points, the largest first."""
-    count = len(block.keypoints)
-    shows = coo_array((np.ones(len(block.image), np.int32), (block.image, block.point)), (count, len(block.points)))
-    together = shows.tocsr() @ shows.T.tocsr() >= TOGETHER_POINTS
-    label = connected_components(together, directed=False)[1]
-    found = [np.flatnonzero((label == each) & block.is_posed) for each in np.unique(label[block.is_posed])]
-    return sorted((group for group in found if len(group) > 2), key=lambda group: (-len(group), group[0]))
 
 
 def _note_groups(groups: list[np.ndarray], block: Block, stations: Stations, warnings: list[str]) -> None:
@@ -346,6 +335,30 @@ def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
         if np.linalg.norm(off) > 3 * np.linalg.norm(sd) + 0.02:
             warnings.append(f"The block is {100 * np.linalg.norm(off):.0f} cm from point {row['label']}.")
     return found
+
+
+def _check_bars(joined: Joined, scale: float, warnings: list[str]) -> tuple[float, list[dict[str, Any]]]:
+    """The standard error of the scale with known lengths, and what the block makes of them, for the report."""
+    bars = joined.known.bars
+    assert bars is not None
+    lengths = bar_lengths(joined.block, bars)
+    log, sd = lengths.scale
+    if lengths.contradict(scale):
+        warnings.append(
+            f"The known lengths are {np.exp(log):.3f} times what they are in the block, whose geotags and control "
+            f"points tell its scale to {scale:.1%}: they are not used, and every tree's interval is widened by the "
+            "difference; check the lengths, the marks of their ends, and the geotags."
+        )
+        scale = abs(log)
+    elif not np.isfinite(sd):
+        warnings.append("No known length has two ends that two placed photos show: mark them in more photos.")
+    else:
+        scale = float((scale**-2 + sd**-2) ** -0.5)
+    told = zip(bars.labels, bars.length_m, bars.length_m / lengths.times, lengths.sd, strict=True)
+    return scale, [
+        {"label": label, "length_m": float(length), "block_m": _rounded(found, 4), "sd": _rounded(own_sd, 5)}
+        for label, length, found, own_sd in told
+    ]
 
 
 def _check_alone(points: ControlPoints, used: np.ndarray, warnings: list[str]) -> None:

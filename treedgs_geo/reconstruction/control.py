@@ -1,16 +1,18 @@
-"""Ground control in a block: bringing a rough block to it, and what is left at control and check points."""
+"""Ground control and known lengths in a block: bringing a rough block to them, and what is left there."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..geotags.control import ControlPoints, are_spread
+from ..geotags.control import BAR_SD_M, ControlPoints, ScaleBars, are_spread
 from .poses import Similarity, fit_similarity
 from .tracks import Block, ray_normals
 
+#: Standard error of a mark, pixels.
+MARK_PX = 0.7
 #: A block is moved as a whole before it is adjusted where its control points lie further off than this, metres.
 _FAR_M = 0.2
 #: Marks of a point miss it by less than this, share of the photo's width.
@@ -28,11 +30,16 @@ def align_to_control(block: Block, control: ControlPoints) -> Similarity | None:
     fitted = fit_to_control(block, control, _FAR_M)
     if fitted is None:
         return None
-    centres = fitted.apply(block.centres)
-    block.rotations = block.rotations @ fitted.rotation.T
-    block.translations = -np.einsum("nij,nj->ni", block.rotations, centres)
-    block.points = fitted.apply(block.points)
+    move(block, fitted)
     return fitted
+
+
+def move(block: Block, by: Similarity) -> None:
+    """Move, turn and scale a block."""
+    centres = by.apply(block.centres)
+    block.rotations = block.rotations @ by.rotation.T
+    block.translations = -np.einsum("nij,nj->ni", block.rotations, centres)
+    block.points = by.apply(block.points)
 
 
 def fit_to_control(block: Block, control: ControlPoints, far_m: float = 0.0) -> Similarity | None:
@@ -84,29 +91,72 @@ def rms_of(rows: list[dict[str, Any]], is_check: bool) -> list[float] | None:
     return [round(float(value), 4) for value in np.sqrt(np.mean(off**2, axis=0))] if len(off) else None
 
 
+class BarLengths(NamedTuple):
+    """What a block says of known lengths. times: (B,) the length over the block's, NaN where an end has fewer than two
+    posed photos or its marks do not meet. sd: (B,) standard error of its logarithm. scale: logarithm of what all of
+    them scale the block by, and its standard error, larger where they disagree; zero and infinite without a length."""
+
+    times: np.ndarray
+    sd: np.ndarray
+
+    scale: tuple[float, float]
+
+    def contradict(self, scale_sd: float) -> bool:
+        """Whether they do the block, whose scale is known to ``scale_sd`` (relative) without them."""
+        return abs(self.scale[0]) > CONTRADICTED_TIMES * float(np.hypot(self.scale[1], scale_sd))
+
+
+def bar_lengths(block: Block, bars: ScaleBars) -> BarLengths:
+    """The block's own lengths between the marks of known ones."""
+    placed, meet, left = _intersected(block, bars, 2 * len(bars))
+    placed[~meet] = np.nan
+    first, second = placed[::2], placed[1::2]
+    way = second - first
+    found = np.linalg.norm(way, axis=1)
+    along = way / found[:, None]
+    # A mark is off by so much across its ray at the photos' distance (median).
+    use = block.is_posed[bars.photo]
+    centres, ends = block.centres[bars.photo[use]], bars.point[use]
+    across = MARK_PX / block.camera.fx * np.linalg.norm(placed[ends] - centres, axis=1)
+    sd = np.full(len(bars), np.nan)
+    for k in np.flatnonzero(np.isfinite(found)):
+        spread = sum(along[k] @ np.linalg.solve(left[end], along[k]) for end in (2 * k, 2 * k + 1))
+        sd[k] = np.hypot(BAR_SD_M, float(np.median(across[ends // 2 == k])) * np.sqrt(spread)) / bars.length_m[k]
+    times, known = bars.length_m / found, np.isfinite(found)
+    if not known.any():
+        return BarLengths(times, sd, (0.0, float("inf")))
+    logs, weight = np.log(times[known]), 1 / sd[known] ** 2
+    mean = float(np.average(logs, weights=weight))
+    spread = np.sum(weight * (logs - mean) ** 2) / max(known.sum() - 1, 1)
+    return BarLengths(times, sd, (mean, float(np.sqrt(max(spread, 1.0) / weight.sum()))))
+
+
 def _placed(block: Block, control: ControlPoints) -> np.ndarray:
     """(K, 3) places by the marks and the posed photos alone, NaN where fewer than two photos show a point or its marks
     do not meet."""
-    placed, meet = _intersected(block, control)
+    placed, meet, _ = _intersected(block, control, len(control))
     return np.where(meet[:, None], placed, np.nan)
 
 
 def marks_meet(block: Block, control: ControlPoints) -> np.ndarray:
     """(K,) bool: not where the marks of a point miss each other in the posed photos: one of them is of another point.
     Such a point is left out."""
-    return _intersected(block, control)[1]
+    return _intersected(block, control, len(control))[1]
 
 
-def _intersected(block: Block, control: ControlPoints) -> tuple[np.ndarray, np.ndarray]:
-    """(K, 3) places by the marks, NaN where fewer than two posed photos show a point, and :func:`marks_meet`."""
-    use = block.is_posed[control.photo]
-    photo, point, pixels = control.photo[use], control.point[use], control.pixels[use]
+def _intersected(
+    block: Block, marked: ControlPoints | ScaleBars, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(K, 3) places by the marks, NaN where fewer than two posed photos show a point; :func:`marks_meet`; and (K, 3, 3)
+    the normal matrices of the places, of marks that are off by one across their rays."""
+    use = block.is_posed[marked.photo]
+    photo, point, pixels = marked.photo[use], marked.point[use], marked.pixels[use]
     starts, rays = block.rays_of(photo, pixels)
-    left, right = ray_normals(starts, rays, np.ones(len(rays)), point, len(control))
-    placed, known = np.full((len(control), 3), np.nan), np.bincount(point, minlength=len(control)) >= 2
+    left, right = ray_normals(starts, rays, np.ones(len(rays)), point, count)
+    placed, known = np.full((count, 3), np.nan), np.bincount(point, minlength=count) >= 2
     placed[known] = np.linalg.solve(left[known], right[known][:, :, None])[:, :, 0]
     local = np.einsum("mij,mj->mi", block.rotations[photo], placed[point]) + block.translations[photo]
     off = np.linalg.norm(block.sensor.to_pixels(local, photo) - pixels, axis=1)
-    meet = np.ones(len(control), bool)
+    meet = np.ones(count, bool)
     meet[point[known[point] & ~(off < APART_SHARE * block.camera.width)]] = False
-    return placed, meet
+    return placed, meet, left

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..geotags.stations import PRECISE_GEOTAG_M, Stations
 from .cameras import Camera
@@ -19,6 +20,8 @@ from .tracks import Block
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_LIMIT_DEG = 4.0
+#: Cameras are held level to this (median), degrees, and look about so much at least (second axis over the first).
+LEVEL_DEG, _MIN_BREADTH = 3.0, 0.3
 #: A photo on its head: half a turn about the camera's axis.
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
@@ -54,8 +57,9 @@ def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey
     rng = np.random.default_rng(seed)
     best = 0
     tasks, free_focal = ["map_global", "map_global", "map_incremental"], "focal" in survey.free
-    if survey.known.is_by_control:
-        # A mapper has no prior on the lens: where nothing else is known it bends lens and model together.
+    if not (survey.known.is_precise or np.isfinite(gimbal).any()):
+        # A mapper has no prior on the lens: where nothing else is known it bends lens and model together, or places
+        # photos that look about from one another's places all in one.
         tasks, free_focal = tasks[::-1], False
     for task in tasks:
         left = np.flatnonzero(~placement.mapped).tolist()
@@ -187,7 +191,7 @@ def _turned_to_gimbals(
     """
     known = np.isfinite(gimbal).all(axis=(1, 2))
     if known.sum() < 3:
-        return rotations, centres
+        return _levelled(rotations, centres)
     middle, found = centres.mean(axis=0), []
     for aimed in (gimbal[known], HALF_TURN @ gimbal[known]):
         turn = nearest_rotation((aimed.transpose(0, 2, 1) @ rotations[known]).sum(axis=0))
@@ -196,6 +200,36 @@ def _turned_to_gimbals(
         found.append((float(np.nanmedian(np.linalg.norm(moved - xyz, axis=1))), np.median(away), turn, moved))
     _, spread_deg, turn, moved = min(found, key=lambda each: each[0])
     return (rotations, centres) if spread_deg > 2 * GIMBAL_LIMIT_DEG else (rotations @ turn.T, moved)
+
+
+def _levelled(rotations: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A model turned about its middle until its photos are level as they were held, if they were."""
+    up = _up_as_held(rotations)
+    if up is None:
+        return rotations, centres
+    turn = Rotation.align_vectors([[0.0, 0, 1]], [up])[0].as_matrix()
+    middle = centres.mean(axis=0)
+    return rotations @ turn.T, middle + (centres - middle) @ turn.T
+
+
+def _up_as_held(rotations: np.ndarray) -> np.ndarray | None:
+    """(3,) the direction to which the rows of all photos (of upright ones: the columns) are square, as whoever carries
+    a camera holds it, and drones do; ``None`` where there is none, or all look the same way."""
+    found = []
+    for axes in (rotations[:, 0], rotations[:, 1]):
+        _, size, ways = np.linalg.svd(axes, full_matrices=False)
+        tilted_deg = float(np.median(np.degrees(np.arcsin(np.clip(np.abs(axes @ ways[2]), 0, 1)))))
+        if tilted_deg <= LEVEL_DEG and size[1] >= _MIN_BREADTH * size[0]:
+            found.append((tilted_deg, ways[2] * np.sign(ways[2, 2])))
+    return min(found, key=lambda each: each[0])[1] if found else None
+
+
+def level_as_held(placement: Placement) -> np.ndarray:
+    """(N, 3, 3) directions of the placed photos for those of gimbals that are not known, NaN where they were not held
+    level."""
+    mapped = placement.mapped
+    held = mapped.sum() >= 3 and _up_as_held(placement.rotations[mapped]) is not None
+    return np.where((mapped & held)[:, None, None], placement.rotations, np.nan)
 
 
 def _has_gimbal(xyz: np.ndarray, gimbal: np.ndarray) -> np.ndarray:

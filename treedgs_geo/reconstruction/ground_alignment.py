@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numba import njit, prange
+from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InputError
@@ -43,6 +45,8 @@ _STEPS = 255 / (1 - _ALIKE) ** 2
 #: Tiles without which nothing is said; the best turn's score over the median of all turns, in their median deviations,
 #: from which it is believed (27 photos of three stands: two wrong ones 7 and 8.6, right ones 6 to 52).
 _MIN_TILES, _CLEAR = 40, 9.0
+#: Photos have one picture of the ground together within so many metres; tiles that are looked at at once: memory.
+_GROUP_M, _TILES_AT_ONCE = 150.0, 4096
 #: Tiles are ties where a photo shows one with such a correlation, up to so many pixels off.
 _TIED, _TIE_REACH = 0.5, 4
 
@@ -82,54 +86,76 @@ def ground_points(block: Block) -> tuple[np.ndarray, Callable[[np.ndarray, np.nd
     return np.bincount(block.image[near[block.point]], minlength=len(block.keypoints)), ground
 
 
-def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: Known) -> np.ndarray:
+def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: Known) -> tuple[np.ndarray, np.ndarray]:
     """Turn the photos that show hardly a point of the ground to where they show its picture, and tie all that show it
-    to its tiles; (N,) bool which were turned. These stand at their geotags, without other observations.
+    to its tiles; (N,) bool which were turned, and which should show it. Turned ones stand at their geotags, without
+    other observations.
 
     Geotags that are not precise, or gimbals that are not known, say too little of where a photo looks: none is turned.
     paths: of the photos.
     """
-    turned = np.zeros(len(paths), bool)
+    turned, should = np.zeros((2, len(paths)), bool)
     points, ground = ground_points(block)
     if ground is None or known.gimbal is None or not known.is_precise:
-        return turned
+        return turned, should
     aimed = np.isfinite(known.gimbal).all(axis=(1, 2))
     sure = block.is_posed & (points >= MIN_GROUND_POINTS)
     few = ~sure & aimed & np.isfinite(known.xyz).all(axis=1)
     if not few.any() or not (sure & aimed).any():
-        return turned
-    views = {i: replace(block.view(i), path=paths[i]) for i in np.flatnonzero(sure).tolist()}
+        return turned, should
+    views = {i: replace(block.view(i), path=paths[i]) for i in np.flatnonzero(sure | few).tolist()}
     errors = np.einsum("nij,nkj->ik", block.rotations[sure & aimed], known.gimbal[sure & aimed])
     for i in np.flatnonzero(few).tolist():
-        views[i] = _at(replace(block.view(i), path=paths[i]), nearest_rotation(errors) @ known.gimbal[i], known.xyz[i])
-    loose = [views[i] for i in np.flatnonzero(few).tolist()]
-    picture = picture_of_ground([views[i] for i in np.flatnonzero(sure).tolist()], loose, ground)
-    if picture is None:
-        return turned
-    found = in_threads(lambda view: turned_to_ground(view, picture), loose)
-    for i, rotation in zip(np.flatnonzero(few).tolist(), found, strict=True):
-        if rotation is not None:
-            turned[i], views[i] = True, _at(views[i], rotation, known.xyz[i])
+        views[i] = _at(views[i], nearest_rotation(errors) @ known.gimbal[i], known.xyz[i])
+    pictures = list[GroundPicture]()
+    for group in _neighbours(known.xyz, few, block.sensor.flight):
+        # Shadows move: under one sun the ground is far more alike.
+        beside = sure & (block.sensor.flight == block.sensor.flight[group[0]])
+        if beside.sum() < _MIN_PHOTOS:
+            beside = sure
+        loose = [views[i] for i in group]
+        picture = picture_of_ground([views[i] for i in np.flatnonzero(beside).tolist()], loose, ground)
+        if picture is None:
+            continue
+        pictures.append(picture)
+        should[[i for i, view in views.items() if len(picture.seen_by(view)) >= _MIN_TILES]] = True
+        for i, rotation in zip(group, in_threads(partial(turned_to_ground, picture=picture), loose), strict=True):
+            if rotation is not None:
+                turned[i], views[i] = True, _at(views[i], rotation, known.xyz[i])
     if turned.any():
         block.unpose(turned)
         for i in np.flatnonzero(turned).tolist():
             block.rotations[i], block.translations[i] = views[i].rotation, views[i].translation
-        _tie(block, store, {i: views[i] for i in np.flatnonzero(sure | turned).tolist()}, picture)
-    return turned
+        _tie(block, store, {i: views[i] for i in np.flatnonzero(sure | turned).tolist()}, pictures)
+    return turned, should
+
+
+def _neighbours(xyz: np.ndarray, chosen: np.ndarray, flight: np.ndarray) -> Iterator[list[int]]:
+    """Numbers of the chosen of (N, 3) places in groups of one flight, (N,), no wider than :data:`_GROUP_M`."""
+    for each in np.unique(flight[chosen]):
+        own = np.flatnonzero(chosen & (flight == each))
+        group = np.ones(1) if len(own) < 2 else fcluster(linkage(xyz[own, :2], "complete"), _GROUP_M, "distance")
+        yield from (own[group == number].tolist() for number in np.unique(group))
 
 
 def _at(view: View, rotation: np.ndarray, centre: np.ndarray) -> View:
     return replace(view, rotation=rotation, translation=-rotation @ centre)
 
 
-def _tie(block: Block, store: FeatureStore, views: dict[int, View], picture: GroundPicture) -> None:
+def _tie(block: Block, store: FeatureStore, views: dict[int, View], pictures: list[GroundPicture]) -> None:
     """Tie photos, by their numbers, to the tiles that they show, in place of the ties of before."""
-    ties = list(in_threads(lambda view: ties_to_ground(view, picture), list(views.values())))
     block.keep(block.key < np.array([len(own.keypoints) for own in store.own])[block.image])
-    key = store.with_places(list(views), [pixels for _, pixels in ties])
-    tile = np.concatenate([tiles for tiles, _ in ties])
-    block.add(np.repeat(list(views), [len(tiles) for tiles, _ in ties]), key, len(block.points) + tile)
-    block.points = np.concatenate([block.points, picture.places])
+    firsts = len(block.points) + np.cumsum([0, *(len(picture.places) for picture in pictures[:-1])])
+
+    def ties(view: View) -> tuple[np.ndarray, np.ndarray]:
+        found = [ties_to_ground(view, picture) for picture in pictures]
+        points = [first + tiles for first, (tiles, _) in zip(firsts, found, strict=True)]
+        return np.concatenate(points), np.concatenate([pixels for _, pixels in found])
+
+    points, pixels = zip(*in_threads(ties, list(views.values())), strict=True)
+    key = store.with_places(list(views), list(pixels))
+    block.add(np.repeat(list(views), [len(each) for each in points]), key, np.concatenate(points))
+    block.points = np.concatenate([block.points, *(picture.places for picture in pictures)])
     block.keep(np.ones(len(block.image), bool))  # what one photo alone shows is no tie
 
 
@@ -157,9 +183,12 @@ def picture_of_ground(
     grey, shown = cv2.cvtColor(picture[..., :3], cv2.COLOR_RGB2GRAY), picture[..., 3] > 0
     tiles = np.stack(np.meshgrid(*[np.arange(0, size - _TILE, _APART) for size in (rows, columns)], indexing="ij"))
     tiles = tiles.reshape(2, -1).T
-    of_tiles = (np.lib.stride_tricks.sliding_window_view(each, (_TILE, _TILE)) for each in (shown, grey))
-    is_shown, contents = (each[tiles[:, 0], tiles[:, 1]] for each in of_tiles)
-    tiles = tiles[(is_shown.mean(axis=(1, 2)) >= _SHOWN) & (contents.std(axis=(1, 2)) >= _MIN_SPREAD)]
+    of_tiles = [np.lib.stride_tricks.sliding_window_view(each, (_TILE, _TILE)) for each in (shown, grey)]
+    good = []
+    for part in np.array_split(tiles, len(tiles) // _TILES_AT_ONCE + 1):
+        is_shown, contents = (each[part[:, 0], part[:, 1]] for each in of_tiles)
+        good.append((is_shown.mean(axis=(1, 2)) >= _SHOWN) & (contents.std(axis=(1, 2)) >= _MIN_SPREAD))
+    tiles = tiles[np.concatenate(good)]
     places = _places(corner, tiles + _TILE / 2, ground)
     known = np.isfinite(places[:, 2])
     return GroundPicture(corner, ground, grey, tiles[known], places[known])

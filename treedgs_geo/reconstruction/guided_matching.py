@@ -8,9 +8,8 @@ matches than a search through the whole photo, in a tenth of the time. What the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,21 +20,15 @@ from ..core.progress import Reporter
 from .cameras import Camera, View
 from .predicted_points import Features, kinds, one_to_one, search
 from .sift import FeatureStore
-from .turns import Candidates, agreed_turns
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
 #: The same of poses that matches have made sure: 10 px of a narrow lens, for what moves and for a shutter that rolls.
 FINE_REACH_DEG = 0.15
-#: The same of turns that all photos' candidates agree with: more than the fine reach, because centres and lens are
-#: those of geotags and metadata.
-TOGETHER_REACH_DEG = 0.2
 #: A match is believed when the second best in its reach is this much farther, as COLMAP's matcher does.
 RATIO = 0.8
-#: Matches that a verified pair has; so many standard deviations more than chance would give. The same of a pair that
-#: tells nothing of its own, because all photos tell how it is turned.
+#: Matches that a verified pair has; so many standard deviations more than chance would give.
 _LEAST, _CHANCE_SD = 15, 6.0
-_MIN_TOGETHER, _CHANCE_SD_TOGETHER = 4, 2.0
 #: The direction of a feature in the other photo is that of a step of so many pixels along the ground.
 _STEP_PX = 8.0
 #: Verification: distance from the epipolar line, trials, and the least distance between two photos.
@@ -86,25 +79,11 @@ class Guide:
         """(N,) ``reach_deg``."""
         return np.full(len(self.centres), REACH_DEG) if self.reach_deg is None else self.reach_deg
 
-    @property
-    def turn_sd_deg(self) -> np.ndarray:
-        """(N, 3) standard errors of the rotations about the world's axes: heads are less sure than tilts."""
-        return self.reaches_deg[:, None] * np.array([0.25, 0.25, 0.5])
-
-    def turned(self, rotations: np.ndarray) -> Guide:
-        """The guide with rotations (N, 3, 3) that all photos' matches agree with."""
-        return replace(
-            self,
-            rotations=rotations,
-            reach_deg=np.full(len(rotations), TOGETHER_REACH_DEG),
-            tolerance_px=FINE_TOLERANCE_PX,
-        )
-
-    def more_than_chance(self, i: int, j: int, candidates: int, sd: float) -> float:
-        """Matches of so many candidates of a pair that agree by chance (wrong ones lie anywhere in the reach), and so
-        many standard deviations more."""
+    def more_than_chance(self, i: int, j: int, candidates: int) -> float:
+        """Matches of so many candidates of a pair that agree by chance (wrong ones lie anywhere in the reach), and
+        :data:`_CHANCE_SD` standard deviations more."""
         chance = min(self.tolerance_px / (np.tan(self.reach(i, j)) * self.camera.fx), 1.0) * candidates
-        return float(chance + sd * np.sqrt(chance))
+        return float(chance + _CHANCE_SD * np.sqrt(chance))
 
     def view(self, j: int) -> View:
         """Photo j as gimbal and geotag have it."""
@@ -145,76 +124,7 @@ def match_guided(
 
     pairs: (K, 2) numbers of photos.
     """
-    photos = _photos(store, pairs, guide)
-
-    def verified(pair: tuple[int, int], rows: np.ndarray) -> np.ndarray:
-        (i, j), rng = pair, np.random.default_rng([seed, *pair])
-        return rows[_verified(photos[i], photos[j], rows, guide, guide.reach(i, j), rng)]
-
-    _keep(store, photos, _candidates(photos, pairs, guide, threads, reporter, verified))
-
-
-def match_together(
-    store: FeatureStore, pairs: np.ndarray, guide: Guide, shift_sd_m: np.ndarray, threads: int, reporter: Reporter
-) -> Guide:
-    """Match photos and verify the matches by the turns that all photos' candidates agree with (:mod:`.turns`), in place
-    of ``store.matches``: where crowns move a pair alone is not enough to tell. Once as far as the guide reaches, then
-    near the turns found.
-
-    pairs: (K, 2) numbers of photos. shift_sd_m: (N, 3) standard errors of the guide's centres.
-
-    Returns:
-        the guide with these turns.
-    """
-    while True:
-        photos, coarse = _photos(store, pairs, guide), guide.reaches_deg.max() > TOGETHER_REACH_DEG
-        rows = _candidates(photos, pairs, guide, threads, reporter)
-        baseline = np.linalg.norm(np.diff(guide.centres[pairs], axis=1)[:, 0], axis=1)
-        tried = [pair for pair, far in zip(map(tuple, pairs.tolist()), baseline, strict=True)
-                 if far >= _MIN_BASELINE_M and len(rows[pair]) >= _MIN_TOGETHER]  # fmt: skip
-        if not tried:
-            store.matches = {}
-            return guide
-        starts = np.cumsum([0] + [len(rows[pair]) for pair in tried])
-        rays = (
-            np.concatenate([photos[pair[k]].rays[rows[pair][:, k]] for pair in tried])
-            for k in range(2)
-        )  # fmt: skip
-        found = Candidates(np.array(tried), starts, *rays)
-        first_px = max(
-            0.5 * float(np.tan(np.radians(np.median(guide.reaches_deg))) * guide.camera.fx), guide.tolerance_px
-        )
-        turns, off = agreed_turns(
-            found, guide.centres, np.radians(guide.turn_sd_deg), shift_sd_m, guide.camera.fx,
-            (first_px, guide.tolerance_px),
-        )  # fmt: skip
-        # A ray that is turned with its photo: the photo's rotation, turned back first.
-        before, guide = guide, guide.turned(guide.rotations @ turns.transpose(0, 2, 1))
-        if coarse:
-            continue
-        near = {}
-        for pair, begin, end in zip(tried, starts[:-1], starts[1:], strict=True):
-            agree = np.abs(off[begin:end]) < before.tolerance_px
-            enough = before.more_than_chance(pair[0], pair[1], end - begin, _CHANCE_SD_TOGETHER)
-            if agree.sum() >= max(_MIN_TOGETHER, enough):
-                near[pair] = rows[pair][agree]
-        _keep(store, photos, near)
-        return guide
-
-
-def _photos(store: FeatureStore, pairs: np.ndarray, guide: Guide) -> dict[int, _Photo]:
-    return {i: _Photo.of(store, guide, i) for i in np.unique(pairs).tolist()}
-
-
-def _candidates(
-    photos: dict[int, _Photo],
-    pairs: np.ndarray,
-    guide: Guide,
-    threads: int,
-    reporter: Reporter,
-    verified: Callable[[tuple[int, int], np.ndarray], np.ndarray] | None = None,
-) -> dict[tuple[int, int], np.ndarray]:
-    """By pair (K, 2) features, in the order of cells, that look alike where the guide says; those that are verified."""
+    photos = {i: _Photo.of(store, guide, i) for i in np.unique(pairs).tolist()}
 
     def work(pair: np.ndarray) -> np.ndarray:
         i, j = pair.tolist()
@@ -228,23 +138,16 @@ def _candidates(
         )
         found = one_to_one(best, distance)
         rows = np.column_stack([found, best[found]])
-        return rows if verified is None else verified((i, j), rows)
+        rows = rows[_verified(first, second, rows, guide, guide.reach(i, j), np.random.default_rng([seed, i, j]))]
+        # As the store numbers features.
+        return np.column_stack([one.order[rows[:, 0]], second.features.order[rows[:, 1]]])
 
-    rows_of = {}
+    store.matches = {}
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(max_workers=threads) as workers:
-        for count, (pair, found) in enumerate(zip(pairs, workers.map(work, pairs), strict=True)):
-            rows_of[pair[0].item(), pair[1].item()] = found
+        for count, (pair, rows) in enumerate(zip(pairs, workers.map(work, pairs), strict=True)):
+            if len(rows):
+                store.matches[pair[0].item(), pair[1].item()] = rows
             reporter.progress(count / len(pairs))
-    return rows_of
-
-
-def _keep(store: FeatureStore, photos: dict[int, _Photo], rows: dict[tuple[int, int], np.ndarray]) -> None:
-    """Matches of features in the order of cells, as the store numbers them; pairs without any are left out."""
-    store.matches = {
-        (i, j): np.column_stack([photos[i].features.order[own[:, 0]], photos[j].features.order[own[:, 1]]])
-        for (i, j), own in rows.items()
-        if len(own)
-    }
 
 
 def _verified(
@@ -268,7 +171,7 @@ def _verified(
         picks,
     )
     i, j = int(first.view.name), int(second.view.name)
-    enough = max(_LEAST, guide.more_than_chance(i, j, len(rows), _CHANCE_SD))
+    enough = max(_LEAST, guide.more_than_chance(i, j, len(rows)))
     return np.flatnonzero(agree) if agree.sum() >= enough else np.zeros(0, int)
 
 

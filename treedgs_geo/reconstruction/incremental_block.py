@@ -7,6 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
@@ -15,13 +17,13 @@ from ..geotags.stations import Stations
 from .adjustment import MIN_LIMIT_PX, Adjusted, Known, adjust, adjust_roughly, prune, typical_px
 from .bundle import GOOD, LAST
 from .cameras import Sensor
-from .control import align_to_control, as_block_says
+from .control import align_to_control, as_block_says, bar_lengths, move
 from .covariance import posterior_of
-from .georeference import GIMBAL_LIMIT_DEG, Placement, as_stored
+from .georeference import GIMBAL_LIMIT_DEG, Placement, as_stored, level_as_held
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
 from .ground_alignment import MIN_GROUND_POINTS, ground_points, tie_to_ground
-from .poses import nearest_rotation, rotation_angle_deg
-from .prior_knowledge import Survey
+from .poses import Similarity, nearest_rotation, rotation_angle_deg
+from .prior_knowledge import WHOLE_LENS, Survey, tell_focal
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, confirmed, extend, from_matches, resect, retriangulate
 from .rolling_shutter import settle_lens, settle_shutter
 from .sift import FeatureStore
@@ -31,15 +33,16 @@ from .tracks import Block, triangulate
 MAPPED_SHARE = 0.35
 #: Rounds in which geotags are moved in time, and come to count less: a wrong one pulls those beside it.
 _ROUNDS = 3
-#: Rounds in which photos are tied to the ground: those that the first places give a better picture of it.
-_GROUND_ROUNDS = 2
+#: Rounds in which photos are tied to the ground, at most: those that one places give the next a better picture of it.
+_GROUND_ROUNDS = 4
 #: Points that three photos see, from which on a photo needs no others.
 _ENOUGH = 40
 
 
 class Joined(NamedTuple):
     """A finished block, its last adjustment, what held it and was free in that, whether a rolling shutter was looked
-    for, which photos are confirmed (N,) (:func:`.resection.confirmed`), and how many were placed by their ground.
+    for, which photos are confirmed (N,) (:func:`.resection.confirmed`), how many were placed by their ground, and how
+    many have no pose that should show it, because none of it was found in them.
     """
 
     block: Block
@@ -49,6 +52,7 @@ class Joined(NamedTuple):
     tested_shutter: bool
     confirmed: np.ndarray
     on_ground: int
+    without_ground: int
 
 
 def join_photos(
@@ -64,9 +68,12 @@ def join_photos(
     rng = np.random.default_rng(1)
     tested = bool(free & {"readout", "travel"})
     placement = _enough(placement, store, known, sensor, reporter)
-    if known.gimbal is not None:
+    if known.gimbal is not None and np.isfinite(known.gimbal).any():
         mapped = placement.mapped[:, None, None]
         known = replace(known, gimbal=as_stored(np.where(mapped, placement.rotations, np.nan), known.gimbal))
+    elif not (known.is_precise or known.is_by_control):
+        held = level_as_held(placement)
+        known, free = replace(known, gimbal=held), free | WHOLE_LENS if tell_focal(held) else free
     block = _first_block(placement, store, known, replace(sensor, camera=placement.camera), free, reporter)
     given, known = known, _in_time(block, known, free)
     reporter.progress(0.3)
@@ -82,7 +89,7 @@ def join_photos(
         triangulate(block, reach)
         _refine(block, known, free, reach)
         reporter.progress(0.75 if radius > 2 else 0.85)
-    on_ground, known = _onto_ground(block, store, stations, known, given, free, reach)
+    on_ground, should, known = _onto_ground(block, store, stations, known, given, free, reach)
     loose = set_loose(block, known, guess)
     on_ground &= ~loose  # placed again, they have to be confirmed as others
     loose |= set_unconfirmed(block, confirmed(block, store) | on_ground, known, guess)
@@ -104,7 +111,7 @@ def join_photos(
         if not np.array_equal(again.late_s, known.late_s):
             known = replace(again, sd=np.maximum(again.sd, known.sd), contradicted=known.contradicted)
             adjusted = adjust(block, known, free, final=True, iterations=30, tolerance=LAST)
-    if leave_out(block, known, names, reporter):
+    if leave_out_apart(block, known, names, reporter) | leave_out(block, known, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     poses_px = posterior_of(adjusted).poses_px
     if known.control is not None and known.is_by_control:
@@ -117,10 +124,12 @@ def join_photos(
             f"The control points are far less sure than they state, {sd_m:.2f} m by what the block shows, and count by "
             "that: look at their coordinates and marks, or state their standard deviations (CSV, sd_h_m and sd_v_m)."
         )
+    adjusted, known = _scaled_to_bars(block, adjusted, known, free)
     sure = confirmed(block, store) | on_ground
     if leave_out_unconfirmed(block, sure, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    return Joined(block, adjusted, known, free, tested, sure, int((on_ground & block.is_posed).sum()))
+    of_ground = int((on_ground & block.is_posed).sum()), int((should & ~block.is_posed).sum())
+    return Joined(block, adjusted, known, free, tested, sure, *of_ground)
 
 
 def _onto_ground(
@@ -131,23 +140,43 @@ def _onto_ground(
     given: Known,
     free: frozenset[str],
     reach_px: float,
-) -> tuple[np.ndarray, Known]:
+) -> tuple[np.ndarray, np.ndarray, Known]:
     """Place the photos that hardly show a point of the ground by its picture (:mod:`.ground_alignment`), and take out
-    those that crowns alone hold, if that placed any. (N,) bool which it placed; what is known then."""
-    on_ground = np.zeros(len(stations), bool)
+    those that should show it and that crowns alone hold, if that placed any. (N,) bool which it placed, and which
+    should show it; what is known then."""
+    on_ground, should = np.zeros((2, len(stations)), bool)
+    held, before = int((ground_points(block)[0] >= MIN_GROUND_POINTS).sum()), -1
     for _ in range(_GROUND_ROUNDS):
-        turned = tie_to_ground(block, store, stations.paths, known)
+        if held <= before:
+            break
+        turned, shows = tie_to_ground(block, store, stations.paths, known)
         if not turned.any():
             break
-        on_ground |= turned
+        on_ground, should = on_ground | turned, should | shows
         extend(block, store, reach_px)
         triangulate(block, reach_px)
         _refine(block, known, free, reach_px)
         # A flight whose photos stand by now tells whether its geotags are those of another instant.
         known = _in_time(block, given, free)
-    if on_ground.any():
-        block.unpose(block.is_posed & (ground_points(block)[0] < MIN_GROUND_POINTS))
-    return on_ground, known
+        before, held = held, int((ground_points(block)[0] >= MIN_GROUND_POINTS).sum())
+    if should.any():
+        block.unpose(block.is_posed & should & (ground_points(block)[0] < MIN_GROUND_POINTS))
+    return on_ground, should, known
+
+
+def _scaled_to_bars(block: Block, adjusted: Adjusted, known: Known, free: frozenset[str]) -> tuple[Adjusted, Known]:
+    """The block, and the geotags about its middle, scaled by what known lengths are worth beside what holds it; as it
+    is where they contradict that."""
+    if known.bars is None:
+        return adjusted, known
+    lengths, before = bar_lengths(block, known.bars), posterior_of(adjusted).scale
+    if lengths.contradict(before) or not np.isfinite(lengths.scale[1]):
+        return adjusted, known
+    times = np.exp(lengths.scale[0] * before**2 / (before**2 + lengths.scale[1] ** 2))
+    middle = block.centres[block.is_posed].mean(axis=0)
+    move(block, Similarity(times, np.eye(3), (1 - times) * middle))
+    known = replace(known, xyz=middle + times * (known.xyz - middle))
+    return adjust(block, known, free, final=True, tolerance=LAST), known
 
 
 def _as_control_says(block: Block, known: Known, given: Known) -> Known:
@@ -318,6 +347,8 @@ COMPASS_LIMIT_DEG = 15.0
 STRAY_SD, STRAY_M, MAX_STRAYS = 5.0, 0.15, 1 / 3
 #: A photo is left out when it is less sure at the stems than this, pixels, and than so many times the median photo.
 LOOSE_PX, LOOSE_TIMES = 0.3, 4.0
+#: Photos that show so many points together hold each other; a group of less than this share of the largest is no plot.
+TOGETHER_POINTS, APART_SHARE = 6, 0.25
 #: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
 GOOD_GEOTAG_M = 0.15
 
@@ -441,6 +472,34 @@ def leave_out_loose(block: Block, poses_px: np.ndarray, names: list[str], report
         )
         block.unpose(unsure)
     return bool(unsure.any())
+
+
+def groups_of(block: Block) -> list[np.ndarray]:
+    """Registered photos by groups of three and more that share no points, the largest first."""
+    count = len(block.keypoints)
+    shows = coo_array((np.ones(len(block.image), np.int32), (block.image, block.point)), (count, len(block.points)))
+    together = shows.tocsr() @ shows.T.tocsr() >= TOGETHER_POINTS
+    label = connected_components(together, directed=False)[1]
+    found = [np.flatnonzero((label == each) & block.is_posed) for each in np.unique(label[block.is_posed])]
+    return sorted((group for group in found if len(group) > 2), key=lambda group: (-len(group), group[0]))
+
+
+def leave_out_apart(block: Block, known: Known, names: list[str], reporter: Reporter) -> bool:
+    """Take out the few photos that share no points with the others where their geotags alone would hold them, metres
+    off; whether there were any. Groups that are large beside the largest stay: plots of their own."""
+    groups = groups_of(block)
+    if known.is_precise or known.is_by_control or not groups:
+        return False
+    kept = np.concatenate([group for group in groups if len(group) >= APART_SHARE * len(groups[0])])
+    apart = block.is_posed & ~np.isin(np.arange(len(names)), kept)
+    if apart.any():
+        named = shorten([names[i] for i in np.flatnonzero(apart)])
+        reporter.warn(
+            f"{apart.sum()} photos share no points with the others, and their geotags do not tell where they stand "
+            f"beside them; they are left out: {named}."
+        )
+        block.unpose(apart)
+    return bool(apart.any())
 
 
 def leave_out_unconfirmed(block: Block, sure: np.ndarray, names: list[str], reporter: Reporter) -> bool:

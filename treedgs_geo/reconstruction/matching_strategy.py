@@ -20,7 +20,7 @@ from ..geotags.stations import Stations
 from .checks import check_block
 from .covariance import posterior_of
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
-from .guided_matching import Guide, match_guided, match_together
+from .guided_matching import Guide, match_guided
 from .incremental_block import Joined, from_gimbal, join_photos
 from .matching import match_all, similar_pairs
 from .options import CONFIRMED_SHARE, ReconstructOptions
@@ -46,8 +46,9 @@ LEFT_PX = 0.6
 MISSING_SHARE = 0.03
 #: Good enough after the level that a block guides: so large a share of the photos.
 PLACED_SHARE = 0.9
-#: The same where the ground placed photos (:mod:`.ground_alignment`): more matches in moving crowns place a few photos
-#: more and all of them worse (six dense stands: a tenth of the photos 0.6 to 4.3 px off, in place of 0.15 to 0.2).
+#: Photos that were left out because they should show the ground and do not (:mod:`.ground_alignment`) are not missed
+#: where so many are left: more matches in moving crowns place a few of them and all photos worse (six dense stands: a
+#: tenth of the photos 0.6 to 4.3 px off, in place of 0.15 to 0.2).
 GROUND_SHARE = 2 / 3
 #: Every feature is matched with every other only where no guide has placed so many: of five blocks with two thirds and
 #: more it placed not one photo more, in twice the time of all other levels.
@@ -56,8 +57,6 @@ FULL_BELOW = 0.5
 TIED_POINTS, TIED_TRACK = 100, 3.0
 #: Part of the work left that a level is where it is not enough; only the progress bar depends on it.
 FIRST_PART = 0.4
-#: Standard error of a geotag's place that is not known, and the least that is believed, metres.
-_UNKNOWN_SD_M, _MIN_SD_M = 5.0, 0.01
 #: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
 CROWNS_M, LOW_SHARE = 25.0, 0.07
 
@@ -66,35 +65,29 @@ CROWNS_M, LOW_SHARE = 25.0, 0.07
 class Level:
     """name: in ``run.json`` and the report. stage: what progress calls it. neighbours: photos that a photo is matched
     with. guided: :data:`GUIDED_FEATURES` a photo at most, matched where geotags and gimbals say, and placed by them;
-    otherwise every feature with every other, and placed by a mapper. together: matches verified by the turns that all
-    photos agree on, not pair by pair. again: guided by the block of the level before."""
+    otherwise every feature with every other, and placed by a mapper. again: guided by the block of the level before."""
 
     name: str
     stage: str
     neighbours: int
     guided: bool = False
-    together: bool = False
     again: bool = False
 
 
-def levels_of(neighbours: int, guidable: bool, precise: bool) -> list[Level]:
-    """The levels that a block may take, the cheapest first. guidable: :func:`.prior_knowledge.can_guide`. precise: the
-    geotags hold the photos' places while all turns are sought together."""
+def levels_of(neighbours: int, guidable: bool) -> list[Level]:
+    """The levels that a block may take, the cheapest first. guidable: :func:`.prior_knowledge.can_guide`."""
     full = Level("full", "without a guide", neighbours)
-    fewer = min(neighbours, GUIDED_NEIGHBOURS)
-    guided = Level("guided", "guided by geotags and gimbals", fewer, True)
-    together = Level("together", "all photos together", neighbours, True, True)
-    fine = Level("fine", "guided by the block so far", neighbours, True, True, True)
     if not guidable:
         return [full]
-    return [guided, together, full] if precise else [guided, fine, full]
+    guided = Level("guided", "guided by geotags and gimbals", min(neighbours, GUIDED_NEIGHBOURS), True)
+    return [guided, Level("fine", "guided by the block so far", neighbours, True, True), full]
 
 
 def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
-    """Whether a level's block is better than the one of a level before: more photos, or as many from more matches of
-    the same kind. How sure it is of its poses does not tell: more matches in moving crowns are less alike, and where
-    the ground placed photos they are no gain."""
-    return report["registered"] >= former["registered"] + (not level.together or former["placed_by_ground"] > 0)
+    """Whether a level's block is better than the one of a level before: more photos, or as many from more guided
+    matches. How sure it is of its poses does not tell: more matches in moving crowns are less alike, and where the
+    ground placed photos they are no gain."""
+    return report["registered"] >= former["registered"] + (not level.guided or former["placed_by_ground"] > 0)
 
 
 def not_enough(level: Level, report: dict[str, Any]) -> str:
@@ -103,10 +96,9 @@ def not_enough(level: Level, report: dict[str, Any]) -> str:
     and a few may be missing."""
     missing = report["photos"] - report["registered"]
     median, worst, left = report["poses_px_median"], report["poses_px_worst"], report["reprojection_rms_px"]
-    few = MISSING_SHARE
-    if level.again or report["placed_by_ground"]:
-        few = 1 - (PLACED_SHARE if level.again else GROUND_SHARE)
-    if missing > few * report["photos"]:
+    few = 1 - PLACED_SHARE if level.again else MISSING_SHARE
+    of_crowns = report["left_out_by_ground"] if report["registered"] >= GROUND_SHARE * report["photos"] else 0
+    if missing - of_crowns > few * report["photos"]:
         return f"{missing} of {report['photos']} photos are not placed"
     if report["confirmed"] < CONFIRMED_SHARE * report["registered"]:
         return f"{report['confirmed']} of {report['registered']} placed photos are confirmed by the others' points"
@@ -119,6 +111,8 @@ def not_enough(level: Level, report: dict[str, Any]) -> str:
             f"poses are sure to {median:.2f} px (the worst {worst:.2f} px), wanted {SURE_MEDIAN_PX:g} px "
             f"({SURE_WORST_PX:g} px)"
         )
+    if report["placed_by_ground"]:
+        return ""
     if left > LEFT_PX:
         return f"{left:.2f} px are left in the photos, wanted {LEFT_PX:g} px"
     if report["points_per_photo_median"] < TIED_POINTS or report["track_length"] < TIED_TRACK:
@@ -219,19 +213,14 @@ def at_level(
     with reporter.stage("matching", 0.30, 0.75):
         if level.guided:
             guide = _guide(survey, former, level.again)
-            if level.together:
-                shift_sd_m = np.maximum(np.nan_to_num(survey.known.sd, nan=_UNKNOWN_SD_M), _MIN_SD_M)
-                guide = match_together(store, pairs, guide, shift_sd_m, work.threads, reporter)
-            else:
-                match_guided(store, pairs, guide, options.seed, work.threads, reporter)
-                guide = _as_stored(store, pairs, guide, work, reporter)
+            match_guided(store, pairs, guide, options.seed, work.threads, reporter)
+            guide = _as_stored(store, pairs, guide, work, reporter)
         else:
             pairs = similar_pairs(store, pairs, level.neighbours, work.threads)
             match_all(store, stations.names, pairs, camera, database, options.seed, work.threads, reporter)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
-        anew = level.together and not level.again
-        if not anew and (kept := kept_poses(former, survey, level.again)) is not None:
+        if (kept := kept_poses(former, survey, level.again)) is not None:
             placement = kept
         elif level.guided:
             start = place_by_gimbal(camera, survey.known.xyz, guide.rotations)

@@ -45,7 +45,7 @@ def reconstruct_photos(
         )
     sfm_folder = Path(sfm_folder)
     work = Work(stations, options, survey_of(stations, control, calibration_file), sfm_folder)
-    levels = levels_of(options.neighbours, work.survey.can_guide, work.survey.known.is_precise)
+    levels = levels_of(options.neighbours, work.survey.can_guide)
     level, joined, report, climbed = climb(work, levels, reporter)
     report |= {"seconds": round(time.monotonic() - began, 1), "level": level.name, "climbed_because": climbed}
     survey = work.survey

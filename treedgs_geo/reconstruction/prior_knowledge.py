@@ -14,12 +14,14 @@ from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations
 from .adjustment import Known
 from .calibration import Calibration, calibration_of
-from .cameras import Sensor
+from .cameras import OBLIQUE_DEG, Sensor
 from .geotag_errors import LATE_SD_S
 from .pairs import ground_below
 from .poses import rotation_from_gimbal
 from .rolling_shutter import free_shutter, lens_sd, sensor_of
 
+#: Parts of the lens that are adjusted where the photos tell the focal length.
+WHOLE_LENS = frozenset({"focal", "aspect", "principal_point", "radial", "tangential", "drift"})
 #: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
 GUIDED_SHARE = 0.9
 
@@ -52,6 +54,8 @@ class Survey:
 def survey_of(stations: Stations, control: ControlPoints | None, calibration_file: Path | None) -> Survey:
     """The survey of camera stations, with control points and an earlier calibration file where there are any."""
     calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
+    bars = None if control is None else control.bars
+    control = control if control is not None and len(control) else None
     places = stations.xyz[stations.is_placed]
     frame = LocalFrame.around(stations.crs, places if len(places) or control is None else control.xyz)
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
@@ -68,6 +72,7 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
         calibration.camera,
         lens_sd(calibration),
         control=None if control is None else replace(control, xyz=frame.to_local(control.xyz)),
+        bars=bars,
         gimbal=rotations,
         taken_s=stations.utc,
     )
@@ -110,11 +115,8 @@ def _free_lens(
     ``docs/analyst/reconstruction.md``); obliques can, and with precise geotags two heights or control points. Photos
     that say nothing of how they were taken get their say, and the lens's prior holds what they do not tell.
     """
-    axis = rotations[:, 2, 2]
-    known = np.isfinite(axis)
-    if not (known.any() or stations.is_placed.any()):
-        return frozenset({"focal", "aspect", "principal_point", "radial", "tangential", "drift"})
-    oblique = known & (np.degrees(np.arccos(np.clip(-axis, -1, 1))) > 15)
+    if not (np.isfinite(rotations).any() or stations.is_placed.any()):
+        return WHOLE_LENS
     precise = np.nanmedian(stations.sd, axis=0).max() < 0.5 if stations.is_placed.any() else False
     heights = np.nanpercentile(xyz[:, 2], [5, 95]) if stations.is_placed.any() else np.zeros(2)
     two_heights = (
@@ -123,8 +125,14 @@ def _free_lens(
         else False
     )
     surveyed = control is not None and int((~control.is_check).sum()) >= 3 and precise
-    enough = bool(oblique.sum() >= 8 or (precise and two_heights) or surveyed)
-    return frozenset({"radial", "tangential", *({"focal", "aspect", "principal_point", "drift"} if enough else ())})
+    enough = tell_focal(rotations) or (precise and two_heights) or surveyed
+    return WHOLE_LENS if enough else frozenset({"radial", "tangential"})
+
+
+def tell_focal(rotations: np.ndarray) -> bool:
+    """Whether enough of the photos, (N, 3, 3) world -> camera, NaN unknown, look obliquely to tell the focal length."""
+    with np.errstate(invalid="ignore"):
+        return bool((np.degrees(np.arccos(np.clip(-rotations[:, 2, 2], -1, 1))) > OBLIQUE_DEG).sum() >= 8)
 
 
 def _readout(stations: Stations, calibration: Calibration) -> Readout:
