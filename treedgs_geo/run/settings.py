@@ -50,7 +50,8 @@ class PhotoInputs(KeptWorkspace):
         kind="file",
         help="Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, "
         "height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or "
-        "more points), and to check any block.",
+        "more points), and to check any block. In a CSV also known lengths between two marked points (bar, length_m), "
+        "for the scale.",
         suffixes=(".txt", ".csv"),
     )
     calibration: Path | None = param(

@@ -1832,8 +1832,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Passpunkte</translation>
     </message>
     <message>
-      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or more points), and to check any block.</source>
-      <translation>Pass- und Kontrollpunkte: gcp_list.txt von OpenDroneMap oder CSV mit label, easting, northing, height (oder lon, lat, height), photo, u, v; für Drohnen ohne PPK, für Fotos ohne jede Position (drei oder mehr Punkte) und zum Prüfen jedes Blocks.</translation>
+      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or more points), and to check any block. In a CSV also known lengths between two marked points (bar, length_m), for the scale.</source>
+      <translation>Pass- und Kontrollpunkte: gcp_list.txt von OpenDroneMap oder CSV mit label, easting, northing, height (oder lon, lat, height), photo, u, v; für Drohnen ohne PPK, für Fotos ohne jede Position (drei oder mehr Punkte) und zum Prüfen jedes Blocks. In einer CSV auch bekannte Längen zwischen zwei markierten Punkten (bar, length_m), für den Maßstab.</translation>
     </message>
     <message>
       <source>Calibration</source>

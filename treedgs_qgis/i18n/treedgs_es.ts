@@ -1830,8 +1830,8 @@ cero.&lt;/p&gt;
       <translation>Puntos de control</translation>
     </message>
     <message>
-      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or more points), and to check any block.</source>
-      <translation>Puntos de control y de comprobación: gcp_list.txt de OpenDroneMap, o CSV con label, easting, northing, height (o lon, lat, height), photo, u, v; para drones sin PPK, para fotos sin ninguna posición (tres o más puntos) y para comprobar cualquier bloque.</translation>
+      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or more points), and to check any block. In a CSV also known lengths between two marked points (bar, length_m), for the scale.</source>
+      <translation>Puntos de control y de comprobación: gcp_list.txt de OpenDroneMap, o CSV con label, easting, northing, height (o lon, lat, height), photo, u, v; para drones sin PPK, para fotos sin ninguna posición (tres o más puntos) y para comprobar cualquier bloque. En un CSV también longitudes conocidas entre dos puntos marcados (bar, length_m), para la escala.</translation>
     </message>
     <message>
       <source>Calibration</source>
