@@ -46,7 +46,15 @@ def own_geotags(folder: Path) -> list:
 def of_report(report: dict) -> dict:
     """What a report says, with or without truth."""
     names = ("photos", "registered", "confirmed", "points", "track_length", "reprojection_rms_px", "focal_px")
-    errors = ("focal_free", "focal_sd_px", "readout_s", "readout_sd_s", "scale_sd", "geotag_rms_e_n_u_m")
+    errors = (
+        "focal_free",
+        "poses_px_median",
+        "focal_sd_px",
+        "readout_s",
+        "readout_sd_s",
+        "scale_sd",
+        "geotag_rms_e_n_u_m",
+    )
     return {name: report[name] for name in (*names, *errors, "principal_point_px", "seconds", "stage_seconds")}
 
 
