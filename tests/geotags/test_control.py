@@ -185,6 +185,7 @@ def test_known_lengths_between_marked_points(stations: Stations, tmp_path: Path)
         ("A,DJI_0001.JPG,10,20,tape,12.25", "A,DJI_0001.JPG,10,20,tape,", "the lengths nan, 12.25 m"),
         ("A,DJI_0001.JPG,10,20,tape", "A,DJI_0001.JPG,10,20,", "it lacks the easting"),
         ("A,DJI_0001.JPG,10,20", "A,DJI_0001.JPG,1000,20", "line 6: pixel 1000, 20 lies outside"),
+        (BARS[BARS.index("left") : BARS.index("A,")], "", "none of its known lengths has two ends that two photos"),
     ],
 )
 def test_lengths_that_are_not_whole_are_refused(

@@ -132,7 +132,12 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     rows["line"] = rows.index
     bars = _bars(path, rows[rows["bar"] != ""], stations, reporter)
     rows = rows[rows[PLACE].notna().all(axis=1)]
-    if bars is not None and rows.empty and stations.is_placed.any():
+    if rows.empty and bars is None:
+        raise InputError(
+            f"{path}: none of its known lengths has two ends that two photos of this flight show, expected one or more; "
+            "mark them in more photos."
+        )
+    if rows.empty and stations.is_placed.any():
         none = np.zeros(0, int)
         return ControlPoints([], np.zeros((0, 3)), np.zeros((0, 3)), none > 0, none, none, np.zeros((0, 2)), bars)
     rows = rows.assign(label=_labels(path, rows))

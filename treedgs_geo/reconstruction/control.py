@@ -98,7 +98,6 @@ class BarLengths(NamedTuple):
 
     times: np.ndarray
     sd: np.ndarray
-
     scale: tuple[float, float]
 
     def contradict(self, scale_sd: float) -> bool:

@@ -220,7 +220,7 @@ def _up_as_held(rotations: np.ndarray) -> np.ndarray | None:
         _, size, ways = np.linalg.svd(axes, full_matrices=False)
         tilted_deg = float(np.median(np.degrees(np.arcsin(np.clip(np.abs(axes @ ways[2]), 0, 1)))))
         if tilted_deg <= LEVEL_DEG and size[1] >= _MIN_BREADTH * size[0]:
-            found.append((tilted_deg, ways[2] * np.sign(ways[2, 2])))
+            found.append((tilted_deg, ways[2] * np.copysign(1.0, ways[2, 2])))
     return min(found, key=lambda each: each[0])[1] if found else None
 
 

@@ -93,7 +93,7 @@ def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool
 def not_enough(level: Level, report: dict[str, Any]) -> str:
     """Why the block of this report is not good enough yet, empty where it is. Where crowns move, poses do not become
     surer without a guide, and single photos are not placed without one either: after ``again`` only the photos count,
-    and a few may be missing."""
+    and a few may be missing; where the ground placed some, what is left in the photos and ties them does not count."""
     missing = report["photos"] - report["registered"]
     median, worst, left = report["poses_px_median"], report["poses_px_worst"], report["reprojection_rms_px"]
     few = 1 - PLACED_SHARE if level.again else MISSING_SHARE
