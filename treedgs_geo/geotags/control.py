@@ -134,8 +134,8 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     rows = rows[rows[PLACE].notna().all(axis=1)]
     if rows.empty and bars is None:
         raise InputError(
-            f"{path}: none of its known lengths has two ends that two photos of this flight show, expected one or more; "
-            "mark them in more photos."
+            f"{path}: none of its known lengths has two ends that two photos of this flight show, expected one or "
+            "more; mark them in more photos."
         )
     if rows.empty and stations.is_placed.any():
         none = np.zeros(0, int)
