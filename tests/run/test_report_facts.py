@@ -132,6 +132,12 @@ def test_what_is_not_known_is_not_said(stations):
     assert list(photo_facts(unknown, [], {}, None)) == ["positions"]
 
 
+def test_known_lengths_stand_beside_what_the_block_makes_of_them(stations):
+    bars = [{"label": "stick", "length_m": 2.0, "block_m": 2.0042}, {"label": "tape", "length_m": 9.5, "block_m": None}]
+    told = photo_facts(stations, [], {"bars": bars, "scale_sd": 0.0014}, None)["known lengths"]
+    assert told == "stick 2.000 m, in the block 2.004 m; tape 9.500 m, not seen; scale sure to 0.14 %"
+
+
 def test_cells_cover_a_plot_once():
     cells, owner = plot_cells([Plot("a", 3.3, 7.7, 10.0), Plot("b", 100.0, 0.0, 0.1)], 0.5)
     assert abs(0.25 * (owner == 0).sum() - np.pi * 100) < 4 and (owner == 1).sum() == 1

@@ -45,6 +45,13 @@ def photo_facts(
     for kind in ("control", "check"):
         if sfm.get(f"{kind}_rms_e_n_u_m"):
             facts[f"block against {kind} points"] = f"{_rms(sfm[f'{kind}_rms_e_n_u_m'])} (root mean square)"
+    if sfm.get("bars"):
+        told = (
+            f"{bar['label']} {bar['length_m']:.3f} m, "
+            + ("not seen" if bar["block_m"] is None else f"in the block {bar['block_m']:.3f} m")
+            for bar in sfm["bars"]
+        )
+        facts["known lengths"] = f"{'; '.join(told)}; scale sure to {100 * sfm['scale_sd']:.2f} %"
     if sfm.get("level"):
         facts["photos matched"] = matched(sfm)
     if site is not None and plots:
