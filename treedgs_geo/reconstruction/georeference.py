@@ -10,18 +10,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..geotags.stations import PRECISE_GEOTAG_M, Stations
-from .cameras import Camera
+from .cameras import Camera, View
 from .colmap import camera_from_colmap
 from .colmap_process import run_task
 from .control import fit_to_control
 from .poses import Similarity, fit_similarity_robust, nearest_rotation, rotation_angle_deg
 from .prior_knowledge import Survey
+from .sift import FeatureStore
 from .tracks import Block
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_LIMIT_DEG = 4.0
 #: Cameras are held level to this (median), degrees, and look about so much at least (second axis over the first).
 LEVEL_DEG, _MIN_BREADTH = 3.0, 0.3
+#: A match agrees with the poses of a model within so many pixels.
+_MET_PX = 4.0
 #: A photo on its head: half a turn about the camera's axis.
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
@@ -45,7 +48,9 @@ class Placement:
         return cls(camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool))
 
 
-def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey, seed: int) -> Placement:
+def place_photos(
+    database: Path, cache: Path, stations: Stations, survey: Survey, store: FeatureStore, seed: int
+) -> Placement:
     """Map the photos, fit every model to the geotags, and fill the gaps from geotag + gimbal.
 
     Global mapping (GLOMAP) first; photos that it leaves out are mapped again among themselves, incrementally if it
@@ -55,19 +60,24 @@ def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey
     xyz, gimbal = survey.known.xyz, survey.rotations
     placement = Placement.nowhere(survey.calibration.camera, len(stations))
     rng = np.random.default_rng(seed)
-    best = 0
+    best, tried = 0, dict[str, list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]]()
     tasks, free_focal = ["map_global", "map_global", "map_incremental"], "focal" in survey.free
-    if not (survey.known.is_precise or np.isfinite(gimbal).any()):
-        # A mapper has no prior on the lens: where nothing else is known it bends lens and model together, or places
-        # photos that look about from one another's places all in one.
+    if survey.known.is_by_control:
+        # A mapper has no prior on the lens: where nothing else is known it bends lens and model together.
         tasks, free_focal = tasks[::-1], False
+    elif not (survey.known.is_precise or np.isfinite(gimbal).any()):
+        # Neither geotags nor gimbals tell a model that is wrong as a whole: the matches do.
+        free_focal, tasks = False, tasks[1:]
+        tried = {task: _run_mapper(task, database, cache, stations.names, free_focal, seed) for task in tasks}
+        tasks.sort(key=lambda task: -sum(_matches_met(store, *model) for model in tried[task]))
     for task in tasks:
         left = np.flatnonzero(~placement.mapped).tolist()
         aimed = _has_gimbal(xyz, gimbal)[left].all()
         if len(left) < 3 or (task == "map_incremental" and aimed and placement.mapped.any()):
             break
         names = [stations.names[i] for i in left]
-        for ids, camera, rotations, centres in _run_mapper(task, database, cache, names, free_focal, seed):
+        models = tried.get(task) if len(left) == len(stations) else None
+        for ids, camera, rotations, centres in models or _run_mapper(task, database, cache, names, free_focal, seed):
             accepted = _fit_model(placement, ids, camera, rotations, centres, survey, rng)
             if accepted > best:
                 best, placement.camera = accepted, camera
@@ -77,6 +87,24 @@ def place_photos(database: Path, cache: Path, stations: Stations, survey: Survey
 def place_by_gimbal(camera: Camera, xyz: np.ndarray, gimbal: np.ndarray) -> Placement:
     """First poses from geotags and gimbal angles alone, local frame; none from the mapper."""
     return _filled_from_gimbal(Placement.nowhere(camera, len(xyz)), xyz, gimbal)
+
+
+def _matches_met(
+    store: FeatureStore, ids: np.ndarray, camera: Camera, rotations: np.ndarray, centres: np.ndarray
+) -> int:
+    """How many verified matches lie within :data:`_MET_PX` of their epipolar lines in a model."""
+    views = {
+        i: View(str(i), Path(), camera, rotation, -rotation @ centre)
+        for i, rotation, centre in zip(ids.tolist(), rotations, centres, strict=True)
+    }
+    rays = {i: view.rays(store.keypoints[i]) for i, view in views.items()}
+    met = 0
+    for (i, j), rows in store.matches.items():
+        if i in views and j in views and len(rows):
+            a, b, along = rays[i][rows[:, 0]], rays[j][rows[:, 1]], views[j].centre - views[i].centre
+            scale = camera.fx / np.hypot(*(np.linalg.norm(np.cross(along, each), axis=1) for each in (a, b)))
+            met += int((np.abs(np.cross(a, b) @ along) * scale < _MET_PX).sum())
+    return met
 
 
 def _run_mapper(

@@ -226,7 +226,7 @@ def at_level(
             start = place_by_gimbal(camera, survey.known.xyz, guide.rotations)
             placement = from_gimbal(start, store, survey.known, survey.sensor)
         else:
-            placement = place_photos(database, cache, stations, survey, options.seed)
+            placement = place_photos(database, cache, stations, survey, store, options.seed)
     timed("mapping")
     with reporter.stage("adjustment", 0.85, 1.0):
         joined = join_photos(placement, store, stations, survey, reporter)
