@@ -35,9 +35,9 @@ MIN_GROUND_POINTS = 12
 _MIN_PHOTOS = 6
 #: Pixel of the picture, metres; side of a tile and from one to the next, pixels; the least of a tile that is shown.
 _PIXEL_M, _TILE, _APART, _SHOWN = 0.03, 24, 16, 0.9
-#: Photos are turned so far, degrees: what gimbals and their mounting err by. The ground is looked for up to so many
-#: heights above it from a photo.
-_REACH_DEG, _FAR = 1.2, 1.5
+#: Photos are turned so far, degrees: what gimbals err by; and where no photo of the flight tells how its compass errs.
+#: The ground is looked for up to so many heights above it from a photo.
+_REACH_DEG, _FIRST_REACH_DEG, _FAR = 1.2, 2.5, 1.5
 #: Correlation above which a tile speaks for a turn (squared excess), and the least contrast of a tile, grey values.
 _ALIKE, _MIN_SPREAD = 0.35, 4.0
 #: Steps of a byte in which that is kept.
@@ -104,13 +104,14 @@ def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: K
     if not few.any() or not (sure & aimed).any():
         return turned, should
     views = {i: replace(block.view(i), path=paths[i]) for i in np.flatnonzero(sure | few).tolist()}
-    errors = np.einsum("nij,nkj->ik", block.rotations[sure & aimed], known.gimbal[sure & aimed])
-    for i in np.flatnonzero(few).tolist():
-        views[i] = _at(views[i], nearest_rotation(errors) @ known.gimbal[i], known.xyz[i])
     pictures = list[GroundPicture]()
     for group in _neighbours(known.xyz, few, block.sensor.flight):
-        # Shadows move: under one sun the ground is far more alike.
+        # Shadows move: under one sun the ground is far more alike. And a compass errs otherwise from flight to flight.
         beside = sure & (block.sensor.flight == block.sensor.flight[group[0]])
+        own = beside & aimed if (beside & aimed).any() else sure & aimed
+        reach_deg = _REACH_DEG if beside.any() else _FIRST_REACH_DEG
+        mounting = nearest_rotation(np.einsum("nij,nkj->ik", block.rotations[own], known.gimbal[own]))
+        views |= {i: _at(views[i], mounting @ known.gimbal[i], known.xyz[i]) for i in group}
         if beside.sum() < _MIN_PHOTOS:
             beside = sure
         loose = [views[i] for i in group]
@@ -119,7 +120,8 @@ def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: K
             continue
         pictures.append(picture)
         should[[i for i, view in views.items() if len(picture.seen_by(view)) >= _MIN_TILES]] = True
-        for i, rotation in zip(group, in_threads(partial(turned_to_ground, picture=picture), loose), strict=True):
+        found = in_threads(partial(turned_to_ground, picture=picture, reach_deg=reach_deg), loose)
+        for i, rotation in zip(group, found, strict=True):
             if rotation is not None:
                 turned[i], views[i] = True, _at(views[i], rotation, known.xyz[i])
     if turned.any():
@@ -223,15 +225,16 @@ def _about(view: View, ground: Callable[[np.ndarray, np.ndarray], np.ndarray]) -
     return np.concatenate([places.min(axis=0), places.max(axis=0)])
 
 
-def turned_to_ground(view: View, picture: GroundPicture) -> np.ndarray | None:
-    """(3, 3) rotation of a photo at which it shows the most of a picture of the ground; None where none is clear."""
+def turned_to_ground(view: View, picture: GroundPicture, reach_deg: float = _REACH_DEG) -> np.ndarray | None:
+    """(3, 3) rotation of a photo, so far from the one that it has, at which it shows the most of a picture of the
+    ground; None where none is clear."""
     tiles = picture.seen_by(view)
     if len(tiles) < _MIN_TILES:
         return None
     rays = picture.places[tiles] - view.centre
     away = np.linalg.norm(rays, axis=1)
     # Even, as maps are halved.
-    reach = 2 * int(np.radians(_REACH_DEG) * np.median(away**2 / -rays[:, 2]) / _PIXEL_M / 2 + 1)
+    reach = 2 * int(np.radians(reach_deg) * np.median(away**2 / -rays[:, 2]) / _PIXEL_M / 2 + 1)
     # Of a byte each: a photo has thousands of tiles.
     found = np.empty((len(tiles), 2 * reach + 1, 2 * reach + 1), np.uint8)
     for number, alike in enumerate(_correlations(view, picture, tiles, reach)):
@@ -249,7 +252,7 @@ def turned_to_ground(view: View, picture: GroundPicture) -> np.ndarray | None:
     # A head moves the picture's rim by what a tilt moves its middle.
     rim = np.percentile(np.linalg.norm(moves @ head - (moves @ head).mean(axis=0), axis=1), 80)
     basis = np.column_stack([tilts, head / rim])
-    tried = _grid(np.zeros(3), 2.0, np.array([reach, reach, np.radians(_REACH_DEG) * rim]) // 2)
+    tried = _grid(np.zeros(3), 2.0, np.array([reach, reach, np.radians(reach_deg) * rim]) // 2)
     score = _scores(_halved(found), moves @ basis / 2, tried)
     middle = float(np.median(score))
     if score.max() - middle < _CLEAR * 1.4826 * float(np.median(np.abs(score - middle))):

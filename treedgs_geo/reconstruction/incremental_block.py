@@ -159,8 +159,9 @@ def _onto_ground(
         # A flight whose photos stand by now tells whether its geotags are those of another instant.
         known = _in_time(block, given, free)
         before, held = held, int((ground_points(block)[0] >= MIN_GROUND_POINTS).sum())
-    if should.any():
-        block.unpose(block.is_posed & should & (ground_points(block)[0] < MIN_GROUND_POINTS))
+    shown = ground_points(block)[0] >= MIN_GROUND_POINTS
+    if (on_ground & shown).any():
+        block.unpose(block.is_posed & should & ~shown)
     return on_ground, should, known
 
 
