@@ -35,9 +35,9 @@ MIN_GROUND_POINTS = 12
 _MIN_PHOTOS = 6
 #: Pixel of the picture, metres; side of a tile and from one to the next, pixels; the least of a tile that is shown.
 _PIXEL_M, _TILE, _APART, _SHOWN = 0.03, 24, 16, 0.9
-#: Photos are turned so far, degrees: what gimbals err by; and where no photo of the flight tells how its compass errs.
-#: The ground is looked for up to so many heights above it from a photo.
-_REACH_DEG, _FIRST_REACH_DEG, _FAR = 1.2, 2.5, 1.5
+#: Photos are turned so far, degrees: what gimbals err by; and where none of the flight tells how its compass errs, and
+#: less than so many are found so. The ground is looked for up to so many heights above it from a photo.
+_REACH_DEG, _FIRST_REACH_DEG, _FIRST_FOUND, _FAR = 1.2, 2.5, 3, 1.5
 #: Correlation above which a tile speaks for a turn (squared excess), and the least contrast of a tile, grey values.
 _ALIKE, _MIN_SPREAD = 0.35, 4.0
 #: Steps of a byte in which that is kept.
@@ -108,19 +108,20 @@ def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: K
     for group in _neighbours(known.xyz, few, block.sensor.flight):
         # Shadows move: under one sun the ground is far more alike. And a compass errs otherwise from flight to flight.
         beside = sure & (block.sensor.flight == block.sensor.flight[group[0]])
-        own = beside & aimed if (beside & aimed).any() else sure & aimed
-        reach_deg = _REACH_DEG if beside.any() else _FIRST_REACH_DEG
+        is_first = beside.sum() < _MIN_PHOTOS
+        own = aimed & (sure if is_first else beside)
         mounting = nearest_rotation(np.einsum("nij,nkj->ik", block.rotations[own], known.gimbal[own]))
         views |= {i: _at(views[i], mounting @ known.gimbal[i], known.xyz[i]) for i in group}
-        if beside.sum() < _MIN_PHOTOS:
-            beside = sure
+        beside = sure if is_first else beside
         loose = [views[i] for i in group]
         picture = picture_of_ground([views[i] for i in np.flatnonzero(beside).tolist()], loose, ground)
         if picture is None:
             continue
         pictures.append(picture)
         should[[i for i, view in views.items() if len(picture.seen_by(view)) >= _MIN_TILES]] = True
-        found = in_threads(partial(turned_to_ground, picture=picture, reach_deg=reach_deg), loose)
+        found = list(in_threads(partial(turned_to_ground, picture=picture), loose))
+        if is_first and sum(rotation is not None for rotation in found) < _FIRST_FOUND:
+            found = list(in_threads(partial(turned_to_ground, picture=picture, reach_deg=_FIRST_REACH_DEG), loose))
         for i, rotation in zip(group, found, strict=True):
             if rotation is not None:
                 turned[i], views[i] = True, _at(views[i], rotation, known.xyz[i])
