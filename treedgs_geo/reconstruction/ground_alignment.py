@@ -86,13 +86,15 @@ def ground_points(block: Block) -> tuple[np.ndarray, Callable[[np.ndarray, np.nd
     return np.bincount(block.image[near[block.point]], minlength=len(block.keypoints)), ground
 
 
-def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: Known) -> tuple[np.ndarray, np.ndarray]:
+def tie_to_ground(
+    block: Block, store: FeatureStore, paths: list[Path], known: Known, pictures: dict[int, list[GroundPicture]]
+) -> tuple[np.ndarray, np.ndarray]:
     """Turn the photos that show hardly a point of the ground to where they show its picture, and tie all that show it
     to its tiles; (N,) bool which were turned, and which should show it. Turned ones stand at their geotags, without
     other observations.
 
     Geotags that are not precise, or gimbals that are not known, say too little of where a photo looks: none is turned.
-    paths: of the photos.
+    paths: of the photos. pictures: of each flight, those of an earlier round; those of this one take their place.
     """
     turned, should = np.zeros((2, len(paths)), bool)
     points, ground = ground_points(block)
@@ -104,7 +106,8 @@ def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: K
     if not few.any() or not (sure & aimed).any():
         return turned, should
     views = {i: replace(block.view(i), path=paths[i]) for i in np.flatnonzero(sure | few).tolist()}
-    pictures = list[GroundPicture]()
+    for flight in np.unique(block.sensor.flight[few]):
+        pictures[int(flight)] = []
     for group in _neighbours(known.xyz, few, block.sensor.flight):
         # Shadows move: under one sun the ground is far more alike. And a compass errs otherwise from flight to flight.
         beside = sure & (block.sensor.flight == block.sensor.flight[group[0]])
@@ -117,7 +120,7 @@ def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: K
         picture = picture_of_ground([views[i] for i in np.flatnonzero(beside).tolist()], loose, ground)
         if picture is None:
             continue
-        pictures.append(picture)
+        pictures[int(block.sensor.flight[group[0]])].append(picture)
         should[[i for i, view in views.items() if len(picture.seen_by(view)) >= _MIN_TILES]] = True
         found = list(in_threads(partial(turned_to_ground, picture=picture), loose))
         if is_first and sum(rotation is not None for rotation in found) < _FIRST_FOUND:
@@ -129,7 +132,7 @@ def tie_to_ground(block: Block, store: FeatureStore, paths: list[Path], known: K
         block.unpose(turned)
         for i in np.flatnonzero(turned).tolist():
             block.rotations[i], block.translations[i] = views[i].rotation, views[i].translation
-        _tie(block, store, {i: views[i] for i in np.flatnonzero(sure | turned).tolist()}, pictures)
+        _tie(block, store, {i: views[i] for i in np.flatnonzero(sure | turned).tolist()}, sum(pictures.values(), []))
     return turned, should
 
 

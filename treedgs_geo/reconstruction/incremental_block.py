@@ -21,7 +21,7 @@ from .control import align_to_control, as_block_says, bar_lengths, move
 from .covariance import posterior_of
 from .georeference import GIMBAL_LIMIT_DEG, Placement, as_stored, level_as_held
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
-from .ground_alignment import MIN_GROUND_POINTS, ground_points, tie_to_ground
+from .ground_alignment import MIN_GROUND_POINTS, GroundPicture, ground_points, tie_to_ground
 from .poses import Similarity, nearest_rotation, rotation_angle_deg
 from .prior_knowledge import WHOLE_LENS, Survey, tell_focal
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, confirmed, extend, from_matches, resect, retriangulate
@@ -145,11 +145,12 @@ def _onto_ground(
     those that should show it and that crowns alone hold, if that placed any. (N,) bool which it placed, and which
     should show it; what is known then."""
     on_ground, should = np.zeros((2, len(stations)), bool)
+    pictures = dict[int, list[GroundPicture]]()
     held, before = int((ground_points(block)[0] >= MIN_GROUND_POINTS).sum()), -1
     for _ in range(_GROUND_ROUNDS):
         if held <= before:
             break
-        turned, shows = tie_to_ground(block, store, stations.paths, known)
+        turned, shows = tie_to_ground(block, store, stations.paths, known, pictures)
         if not turned.any():
             break
         on_ground, should = on_ground | turned, should | shows
