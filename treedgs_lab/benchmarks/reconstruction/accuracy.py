@@ -125,10 +125,6 @@ def main() -> None:
     write_record(known.output, figures, seeds=[0])
 
 
-if __name__ == "__main__":
-    main()
-
-
 #: A photo whose axis is this far off its true one is placed wrong, wherever it stands.
 TURNED_DEG = 2.0
 
@@ -159,3 +155,7 @@ def camera_errors(plot: TruePlot, sfm: Path) -> dict[str, Any]:
         "true_focal_px": lens.fx,
         "true_principal_point_px": [lens.cx, lens.cy],
     }
+
+
+if __name__ == "__main__":
+    main()
