@@ -76,7 +76,7 @@ def measure(plot: Path, work: Path, *more: Any) -> dict[str, Any]:
     fitted = fit_similarity(ours, theirs, np.ones(len(ours)))
     shift_m = np.array(camera_errors(truth, work / "sfm")["common_shift_cm"]) / 100
     found = read_trees(trees)
-    found["geometry"] = found.geometry.translate(*-shift_m[:2])
+    found[["x", "y"]] -= shift_m[:2]
     return {
         "photos": report["photos"],
         "registered": report["registered"],
