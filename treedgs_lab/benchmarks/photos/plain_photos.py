@@ -30,10 +30,8 @@ from treedgs_lab.benchmarks.processes import CONTROL, CRS, run_verb
 from treedgs_lab.benchmarks.reconstruction.accuracy import camera_errors
 from treedgs_lab.benchmarks.records import write_record
 
-#: EXIF's camera maker and model: no drone whose lens or shutter is known.
-MAKER, MODEL = 271, 272
-#: Lengths, and the marks that an end has at least.
-LENGTHS, MARKS, TAPE_SD_M = 2, 3, 0.002
+#: EXIF's camera maker and model; lengths, the marks that an end has at least, and the error of a tape, metres.
+MAKER, MODEL, LENGTHS, MARKS, TAPE_SD_M = 271, 272, 2, 3, 0.002
 
 
 def copy_plain(plot: Path, folder: Path) -> None:
