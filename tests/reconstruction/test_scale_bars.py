@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.checks import _check_bars
 from treedgs_geo.reconstruction.control import bar_lengths
 from treedgs_geo.reconstruction.covariance import posterior_of
-from treedgs_geo.reconstruction.georeference import Placement, _levelled, level_as_held
+from treedgs_geo.reconstruction.georeference import Placement, _levelled, _matches_met, level_as_held
 from treedgs_geo.reconstruction.incremental_block import Joined, _scaled_to_bars, leave_out_apart
 from treedgs_geo.reconstruction.poses import rotation_angle_deg, rotation_from_gimbal
 
@@ -89,6 +90,24 @@ def test_photos_that_share_nothing_with_the_others_are_left_out_where_geotags_do
         assert leave_out_apart(block, known_of(block.centres, sd_m), names, said) == (left > 0)
         assert block.is_posed.tolist() == [k >= left for k in range(16)]
         assert len(said.warnings) == (left > 0) and all("0.jpg, 1.jpg" in each for each in said.warnings)
+
+
+def test_a_model_whose_photos_lie_where_they_do_not_is_told_by_its_matches() -> None:
+    rng, views = np.random.default_rng(9), ring(6)
+    block = block_of(views, rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
+    matches = {}
+    for i, j in ((0, 1), (2, 3), (4, 5)):
+        own, other = (
+            dict(zip(block.point[block.image == k], block.key[block.image == k], strict=True)) for k in (i, j)
+        )
+        matches[i, j] = np.array([(own[point], other[point]) for point in own.keys() & other.keys()])
+    store = SimpleNamespace(keypoints=block.keypoints, matches=matches)
+    count = sum(map(len, matches.values()))
+    assert _matches_met(store, np.arange(6), CAMERA, block.rotations, block.centres) > 0.99 * count
+    moved = block.centres + np.where(np.arange(6)[:, None] % 2, rng.normal(0, 15, (6, 3)), 0.0)
+    assert _matches_met(store, np.arange(6), CAMERA, block.rotations, moved) < 0.5 * count
+    # Photos that the model lacks meet nothing.
+    assert _matches_met(store, np.arange(3), CAMERA, block.rotations[:3], block.centres[:3]) <= len(matches[0, 1])
 
 
 @pytest.mark.parametrize("upright", [False, True])

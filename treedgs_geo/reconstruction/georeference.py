@@ -14,6 +14,7 @@ from .cameras import Camera, View
 from .colmap import camera_from_colmap
 from .colmap_process import run_task
 from .control import fit_to_control
+from .guided_matching import line_scale
 from .poses import Similarity, fit_similarity_robust, nearest_rotation, rotation_angle_deg
 from .prior_knowledge import Survey
 from .sift import FeatureStore
@@ -54,8 +55,8 @@ def place_photos(
     """Map the photos, fit every model to the geotags, and fill the gaps from geotag + gimbal.
 
     Global mapping (GLOMAP) first; photos that it leaves out are mapped again among themselves, incrementally if it
-    must be. A photo of a
-    model that contradicts its geotag or gimbal angles is not believed.
+    must be. Where neither precise geotags nor gimbals tell a wrong model, that mapper goes first whose models more of
+    the verified matches (``store``) meet. A photo of a model that contradicts its geotag or gimbal is not believed.
     """
     xyz, gimbal = survey.known.xyz, survey.rotations
     placement = Placement.nowhere(survey.calibration.camera, len(stations))
@@ -102,8 +103,9 @@ def _matches_met(
     for (i, j), rows in store.matches.items():
         if i in views and j in views and len(rows):
             a, b, along = rays[i][rows[:, 0]], rays[j][rows[:, 1]], views[j].centre - views[i].centre
-            scale = camera.fx / np.hypot(*(np.linalg.norm(np.cross(along, each), axis=1) for each in (a, b)))
-            met += int((np.abs(np.cross(a, b) @ along) * scale < _MET_PX).sum())
+            along = along / max(np.linalg.norm(along), 1e-12)
+            off = line_scale(a, b, along, camera.fx) * (np.cross(a, b) @ along)
+            met += int((np.abs(off) < _MET_PX).sum())
     return met
 
 

@@ -110,12 +110,11 @@ def tie_to_ground(
         pictures[int(flight)] = []
     for group in _neighbours(known.xyz, few, block.sensor.flight):
         # Shadows move: under one sun the ground is far more alike. And a compass errs otherwise from flight to flight.
-        beside = sure & (block.sensor.flight == block.sensor.flight[group[0]])
-        is_first = beside.sum() < _MIN_PHOTOS
-        own = aimed & (sure if is_first else beside)
-        mounting = nearest_rotation(np.einsum("nij,nkj->ik", block.rotations[own], known.gimbal[own]))
-        views |= {i: _at(views[i], mounting @ known.gimbal[i], known.xyz[i]) for i in group}
-        beside = sure if is_first else beside
+        own = sure & (block.sensor.flight == block.sensor.flight[group[0]])
+        is_first = own.sum() < _MIN_PHOTOS
+        beside = sure if is_first else own
+        errors = np.einsum("nij,nkj->ik", block.rotations[beside & aimed], known.gimbal[beside & aimed])
+        views |= {i: _at(views[i], nearest_rotation(errors) @ known.gimbal[i], known.xyz[i]) for i in group}
         loose = [views[i] for i in group]
         picture = picture_of_ground([views[i] for i in np.flatnonzero(beside).tolist()], loose, ground)
         if picture is None:

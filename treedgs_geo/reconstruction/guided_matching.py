@@ -175,6 +175,14 @@ def _verified(
     return np.flatnonzero(agree) if agree.sum() >= enough else np.zeros(0, int)
 
 
+def line_scale(a: np.ndarray, b: np.ndarray, along: np.ndarray, focal: float) -> np.ndarray:
+    """(K,) pixels that ``along . (a x b)`` of matches is worth: how far they are from their epipolar lines.
+
+    a, b: (K, 3) unit rays of the two photos, world frame. along: (3,) unit, from the first to the second. focal: px.
+    """
+    return focal / np.sqrt(sum(np.sum(np.cross(along, each) ** 2, axis=1) for each in (a, b)) + 1e-12)
+
+
 def _agreeing(
     a: np.ndarray,
     b: np.ndarray,
@@ -197,9 +205,7 @@ def _agreeing(
         picks: (T, 3 or 5) matches of each trial.
     """
     # Residual in pixels, and its derivatives by turn and by the direction.
-    cross = np.cross(a, b)
-    length2 = sum(np.sum(np.cross(along, each) ** 2, axis=1) for each in (a, b))
-    scale = focal / np.sqrt(length2 + 1e-12)
+    cross, scale = np.cross(a, b), line_scale(a, b, along, focal)
     off = scale * (cross @ along)
     by_turn = along * np.sum(a * b, axis=1)[:, None] - a * (b @ along)[:, None]
     # Only across: along itself the way between the photos would shrink to nothing, with which every match agrees.

@@ -51,8 +51,8 @@ class Joined(NamedTuple):
     free: frozenset[str]
     tested_shutter: bool
     confirmed: np.ndarray
-    on_ground: int
-    without_ground: int
+    placed_by_ground: int
+    left_out_by_ground: int
 
 
 def join_photos(
@@ -128,8 +128,8 @@ def join_photos(
     sure = confirmed(block, store) | on_ground
     if leave_out_unconfirmed(block, sure, names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
-    of_ground = int((on_ground & block.is_posed).sum()), int((should & ~block.is_posed).sum())
-    return Joined(block, adjusted, known, free, tested, sure, *of_ground)
+    placed, left_out = int((on_ground & block.is_posed).sum()), int((should & ~block.is_posed).sum())
+    return Joined(block, adjusted, known, free, tested, sure, placed, left_out)
 
 
 def _onto_ground(
@@ -146,21 +146,20 @@ def _onto_ground(
     should show it; what is known then."""
     on_ground, should = np.zeros((2, len(stations)), bool)
     pictures = dict[int, list[GroundPicture]]()
-    held, before = int((ground_points(block)[0] >= MIN_GROUND_POINTS).sum()), -1
+    shown, before = ground_points(block)[0] >= MIN_GROUND_POINTS, -1
     for _ in range(_GROUND_ROUNDS):
-        if held <= before:
+        if shown.sum() <= before:
             break
         turned, shows = tie_to_ground(block, store, stations.paths, known, pictures)
         if not turned.any():
             break
-        on_ground, should = on_ground | turned, should | shows
+        on_ground, should, before = on_ground | turned, should | shows, int(shown.sum())
         extend(block, store, reach_px)
         triangulate(block, reach_px)
         _refine(block, known, free, reach_px)
         # A flight whose photos stand by now tells whether its geotags are those of another instant.
         known = _in_time(block, given, free)
-        before, held = held, int((ground_points(block)[0] >= MIN_GROUND_POINTS).sum())
-    shown = ground_points(block)[0] >= MIN_GROUND_POINTS
+        shown = ground_points(block)[0] >= MIN_GROUND_POINTS
     if (on_ground & shown).any():
         block.unpose(block.is_posed & should & ~shown)
     return on_ground, should, known

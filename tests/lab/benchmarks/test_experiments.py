@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import json
 import re
@@ -138,3 +139,8 @@ def test_the_code_of_another_checkout_is_used_or_refused(tmp_path):
 def test_the_nearest_tree_is_the_one_within_reach():
     trees = [{"x": 0.0, "y": 0.0}, {"x": 1.0, "y": 0.0}]
     assert nearest(trees, (0.9, 0.0)) == 1 and nearest(trees, (0.5, 0.0)) is None and nearest([], (0.0, 0.0)) is None
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_a_program_starts_after_all_that_it_defines(path):
+    assert "__main__" in ast.unparse(ast.parse(path.read_text(encoding="utf-8")).body[-1])
