@@ -81,7 +81,7 @@ class Guide:
 
     def more_than_chance(self, i: int, j: int, candidates: int) -> float:
         """Matches of so many candidates of a pair that agree by chance (wrong ones lie anywhere in the reach), and
-        :data:`_CHANCE_SD` standard deviations more."""
+        ``_CHANCE_SD`` standard deviations more."""
         chance = min(self.tolerance_px / (np.tan(self.reach(i, j)) * self.camera.fx), 1.0) * candidates
         return float(chance + _CHANCE_SD * np.sqrt(chance))
 
