@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import CLEAR, with_changes
+from clear_fit import with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
@@ -14,16 +14,18 @@ from treedgs_geo.stems.photos.deduplicate import looked_at_twice
 from treedgs_geo.stems.photos.evidence.companion import crowded
 from treedgs_geo.stems.photos.evidence.error_budget import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
-from treedgs_geo.stems.photos.fit.search import Hypothesis
+from treedgs_geo.stems.photos.fit.search import Hypothesis, Prior
 from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.photos.route import search_photos
-from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
 SAPLING = Stem(0.5 + 0.185 * np.cos(0.8), 0.3 + 0.185 * np.sin(0.8), 0.035)
+
+
+#: A stand of which nothing is known.
+NOWHERE = Prior(r_sd=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -76,15 +78,15 @@ def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 
 
 def test_evidence_over_the_same_photos_beats_a_high_edge_score():
     half, whole = explanation(22, 1.0, 2000, edges=120), explanation(30, 1.4, 2500, edges=60)
-    choice = choose([half, whole], 1.0, 1.0, np.array([np.nan]))
+    choice = choose([half, whole], 1.0, 1.0, Prior(), np.array([np.nan]))
     assert choice.best is whole and choice.sure > 0.95
 
 
 def test_two_diameters_with_equal_support_are_even_odds_and_one_diameter_is_sure():
     one, same, other = explanation(30, 1.2, 2000), explanation(30.8, 1.2, 2000), explanation(36, 1.2, 2000)
-    assert choose([one, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(0.5)
-    assert choose([one, same], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(1.0)
-    assert choose([one, same, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(2 / 3)
+    assert choose([one, other], 1.0, 1.0, NOWHERE, np.array([np.nan])).sure == pytest.approx(0.5, abs=1e-4)
+    assert choose([one, same], 1.0, 1.0, NOWHERE, np.array([np.nan])).sure == pytest.approx(1.0)
+    assert choose([one, same, other], 1.0, 1.0, NOWHERE, np.array([np.nan])).sure == pytest.approx(2 / 3, abs=1e-4)
 
 
 def test_between_two_limbs_stands_no_third_stem():
@@ -93,8 +95,8 @@ def test_between_two_limbs_stands_no_third_stem():
 
     limb, middle = at(0.0, explanation(15, 0.9, 2000, edges=176)), at(0.09, explanation(15, 2.0, 2400, edges=89))
     whole = at(0.0, explanation(24, 2.0, 2400, edges=89))
-    assert choose([limb, middle], 1.0, 1.0, np.array([np.nan])).best is limb
-    assert choose([limb, whole], 1.0, 1.0, np.array([np.nan])).best is whole
+    assert choose([limb, middle], 1.0, 1.0, Prior(), np.array([np.nan])).best is limb
+    assert choose([limb, whole], 1.0, 1.0, Prior(), np.array([np.nan])).best is whole
 
 
 def test_ragged_edges_and_an_odd_taper_count_against():
@@ -102,24 +104,18 @@ def test_ragged_edges_and_an_odd_taper_count_against():
     ragged = explanation(36, 1.2, 2000, rms=0.56)
     odd = replace(explanation(36, 1.2, 2000, rms=0.46), fine=replace(smooth.fine, r0=0.18, r1=0.003))
     for rival in (ragged, odd):
-        choice = choose([rival, smooth], 1.0, 1.0, np.array([np.nan]))
+        choice = choose([rival, smooth], 1.0, 1.0, Prior(), np.array([np.nan]))
         assert choice.best is smooth and 0.6 < choice.sure < 1.0
 
 
-def test_verdict_on_probability_and_companions():
-    clear = CLEAR | {"sure": 0.99, "contrast": 1.5, "outline_cm": 29.0}
-    assert quality_control(Evidence(**clear), PhotoStemOptions()) == ("ok", ())
-    assert quality_control(Evidence(**clear | {"sure": 0.4}), PhotoStemOptions()) == ("reject", ("ambiguous",))
-    assert quality_control(Evidence(**clear | {"sure": 0.7}), PhotoStemOptions()) == ("check", ("ambiguous",))
-    # A low edge score and a low probability flag a tree once, too few photos once more.
-    assert quality_control(Evidence(**clear | {"sure": 0.7, "llr": 30}), PhotoStemOptions())[0] == "check"
-    assert quality_control(Evidence(**clear | {"sure": 0.7, "n_views": 4}), PhotoStemOptions())[0] == "reject"
-    for gain in (GAIN_LOW_CONFIDENCE + 1, GAIN_MERGED + 1):
-        assert quality_control(Evidence(**clear | {"gain": gain}), PhotoStemOptions()) == ("check", ("merged",))
-    assert (
-        quality_control(Evidence(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7}), PhotoStemOptions())[0]
-        == "reject"
-    )
+def test_a_diameter_that_no_stem_of_the_stand_has_needs_clearer_witnesses():
+    usual, thick = explanation(28, 1.2, 2000), explanation(80, 1.5, 2000)
+    here = Prior(r=0.14, r_sd=0.03)
+    assert choose([usual, thick], 1.0, 1.0, NOWHERE, np.array([np.nan])).best is thick
+    choice = choose([usual, thick], 1.0, 1.0, here, np.array([np.nan]))
+    assert choice.best is usual and choice.sure > 0.99
+    # A stand has stems that are not like the others.
+    assert choose([usual, replace(thick, contrast=12.0)], 1.0, 1.0, here, np.array([np.nan])).best.contrast == 12.0
 
 
 def test_the_error_grows_where_photos_are_few_and_pixels_large():

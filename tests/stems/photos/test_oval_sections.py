@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clear_fit import CLEAR
 
-from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit, _damping, _solve
+from treedgs_geo.stems.photos.fit.edge_adjustment import _damping, _solve
 from treedgs_geo.stems.photos.fit.edge_points import gathered
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis, Strips
-from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import Evidence, quality_control, widened_cm
-from treedgs_geo.stems.photos.tuned import DISAGREE_SHARE
 
 
 def oval_edges(direction: np.ndarray, oval: np.ndarray) -> tuple[Strips, np.ndarray]:
@@ -46,40 +42,3 @@ def test_the_radius_of_an_oval_stem_is_that_of_its_girth_from_any_side(direction
     if one_sided:
         assert abs(round_one.r0 - 0.15) > 0.003
     assert oval_one.fit_sd_m > (1.5 if one_sided else 0.99) * round_one.fit_sd_m
-
-
-def fitted(oval: np.ndarray) -> FineFit:
-    """The stem of :func:`oval_edges`, photographed from all round."""
-    axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    strips, place = oval_edges(np.radians(np.linspace(0, 175, 12)), oval)
-    edges = gathered(strips, place, np.full(place.shape, 0.9), np.ones(12), 2.2)
-    return _solve(strips, edges, 0.15, -0.005, _damping(strips, axis, 0.3, 0.15, True), axis)[1]
-
-
-def judged(fine: FineFit, se_cm: float) -> tuple[str, tuple[str, ...], float]:
-    """Flag, reasons and error of a clear fit with this section."""
-    dbh_cm = 200 * fine.r0
-    clear = CLEAR | {"dbh_cm": dbh_cm, "polish_cm": dbh_cm, "se_cm": se_cm}
-    quality = Evidence(**clear, oval=float(np.hypot(*fine.oval)) / fine.r0)
-    flag, reasons = quality_control(quality, PhotoStemOptions())
-    return flag, reasons, widened_cm(se_cm, quality, reasons)
-
-
-def test_a_section_that_no_stem_has_gets_an_error_that_holds_it():
-    # A sapling in line with the bark makes 12 % of the radius: 3.6 cm of the width that one side shows.
-    flag, reasons, se_cm = judged(fitted(np.array([0.018, 0.0])), 0.5)
-    assert (flag, reasons) == ("check", ("not_round",))
-    assert se_cm == pytest.approx(np.hypot(0.5, DISAGREE_SHARE * 0.12 * 30.0), rel=0.05)
-    assert 1.645 * se_cm > 2.8  # by so much seed 92's stem, as oval as this, read too thick
-    # As oval as stems are: nothing is added, to the bit.
-    assert judged(fitted(np.array([0.006, 0.0])), 0.5) == ("ok", (), 0.5)
-
-
-def test_each_reason_adds_its_own_difference_to_the_error():
-    clear = Evidence(**CLEAR)
-    assert widened_cm(0.5, clear, ("few_views", "disagree")) == 0.5  # no silhouette to disagree with
-    outline = Evidence(**CLEAR, network=True, outline_cm=CLEAR["dbh_cm"] + 2.7)
-    assert widened_cm(0.5, outline, ("disagree",)) == pytest.approx(np.hypot(0.5, 0.5 * 2.0))
-    assert widened_cm(0.5, outline, ()) == 0.5
-    both = Evidence(**CLEAR | {"gap": -30.0}, network=True, against_cm=4.0, oval=0.1)
-    assert widened_cm(0.5, both, ("not_round",)) == pytest.approx(np.linalg.norm([0.5, 2.0, 0.05 * CLEAR["dbh_cm"]]))

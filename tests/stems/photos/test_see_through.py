@@ -80,5 +80,5 @@ def test_stems_that_line_up_make_no_stem(scene):
 
 @pytest.mark.parametrize(("through", "flag"), [(0.0, "ok"), (0.2, "ok"), (0.3, "check"), (0.5, "reject")])
 def test_how_many_photos_show_the_ground_decides(through, flag):
-    found, reasons = quality_control(Evidence(**CLEAR, through=through), PhotoStemOptions())
+    found, reasons, _ = quality_control(Evidence(**CLEAR, through=through), PhotoStemOptions())
     assert found == flag and ("see_through" in reasons) == (flag != "ok")

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pyproj
 import pytest
-from clear_fit import CLEAR
 from listener import Listener
 from rendered_stems import Stem, oblique_views, render
 
@@ -22,7 +21,6 @@ from treedgs_geo.stems.photos.images.axis_patches import StemAxis, StripLayout, 
 from treedgs_geo.stems.photos.images.crops import GroundGrid, choose_views, load_stack
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.propose.edge_voting import N_BINS, lean_grid, rank_lut
-from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.tiles import split
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
@@ -172,16 +170,6 @@ def test_border_of_light_and_shade():
 def test_azimuth_spread():
     assert azimuth_spread(np.radians([0, 90, 180, 270])) == pytest.approx(270)
     assert azimuth_spread(np.radians([10.0])) == 0
-
-
-def test_verdict_refuses_what_is_unclear():
-    clear = CLEAR
-    assert quality_control(Evidence(**clear), PhotoStemOptions()) == ("ok", ())
-    assert quality_control(Evidence(**clear | {"gap": 2}), PhotoStemOptions())[0] == "reject"
-    assert quality_control(Evidence(**clear | {"llr": 40}), PhotoStemOptions()) == ("reject", ("few_views",))
-    assert quality_control(Evidence(**clear | {"n_views": 4}), PhotoStemOptions()) == ("check", ("few_views",))
-    flag, reasons = quality_control(Evidence(**clear | {"dbh_cm": 5, "polish_cm": 5}), PhotoStemOptions())
-    assert flag == "reject" and "too_small" in reasons
 
 
 def test_areas():

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clear_fit import CLEAR
 
 from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.quality.findings import TOGETHER, Bound, Findings, Limit
-from treedgs_geo.stems.quality.limits import LIMITS, bound_of, judge
+from treedgs_geo.stems.quality.limits import DOUBTS, LIMITS, NO_DOUBT, WRONG_CHECK, WRONG_REJECT, bound_of, judge
 from treedgs_geo.stems.quality.methods import METHODS, points_method
 from treedgs_geo.stems.quality.reasons import REASONS, explain, split_reasons
 from treedgs_geo.stems.quality.tree import Tree
@@ -26,10 +27,8 @@ ROOT = Path(__file__).parents[3]
     "route,quantity,values,dbh_cm",
     [
         # inside, on the limit that flags, beyond it, up to the one that refuses, beyond it
-        ("photos", "sure", (0.91, 0.9, 0.89, 0.5, 0.49), 30),
-        ("photos", "n_views", (6, 5, 4, 3, 2), 30),
-        ("photos", "outline_off_cm", (2.9, 3.0, 3.1, 5.39, 5.41), 30),  # 10 % and 18 % of 30 cm
-        ("photos", "outline_off_cm", (2.4, 2.5, 2.6, 4.0, 4.1), 12),  # the least, cm
+        ("photos", "arc_deg", (61, 60, 59, 40, 39), 30),
+        ("photos", "se_cm", (2.9, 3.0, 3.1, 12.5, 12.6), 50),  # 6 % and 25 % of 50 cm
         ("points", "arc_deg", (181, 180, 179, 90, 89), 30),
         ("points", "se_cm", (1.1, 1.2, 1.3, 2.0, 2.1), 20),
         ("points", "ground_se_m", (0.25, 0.3, 0.4, 5.0, 99.0), 30),
@@ -56,9 +55,8 @@ def test_reasons_come_in_the_order_of_the_table_those_that_refuse_first():
     found = judge("points", {"se_cm": 5.0, "arc_deg": 100.0, "lean_deg": 20.0}, 30.0, {"max_lean_deg": 25.0})
     assert (found.refused, found.flagged) == (("wide_error",), ("short_arc", "lean"))
     assert found.reasons == ("wide_error", "short_arc", "lean") and found.flag("points") == "reject"
-    more = judge("photos", {"n_views": 4}) + judge("photos", {"sure": 0.8})
-    assert more.flag("photos") == "reject" and more.flag("photos", count=1) == "check"
-    assert more.quantities == {"n_views", "sure"} and Findings().flag("points") == "ok"
+    more = judge("photos", {"arc_deg": 50}) + judge("photos", {"through": 0.3})
+    assert more.flag("photos") == "reject" and Findings().flag("points") == "ok"
 
 
 def test_the_same_reason_from_two_quantities_counts_once():
@@ -78,7 +76,7 @@ def test_unknown_quantities_and_reasons_are_refused():
         bound_of("photos", "se_cm", "check")
     with pytest.raises(KeyError):
         bound_of("photos", "gain", "reject")
-    assert bound_of("photos", "gain", "check") == 38.0
+    assert bound_of("photos", "gain", "check") == 62.0
 
 
 def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_refuses():
@@ -89,40 +87,59 @@ def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_ref
                 check, reject = row.check.at(30.0), row.reject.at(30.0)
                 assert check < reject if row.side == "above" else check > reject, (route, row.quantity)
     # The published method's remark and a person's word follow from no measurement; all others have a limit.
-    assert {row.reason for rows in LIMITS.values() for row in rows} == set(REASONS) - {"unchecked", "not_found"}
+    said = {row.reason for rows in LIMITS.values() for row in rows} | {doubt.reason for doubt in DOUBTS.values()}
+    assert said == set(REASONS) - {"unchecked", "not_found"}
     assert set(TOGETHER) == set(LIMITS)
 
 
+def judged(**change) -> tuple[str, tuple[str, ...], float]:
+    """Flag, reasons and probability of a wrong diameter of a clear photo fit with other evidence."""
+    return quality_control(Evidence(**CLEAR | change), PhotoStemOptions())
+
+
 def test_a_photo_fit_meets_the_table_s_limits():
-    clear = dict(
-        dbh_cm=30.0,
-        polish_cm=30.0,
-        r1=-0.0045,
-        lean_deg=1.0,
-        llr=120.0,
-        gap=60.0,
-        n_views=12,
-        kish=10.0,
-        se_cm=0.5,
-        rms_px=0.48,
-    )
-    options = PhotoStemOptions()
+    assert judged()[:2] == ("ok", ())
+    assert judged(lean_deg=27.1)[:2] == ("reject", ("lean",)) and judged(lean_deg=26.9)[0] == "ok"
+    assert judged(gain=63.0)[:2] == ("check", ("merged",)) and judged(gain=61.0)[0] == "ok"
+    thin_flag, thin_reasons, _ = judged(dbh_cm=5, polish_cm=5)
+    assert thin_flag == "reject" and "too_small" in thin_reasons
+    # Where no silhouettes are to be had, edges have to do alone; with one, few of them will do.
+    assert judged(llr=40.0)[:2] == ("reject", ("few_views",)) and judged(gap=2.0)[:2] == ("reject", ("ambiguous",))
+    assert judged(llr=40.0, gap=2.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
 
-    def of(**change):
-        return quality_control(Evidence(**clear | change), options)
 
-    assert of() == ("ok", ())
-    assert of(lean_deg=27.1) == ("reject", ("lean",)) and of(lean_deg=26.9)[0] == "ok"
-    # Ragged edges count where they are weak; a clear silhouette makes up for weak edges.
-    assert of(rms_px=0.54, llr=99.0) == ("check", ("occluded",)) and of(rms_px=0.54, llr=101.0)[0] == "ok"
-    assert of(rms_px=0.56, llr=99.0)[0] == "reject"
-    assert of(llr=40.0) == ("reject", ("few_views",))
-    assert of(llr=40.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
-    # A section that no stem has is flagged, and with another reason refused.
-    assert of(oval=0.06) == ("check", ("not_round",)) and of(oval=0.05)[0] == "ok"
-    assert of(oval=0.06, n_views=4) == ("reject", ("few_views", "not_round"))
-    # Two independent reasons refuse, in the table's order.
-    assert of(gap=8.0, polish_cm=33.0) == ("reject", ("ambiguous", "disagree"))
+@pytest.mark.parametrize(
+    ("doubt", "amounts"),
+    [
+        ("photos", ({"kish": 10}, {"kish": 4.5}, {"kish": 2})),
+        ("residual", ({"rms_px": 0.49}, {"rms_px": 0.57}, {"rms_px": 0.64})),
+        ("section", ({"oval": 0.02}, {"oval": 0.065}, {"oval": 0.15})),
+    ],
+)
+def test_a_doubt_flags_and_then_refuses_by_itself_and_is_the_reason(doubt, amounts):
+    seen = [judged(**{"contrast": 2.0, "outline_cm": 29.5} | amount) for amount in amounts]
+    assert [flag for flag, *_ in seen] == ["ok", "check", "reject"]
+    assert [reasons for _, reasons, _ in seen] == [(), (DOUBTS[doubt].reason,), (DOUBTS[doubt].reason,)]
+    wrong = [wrong for *_, wrong in seen]
+    assert wrong[0] < WRONG_CHECK < wrong[1] < WRONG_REJECT < wrong[2]
+
+
+def test_doubts_add_up_in_log_odds_and_what_is_not_known_is_none():
+    def odds(**change) -> float:
+        wrong = judged(contrast=2.0, outline_cm=29.0, **change)[2]
+        return float(np.log(wrong / (1 - wrong)))
+
+    assert odds(kish=12) == pytest.approx(NO_DOUBT)
+    assert odds(kish=6, oval=0.04) - odds(kish=6) == pytest.approx(odds(oval=0.04) - odds())
+    assert odds(oval=0.04) - odds() == pytest.approx(DOUBTS["section"].weight * 0.8)
+    # A silhouette of another width and other explanations flag a stem together only, and refuse it where both are many.
+    silhouettes = [{"outline_cm": 29.0}, {"outline_cm": 35.0}, {"outline_cm": 39.0}]
+    shares = [{"sure": 1.0}, {"sure": 0.5}, {"sure": 0.2}]
+    both = [judged(contrast=2.0, **wide, **share)[:2] for wide, share in zip(silhouettes, shares, strict=True)]
+    assert both == [("ok", ()), ("check", ("disagree", "ambiguous")), ("reject", ("disagree", "ambiguous"))]
+    assert judged(contrast=2.0, **silhouettes[1])[0] == judged(contrast=2.0, outline_cm=29.0, **shares[1])[0] == "ok"
+    nothing = Evidence(dbh_cm=30.0, kish=12)
+    assert set(nothing.doubts().values()) == {0.0} and nothing.doubts().keys() == DOUBTS.keys()
 
 
 def test_a_reason_is_added_once_and_raises_the_flag_only():

@@ -23,15 +23,6 @@ def plausible(fit: PhotoFit, gate: float) -> bool:
     return fit.evidence.llr >= CLEAR_LLR and fit.measured
 
 
-def without_open_diameter(fit: PhotoFit) -> PhotoFit:
-    """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
-    unsure its diameter, is not to be explained again by another seed."""
-    if not fit.measured or np.isnan(fit.assessment.lo_cm):
-        return fit
-    found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
-    return fit.assessed(fit.assessment.adding(found)) if found.refused else fit
-
-
 def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoFit]:
     """The fits that the network had a word on, less stems that swallow others: to it two stems side by side may be one.
 

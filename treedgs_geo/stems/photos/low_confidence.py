@@ -14,7 +14,6 @@ import numpy as np
 
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
-from ..quality.limits import bound_of, judge
 from .deduplicate import known_rows, not_swallowed
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
@@ -24,7 +23,7 @@ from .network.pieces import About, Piece, of_all_photos, piece_odds, piece_of
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
 from .tile_calibration import random_places, with_chance
-from .tuned import AMBIGUOUS_SE, MIN_PLACES, MORE_PLACES, REACH_M, STEM_FREE_M, THERE_LLR
+from .tuned import FAINT, MIN_PLACES, MORE_PLACES, REACH_M, STEM_FREE_M, THERE_LLR
 
 #: Reasons that another look at the same photos cannot settle.
 HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge", "covered"})
@@ -32,9 +31,7 @@ HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge", "co
 
 def may_be_settled(fit: PhotoFit) -> bool:
     """Low confidence that another witness may settle."""
-    stands_out = (
-        np.isfinite(fit.evidence.contrast) and fit.evidence.contrast > bound_of("photos", "contrast", "check")
-    ) or fit.evidence.llr > THERE_LLR
+    stands_out = fit.evidence.contrast > FAINT or fit.evidence.llr > THERE_LLR
     return fit.flag != "ok" and stands_out and not HOPELESS & set(fit.reasons)
 
 
@@ -73,20 +70,10 @@ def settled_by_network(
         seed = Seed(x, y, lx, ly, fit.r0, fit.seed_score)
         beside = known_rows([*(other for other in out if other is not fit), *known])
         again = replace(fitter, shown=shown).fit(seed, beside)
-        out[k] = fit if again is None else with_unclear_edges(again)
+        out[k] = again or fit
     certain = sum(out[k].flag == "ok" for k in asked)
     reporter.info(f"The network was asked about {len(asked)} stems of low confidence: {certain} are certain now.")
     return not_swallowed(out, fits)
-
-
-def with_unclear_edges(fit: PhotoFit) -> PhotoFit:
-    """A fit that the network made certain, with the larger error of stems whose edges are unclear."""
-    if fit.flag != "ok":
-        return fit
-    se_cm = AMBIGUOUS_SE * fit.se_cm
-    return fit.assessed(
-        fit.assessment.remeasured(fit.dbh_cm, se_cm).adding(judge("photos", {"se_cm": se_cm}, fit.dbh_cm))
-    )
 
 
 def _free_places(fits: list[PhotoFit], fitter: Fitter, tile: Area) -> list[StemAxis]:

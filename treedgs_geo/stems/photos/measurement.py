@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.intervals import HALF_WIDTH_SE
 from ..quality.assessment import Assessment
+from ..quality.limits import judge
 from ..quality.priors import SECTION_SD
-from .evidence.diameter_uncertainty import AMBIGUOUS, OPEN, Others
+from .evidence.diameter_uncertainty import Others
 from .evidence.double_stem import NO_TWINS, Twins
 from .evidence.error_budget import (
     azimuth_spread,
@@ -34,8 +36,8 @@ from .images.sharpness import clipped_px
 from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
-from .quality_control import Evidence, quality_control, widened_cm
-from .tuned import AMBIGUOUS_SE, LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, PARTS, SEEN_MEAN_Z
+from .quality_control import Evidence, quality_control
+from .tuned import LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, PARTS, SEEN_MEAN_Z
 
 
 @dataclass
@@ -186,27 +188,19 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
 
 
 def _assessment(evidence: Evidence, others: Others | None, soft_cm: float, options: PhotoStemOptions) -> Assessment:
-    """What is stated of a stem with that evidence, with the error and interval over all explanations of the place where
-    these leave it open."""
-    flag, reasons = quality_control(evidence, options)
-    stated = Assessment(evidence.dbh_cm, widened_cm(evidence.se_cm, evidence, reasons), flag=flag, reasons=reasons)
-    if others is not None and flag == "check" and OPEN & set(reasons):
-        stated = _over_explanations(stated, others, evidence, soft_cm)
-    return stated
+    """What is stated of a stem with that evidence; a first look, without ``others``, states no interval."""
+    flag, reasons, wrong = quality_control(evidence, options)
+    stated = Assessment(evidence.dbh_cm, evidence.se_cm, flag=flag, reasons=reasons)
+    if others is not None:
+        mixture = others.mixture(evidence.dbh_cm, evidence.se_cm, wrong, soft_cm)
+        low_cm, high_cm = mixture.interval_cm(evidence.dbh_cm)
+        thinner_cm = PARTS[0] * evidence.dbh_cm if evidence.twins_likely else np.inf
+        stated = stated.explained((high_cm - low_cm) / (2 * HALF_WIDTH_SE), min(low_cm, thinner_cm), high_cm)
+    return stated.adding(judge("photos", {"se_cm": stated.se_cm}, evidence.dbh_cm))
 
 
 def _kish(weight: np.ndarray) -> float:
     return float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
-
-
-def _over_explanations(stated: Assessment, others: Others, evidence: Evidence, soft_cm: float) -> Assessment:
-    """With the error and the interval over all explanations of the place."""
-    times = AMBIGUOUS_SE if AMBIGUOUS & set(stated.reasons) else 1.0
-    mixture = others.mixture(stated.dbh_cm, stated.se_cm, times, soft_cm)
-    low_cm, high_cm = mixture.interval_cm(stated.dbh_cm)
-    if evidence.twins_likely:
-        low_cm = min(low_cm, PARTS[0] * stated.dbh_cm)  # the thinner one of two
-    return stated.explained(mixture.error_cm(stated.dbh_cm), low_cm, high_cm)
 
 
 def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> float:

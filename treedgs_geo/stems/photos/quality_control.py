@@ -7,24 +7,12 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.special import expit
 
-from ..quality.findings import Findings, Flag
-from ..quality.limits import LIMITS, bound_of, judge
-from ..quality.priors import START_TAPER
+from ..quality.findings import Flag
+from ..quality.limits import DOUBTS, LIMITS, NO_DOUBT, WRONG_CHECK, WRONG_REJECT, judge
 from .options import PhotoStemOptions
-from .tuned import (
-    CHANCE_LLR,
-    DISAGREE_SHARE,
-    GAIN_LOW_CONFIDENCE,
-    GAIN_MERGED,
-    GAP_LLR,
-    NETWORK_OFFSET_CM,
-    OUTLINE_OFFSET_CM,
-    RAGGED_LLR,
-)
-
-#: Edge score below which the network has to see the stem clearly.
-WEAK_LLR = bound_of("photos", "llr", "check")
+from .tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, NETWORK_OFFSET_CM, OUTLINE_OFFSET_CM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,11 +67,6 @@ class Evidence:
     against_cm: float = 0.0
 
     @property
-    def outvoted(self) -> bool:
-        """The network's silhouettes chose an explanation that the edges clearly do not."""
-        return self.network and not self.pair and self.gap < -GAP_LLR
-
-    @property
     def outline_off_cm(self) -> float:
         """By how much the silhouette is thicker than the edges say, cm."""
         return self.outline_cm + (NETWORK_OFFSET_CM if self.network else OUTLINE_OFFSET_CM) - self.dbh_cm
@@ -94,79 +77,46 @@ class Evidence:
         return self.contrast > 1.0
 
     @property
-    def pair(self) -> bool:
-        """Taken for one of two stems that touch."""
-        return self.gain > GAIN_MERGED
-
-    @property
     def twins_likely(self) -> bool:
         """It may be two full stems."""
         return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
 
     def quantities(self) -> dict[str, float]:
-        """The quantities that apply, for :func:`treedgs_geo.stems.quality.limits.judge`: every field that has a limit
-        of its name, those of :data:`SOMETIMES` where the other evidence calls for them, and what is made of several."""
-        found = {name: getattr(self, name) for name in _LIMITED - SOMETIMES}
-        found |= {"taper_off": abs(self.r1 - START_TAPER), "slope": self.r1}
-        found |= {"pair_se_cm" if self.pair else "se_cm": self.se_cm}
-        if self.outvoted:
-            found |= {"against_cm": self.against_cm}
-        if self.network and self.llr < RAGGED_LLR:
-            found |= {"rms_network_px": self.rms_px}
-            found |= {"weak_contrast": self.contrast} if self.llr < WEAK_LLR else {}
-        # With a silhouette, that is the second witness; without one, the coarse stage has to do.
-        if self.solid:
-            found |= {"llr": self.llr, "outline_off_cm": abs(self.outline_off_cm)}
-        else:
-            found |= {"llr_alone": self.llr, "coarse_off_cm": abs(self.dbh_cm - self.polish_cm)}
-            found |= {"contrast": self.contrast}
-            found |= {"rms_px": self.rms_px} if self.llr < RAGGED_LLR else {}
-            found |= {"rms_weak_px": self.rms_px} if self.llr < CHANCE_LLR else {}
-        return found | ({"sure": self.sure} if np.isfinite(self.sure) else {"gap": self.gap})
+        """What is judged by limits of its own (:func:`treedgs_geo.stems.quality.limits.judge`): every field that has a
+        limit of its name; where no silhouette stands out, edges have to do alone."""
+        found = {name: getattr(self, name) for name in _LIMITED}
+        return found if self.solid else found | {"llr_alone": self.llr, "gap_alone": self.gap}
+
+    def doubts(self) -> dict[str, float]:
+        """How much speaks against the diameter, by the names of :data:`treedgs_geo.stems.quality.limits.DOUBTS`: 0
+        where nothing does or nothing is known."""
+        off = abs(self.outline_off_cm) / max(self.dbh_cm, 1.0)
+        found = {
+            "photos": -math.log(max(self.kish, 0.5) / 12),
+            "residual": (self.rms_px - 0.49) / 0.05,
+            "outline": np.minimum(off / 0.1, 3.0),
+            "section": self.oval / 0.05,
+            "explanations": 1 - self.sure,
+        }
+        return {name: max(float(np.nan_to_num(amount)), 0.0) for name, amount in found.items()}
 
 
-#: Fields that are not always judged under their own name.
-SOMETIMES = frozenset({"llr", "contrast", "rms_px", "sure", "gap", "against_cm", "se_cm"})
-_LIMITED = frozenset(limit.quantity for limit in LIMITS["photos"]) & {item.name for item in fields(Evidence)}
+#: The error is judged when all that widens it is known.
+_LIMITED = {limit.quantity for limit in LIMITS["photos"]} & {item.name for item in fields(Evidence)} - {"se_cm"}
 
 
-def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...]]:
-    """Flag and reasons. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette of
-    another width."""
+def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...], float]:
+    """Flag, reasons, and the probability that the diameter is not the stem's: limits of what decides by itself, and
+    what all doubts together leave open; the reasons are then those that do."""
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
     found = judge("photos", quality.quantities(), quality.dbh_cm, settings)
-    count = _independent(found, bool(np.isfinite(quality.sure)))
-    # A stem that the network sees is not refused for two of them.
-    return found.flag("photos", count - (quality.network and quality.solid)), found.reasons
-
-
-def widened_cm(se_cm: float, quality: Evidence, reasons: tuple[str, ...]) -> float:
-    """Standard error of the diameter (cm) with what the reasons for a check say it may be off besides: a share
-    (``DISAGREE_SHARE``) of what silhouette and edges differ by, of what the section is off a circle, and of what
-    the edges' own best explanation is away. Never smaller than ``se_cm``."""
-    parts = [se_cm]
-    if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
-        parts.append(DISAGREE_SHARE * quality.outline_off_cm)
-    if "not_round" in reasons:
-        # No stem's section is that oval: something beside it is taken for a part of it.
-        parts.append(DISAGREE_SHARE * quality.oval * quality.dbh_cm)
-    if quality.outvoted:
-        parts.append(DISAGREE_SHARE * quality.against_cm)
-    return math.hypot(*parts)
-
-
-def _independent(found: Findings, weighed: bool) -> int:
-    """How many reasons flag the tree by themselves. weighed: its explanations were weighed against each other.
-
-    A possible companion counts only where the diameter is unsure as well; and where explanations were weighed, a low
-    edge score and a silhouette somewhat off are in that balance already.
-    """
-    flagged = set(found.flagged)
-    count = len(flagged) - ("merged" in flagged and not {"ambiguous", "disagree"} & flagged)
-    if weighed:
-        few = bool({"n_views", "kish"} & found.quantities)
-        count -= ("few_views" in flagged and not few) + ("disagree" in flagged and "merged" not in flagged)
-    return count
+    odds = {name: DOUBTS[name].weight * amount for name, amount in quality.doubts().items()}
+    flag, wrong = found.flag("photos"), float(expit(NO_DOUBT + sum(odds.values())))
+    if wrong < WRONG_CHECK:
+        return flag, found.reasons, wrong
+    enough = min(1.0, max(odds.values()))
+    reasons = dict.fromkeys((*found.reasons, *(DOUBTS[name].reason for name in odds if odds[name] >= enough)))
+    return "reject" if flag == "reject" or wrong > WRONG_REJECT else "check", tuple(reasons), wrong
 
 
 def companion_share(gain: float) -> float:

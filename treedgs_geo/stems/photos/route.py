@@ -17,7 +17,7 @@ from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
 from . import search_steps as steps
-from .deduplicate import merge, without_open_diameter
+from .deduplicate import merge
 from .evidence.opacity_test import without_seen_through
 from .fit.photo_fit import PhotoFit
 from .options import PhotoStemOptions
@@ -115,8 +115,7 @@ def search_photos(
             run_steps(SEARCH, search, 0.1)
             found += search.fits
             looks.append(search.calibration())
-    stems = without_seen_through(merge(found), views)
-    return Searched([without_open_diameter(fit) for fit in stems], looks)
+    return Searched(without_seen_through(merge(found), views), looks)
 
 
 def fits_again(
@@ -154,7 +153,7 @@ def fits_again(
         run_steps(GIVEN, search, 0.1)
         known = [*known, *(fit for fit in search.fits if fit.measured)]
         for k, fit in zip(own, search.fits, strict=True):
-            found[int(k)] = without_open_diameter(fit)
+            found[int(k)] = fit
     return found
 
 

@@ -163,7 +163,7 @@ class Fitter(Shared):
         """The stem among the explanations tried, and whether it is one. hypotheses: what else a companion may touch."""
         search, silhouette = place.search, place.silhouette
         trust = float(np.clip(place.clearest / self.chance, 0.0, 1.0)) if place.shapes else 0.0
-        choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
+        choice = choose(tried, trust, self.chance, self.prior, self.sun, self.shown is not None)
         best, sure = choice.best, choice.sure
         pair = find_companion(
             search, place.start, [item.vector for item in tried] + [hypothesis.vector for hypothesis in hypotheses]

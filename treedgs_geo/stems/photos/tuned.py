@@ -19,7 +19,7 @@ from ..quality.limits import bound_of
 
 # Photos and the ground behind the stems
 #: Photos that have to show a place for a stem to be measured there.
-MIN_PHOTOS = int(bound_of("photos", "n_views", "reject"))
+MIN_PHOTOS = 3
 #: Widest piece of ground searched at once, m (bounds memory).
 TILE_M = 26.0
 #: Height of the stem piece over which an edge must be straight, m.
@@ -121,7 +121,7 @@ SAME_DBH_CM = 2.0
 #: Two readings of one stem differ by less than this, cm; leans by less than this (tangent).
 SAME_DBH, SAME_LEAN = Bound(1.0, 0.04), 0.09
 #: Lead in edge score over the next explanation below which it is open which is right; nine to one at this lead.
-GAP_LLR = bound_of("photos", "gap", "check")
+GAP_LLR = bound_of("photos", "gap_alone", "check")
 EDGES_A_LOG_ODD = GAP_LLR / np.log(9)
 #: A stem inside another one counts against it below this share of its diameter.
 THINNER = 0.85
@@ -137,9 +137,9 @@ MATE_RADII_M, MAX_MATE, THICKEST_M = (0.022, 0.036), 0.6, 0.075
 TOUCH_M, CLEAR_M, MATE_LEAN_SD = 0.012, 0.045, 0.035
 #: Share of the best single disc's score that a pair needs on the first grid to be worth polishing.
 WORTH = 0.8
-#: Gain of "another stem touches it" over one stem (log likelihood units) from which it is flagged and weighed, one in
-#: ten, and from which it is taken for true, nine in ten. Six touched and 89 other stems.
-GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
+#: Gain of "another stem touches it" over one stem (log likelihood units) from which it is weighed, one in ten, and
+#: from which it is taken for true and flagged, nine in ten. Six touched and 89 other stems.
+GAIN_LOW_CONFIDENCE, GAIN_MERGED = 38.0, bound_of("photos", "gain", "check")
 #: Two alike in one disc: radii as shares of the disc's, the least allowed; how far they may reach beyond it and their
 #: barks lie apart (sd), m; thinner discs are not split, m.
 PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
@@ -149,9 +149,8 @@ BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 #: Weights of the photos' scatter and of the formal error: maximum likelihood on 118 trees, four rendered plots and four
 #: of the stability suite's with few photos.
 SE_SCATTER, SE_FORMAL = 2.2, 2.6
-#: Standard error of a stem that another one touches, cm; where the explanation is unsure, times so much: 44 such stems
-#: of the stability suite, seeds 1 to 3.
-PAIR_SE_CM, AMBIGUOUS_SE = 1.1, 1.8
+#: Standard error of a stem that another one touches, cm: 44 such stems of the stability suite, seeds 1 to 3.
+PAIR_SE_CM = 1.1
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much;
 #: its prior sd (simulated oval stems, seeds 11 to 13).
 OVAL_FREE, OVAL_SEEN, OVAL_PRIOR = 0.005, 1.5, 0.05
@@ -163,12 +162,12 @@ TAPER_FREE, TAPER_REACH_M = 0.002, 2.0
 #: Standard error of the reading from above, cm (80 stems, *hard*); a fit's own counts up to this there, cm; and by how
 #: much it may move a diameter.
 ABOVE_SE_CM, MAX_SE_CM, MAX_MOVED = 0.9, 1.0, Bound(3.0, 0.08)
-#: Share of what two witnesses differ by, added to the standard error.
-DISAGREE_SHARE = 0.5
+#: Standard deviation of a wrong diameter, share of it: half of 28 wrong ones of 18 plots were off by more than 20 %.
+WRONG_SD = 0.3
 
 # Silhouettes, opacity, ivy, the network
-#: Edge score below which ragged edges count: twice what chance reaches.
-RAGGED_LLR = 2 * CHANCE_LLR
+#: Silhouette in units of what chance reaches from which something may stand there.
+FAINT = 0.7
 #: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
 #: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
 OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7

@@ -17,7 +17,7 @@ import numpy as np
 from ...core.progress import Reporter
 from ..quality.limits import judge
 from ..quality.priors import TAPER_SD, USUAL_TAPER
-from .deduplicate import known_rows
+from .deduplicate import known_rows, plausible
 from .evidence.error_budget import formal_error_cm
 from .fit.edge_adjustment import USUAL, FineFit, Sighting, TaperPrior, refine
 from .fit.null_model import ABOVE
@@ -28,8 +28,6 @@ from .tuned import SE_FORMAL, START_M, WINDOWS_PX
 
 #: What refuses a stem for good: farther up it is no other.
 _FOR_GOOD = frozenset({"too_small", "too_large", "lean", "covered"})
-#: What leaves it open which stem that is: not to be carried anywhere. Nor is what more than one reason speaks against.
-_OPEN = frozenset({"ambiguous", "merged"})
 
 
 def carried_down(fits: list[PhotoFit], fitter: Fitter, reporter: Reporter) -> list[PhotoFit]:
@@ -53,13 +51,16 @@ def carried_down(fits: list[PhotoFit], fitter: Fitter, reporter: Reporter) -> li
 
 
 def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit | None:
-    """The stem as its upper part shows it, carried down by its own taper; ``None`` where that is refused too. above:
+    """The stem as its upper part shows it, carried down by its own taper; ``None`` where that is not certain. above:
     the fitter at the heights of :data:`.fit.null_model.ABOVE`. known: (K, 10) other stems."""
     (x, y), (lx, ly) = fit.axis.p, fit.axis.s
     found = above.fit(Seed(float(x), float(y), float(lx), float(ly), fit.r0, fit.seed_score, True), known)
-    if found is None or not found.measured or np.hypot(*(found.axis.p - fit.axis.p)) > START_M:
-        return None
-    if _OPEN & set(found.reasons) or len(found.reasons) > 1:
+    if (
+        found is None
+        or found.flag != "ok"
+        or not plausible(found, np.inf)
+        or np.hypot(*(found.axis.p - fit.axis.p)) > START_M
+    ):
         return None
     far = judge("photos", {"carried_m": sum(ABOVE.fine) / 2 - found.axis.bh_m})
     return found.assessed(found.assessment.adding(far), carried=True)

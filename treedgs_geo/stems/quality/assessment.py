@@ -68,8 +68,13 @@ class Assessment:
         return replace(self, se_cm=se_cm, lo_cm=lo_cm, hi_cm=hi_cm)
 
     def remeasured(self, dbh_cm: float, se_cm: float) -> Assessment:
-        """With another diameter and error, cm; what was found against it stays."""
-        return replace(self, dbh_cm=dbh_cm, se_cm=se_cm)
+        """With another diameter and error, cm; its interval moves and grows with them; what was found against it
+        stays."""
+        stated = replace(self, dbh_cm=dbh_cm, se_cm=se_cm)
+        if np.isnan(self.lo_cm):
+            return stated
+        low_cm, high_cm = (dbh_cm + se_cm / self.se_cm * (end - self.dbh_cm) for end in (self.lo_cm, self.hi_cm))
+        return replace(stated, lo_cm=max(low_cm, 0.0), hi_cm=high_cm)
 
     def of_tree(self) -> dict[str, Any]:
         """The same as fields of :class:`.tree.Tree`, for its ``finish``."""

@@ -119,10 +119,8 @@ class Findings:
         """Quantities beyond a limit of theirs."""
         return frozenset(limit.quantity for limit, _ in self.found)
 
-    def flag(self, route: Route, count: int | None = None) -> Flag:
-        """``reject`` where one reason refuses or several flag (:data:`TOGETHER`). count: how many independent
-        reasons flag, where a route knows that some say the same thing."""
-        count = len(self.flagged) if count is None else count
-        if self.refused or count >= TOGETHER[route]:
+    def flag(self, route: Route) -> Flag:
+        """``reject`` where one reason refuses or several flag (:data:`TOGETHER`)."""
+        if self.refused or len(self.flagged) >= TOGETHER[route]:
             return "reject"
         return "check" if self.flagged else "ok"

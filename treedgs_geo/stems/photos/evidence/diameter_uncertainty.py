@@ -10,12 +10,7 @@ from scipy.special import ndtr
 from ....core.intervals import HALF_WIDTH_SE, LEVEL
 from ..fit.selection import Choice, Explanation
 from ..quality_control import companion_share
-from ..tuned import AMBIGUOUS_SE, GAIN_MERGED, PAIR_SE_CM
-
-#: Reasons that say that another explanation may be the right one: the error is then that of all of them.
-AMBIGUOUS = frozenset({"ambiguous", "merged"})
-#: With few photos another may be right as well, and nothing says so: the error is that of all, each as it is stated.
-OPEN = AMBIGUOUS | {"few_views"}
+from ..tuned import GAIN_MERGED, PAIR_SE_CM, WRONG_SD
 
 
 @dataclass(frozen=True)
@@ -25,10 +20,6 @@ class Mixture:
     share: np.ndarray
     dbh_cm: np.ndarray
     se_cm: np.ndarray
-
-    def error_cm(self, dbh_cm: float) -> float:
-        """Root mean squared error of ``dbh_cm`` over the explanations."""
-        return float(np.sqrt(self.share @ ((self.dbh_cm - dbh_cm) ** 2 + self.se_cm**2)))
 
     def interval_cm(self, dbh_cm: float) -> tuple[float, float]:
         """The middle :data:`treedgs_geo.core.intervals.LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own
@@ -50,14 +41,20 @@ class Others:
     touched: Explanation | None
     gain: float
 
-    def mixture(self, dbh_cm: float, se_cm: float, times: float = AMBIGUOUS_SE, soft_cm: float = 0.0) -> Mixture:
-        """Over all explanations; the one that was taken has ``dbh_cm`` at breast height along the stem, ``se_cm`` were
-        it certain. times: standard errors are larger by this. soft_cm: what of ``se_cm`` soft photos make."""
+    def mixture(self, dbh_cm: float, se_cm: float, wrong: float, soft_cm: float = 0.0) -> Mixture:
+        """Of the stem as it was taken, with ``dbh_cm`` at breast height and ``se_cm`` were it certain, and of what it
+        is with the probability ``wrong``: half of that the other explanations, half anything. soft_cm: what of
+        ``se_cm`` soft photos make."""
         pair = companion_share(self.gain) if self.touched is not None else 0.0
         listed = [*self.choice.rivals, *([] if self.touched is None else [self.touched])]
         share = np.append((1 - pair) * self.choice.share, pair)[: len(listed)]
-        taken = listed[-1] if self.touched is not None and self.gain > GAIN_MERGED else listed[0]
-        dbh = np.array([dbh_cm if item is taken else 200 * item.fine.r0 for item in listed])
+        share[-1 if self.touched is not None and self.gain > GAIN_MERGED else 0] = 0.0
+        share *= 0.5 * wrong / max(float(share.sum()), 1e-9)
         pair_cm = float(np.hypot(PAIR_SE_CM, soft_cm))
-        error = np.array([pair_cm if item is self.touched else times * se_cm for item in listed])
-        return Mixture(share, dbh, error)
+        dbh = [200 * item.fine.r0 for item in listed]
+        error = [pair_cm if item is self.touched else se_cm for item in listed]
+        return Mixture(
+            np.array([1 - wrong, wrong - share.sum(), *share]),
+            np.array([dbh_cm, dbh_cm, *dbh]),
+            np.array([se_cm, WRONG_SD * dbh_cm, *error]),
+        )

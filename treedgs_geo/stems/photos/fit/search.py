@@ -65,6 +65,11 @@ class Prior:
         """(8,) as the kernels take it."""
         return np.array([0.0, 0.0, 0.0, 0.0, self.xy_sd, self.lean_sd, self.r, self.r_sd])
 
+    def log_density(self, r: np.ndarray) -> np.ndarray:
+        """Of radii (N,), m, but for a constant: Student's t with four degrees of freedom, since any stand has stems
+        that are not like the others."""
+        return -2.5 * np.log1p(((r - self.r) / self.r_sd) ** 2 / 4)
+
 
 @dataclass(frozen=True)
 class Search:

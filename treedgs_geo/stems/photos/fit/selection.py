@@ -9,7 +9,7 @@ import numpy as np
 from ...quality.priors import TAPER_SD, USUAL_TAPER
 from ..tuned import EDGES_A_LOG_ODD, GAP_LLR, LEAD_LLR, NETWORK_ODDS, PLAIN_ODDS, SAME_DBH_CM
 from .edge_adjustment import FineFit
-from .search import Hypothesis
+from .search import Hypothesis, Prior
 
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
 #: largest difference that was right on 93 stems: 29.
@@ -56,14 +56,15 @@ class Choice:
     against_cm: float = 0.0
 
 
-def log_odds(tried: list[Explanation], trust: float, chance: float, network: bool = False) -> np.ndarray:
-    """(N,) how well each explanation is supported by witnesses that fail in different ways.
+def log_odds(tried: list[Explanation], trust: float, chance: float, stand: Prior, network: bool = False) -> np.ndarray:
+    """(N,) how well each explanation is supported by witnesses that fail in different ways, and by the stand.
 
     Edges alone mistake the lit half of a stem for the stem, silhouettes alone a bush beside it for a part of it.
-    trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach. network: the
-    silhouettes are also those of the network (:mod:`.network.silhouettes`).
+    trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach. stand: its
+    stems' radii. network: the silhouettes are also those of the network (:mod:`.network.silhouettes`).
     """
-    return witnesses(tried, trust, chance) @ (NETWORK_ODDS if network else PLAIN_ODDS)
+    odds = witnesses(tried, trust, chance) @ (NETWORK_ODDS if network else PLAIN_ODDS)
+    return odds + stand.log_density(np.array([item.fine.r0 for item in tried]))
 
 
 def witnesses(tried: list[Explanation], trust: float, chance: float) -> np.ndarray:
@@ -81,14 +82,16 @@ def witnesses(tried: list[Explanation], trust: float, chance: float) -> np.ndarr
     )
 
 
-def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray, network: bool = False) -> Choice:
-    """Which of the explanations of a place is the stem. trust, chance, network: as for :func:`log_odds`. sun:
+def choose(
+    tried: list[Explanation], trust: float, chance: float, stand: Prior, sun: np.ndarray, network: bool = False
+) -> Choice:
+    """Which of the explanations of a place is the stem. trust, chance, stand, network: as for :func:`log_odds`. sun:
     (flights,) azimuth, rad from east, NaN = unknown."""
     tried = plausible(tried)
     # Where no silhouettes are to be had, finer edges and taper are the other witnesses.
     solid = trust > 0.5 or not np.isfinite(chance)
     edges = np.array([item.edges for item in tried])
-    odds = log_odds(tried, trust, chance, network) if solid else edges / EDGES_A_LOG_ODD
+    odds = log_odds(tried, trust, chance, stand, network) if solid else edges / EDGES_A_LOG_ODD
     best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
     weight = np.exp(odds - odds.max())
     same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])

@@ -17,7 +17,6 @@ from numba import njit, prange
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from ....reconstruction.area import Area
-from ...quality.limits import bound_of
 from ..fit.pattern_search import DISC_MOVES, disc_step, pattern_search
 from ..images.axis_patches import StemAxis, crop_place, fetch
 from ..images.background import Backdrop, Silhouette
@@ -29,6 +28,7 @@ from ..tuned import (
     AROUND_M,
     CELL_M,
     CONTRAST_A_M,
+    FAINT,
     HEIGHTS,
     LEAN_STEP,
     MAX_LINES,
@@ -116,10 +116,9 @@ def carved_seeds(
     leans = lean_grid(steepest_deg, LEAN_STEP)
     lines = lines_through(layers, leans, corner, area, ground, options)
     bar = STANDS_OUT * float(np.median([score for score, _ in lines])) if lines else 0.0
-    faint = bound_of("photos", "contrast", "check")
     seeds = [clearest(silhouette_of(axis), axis, chance, options) for score, axis in lines[:MAX_LINES] if score > bar]
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < np.tan(np.radians(steepest_deg))]
-    seeds = [seed for seed in seeds if seed.score > max(faint, CONTRAST_A_M * seed.r)]
+    seeds = [seed for seed in seeds if seed.score > max(FAINT, CONTRAST_A_M * seed.r)]
     return sorted(seeds, key=lambda seed: -seed.score)
 
 
