@@ -183,11 +183,12 @@ def seen_in_sample(search: TileSearch) -> tuple[int, int, int]:
 
 def _asked(search: TileSearch) -> str:
     """What the network is asked on a piece of ground that was searched by edges; it learnt stems before the ground. A
-    sample in which it does not see half of the stems that are known says nothing of those that are not."""
+    sample in which it does not see half of the stems that are known says nothing of those that are not; where the
+    photos are hardly more than a sample, edges find few and all photos cost little."""
     if search.fitter.backdrop is None:
         return "low-confidence"
     missed, seen, known = seen_in_sample(search)
-    if not missed and 2 * seen >= known:
+    if not missed and 2 * seen >= known and len(search.stack) >= 2 * SAMPLED:
         return "low-confidence"
     search.reporter.info(
         f"The network is asked for stems as well: in a sample of the photos it sees {missed} that edges did not give, "

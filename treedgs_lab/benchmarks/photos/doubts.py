@@ -1,8 +1,9 @@
 """How probable is it that a diameter from photos is not the stem's? What each doubt weighs, and whether that holds.
 
-    python -m treedgs_lab.benchmarks.photos.doubts --set PLOT=WS [...] --held PLOT=WS [...] [--output FILE]
+    python -m treedgs_lab.benchmarks.photos.doubts --set DIR [...] --held DIR [...] [--output FILE]
 
-PLOT: a plot with its truth. WS: a workspace of ``photos-to-dbh``, whose fits are kept, those that were refused too.
+DIR: a folder of plots with their truth, and of their workspaces of ``photos-to-dbh``: NAME and NAME_ws. A workspace
+keeps the fits, those that were refused too.
 ``weights``: a logistic regression over the plots that set them, none negative (copied to
 ``treedgs_geo.stems.quality.limits.DOUBTS`` by hand; a test compares). ``set``, ``held``: fits by the probability of a
 wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
@@ -21,8 +22,8 @@ from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 from scipy.special import expit
 
+from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
-from treedgs_geo.reconstruction.model import load_views
 from treedgs_geo.stems.photos.fit_records import read_fits
 from treedgs_geo.stems.photos.tuned import MIN_SPLIT_M
 from treedgs_geo.stems.quality.limits import DOUBTS, NO_DOUBT
@@ -35,11 +36,12 @@ RIDGE = 0.3
 BINS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 
-def fits_of(plot: Path, workspace: Path) -> pd.DataFrame:
+def fits_of(workspace: Path) -> pd.DataFrame:
     """One row a fit that is not too thin to matter: its doubts, ``error_cm`` (NaN where nothing stands), ``wrong``."""
+    plot = workspace.with_name(workspace.name.removesuffix("_ws"))
     truth, fits = TruePlot.load(plot), read_fits(workspace / "fits.json").fits
     fits = [fit for fit in fits if np.isfinite(fit.evidence.se_cm) and fit.r0 >= MIN_SPLIT_M]
-    frame = load_views(workspace / "sfm", plot / "images")[0]
+    frame = LocalFrame.load(workspace / "sfm" / "frame.json")
     found = frame.to_project(np.array([[*fit.axis.p, 0.0] for fit in fits]))[:, :2] - truth.frame.origin[:2]
     places, true_cm = truth.trees[["x_bh", "y_bh"]].to_numpy(float), np.full(len(fits), np.nan)
     free = np.arange(len(places))
@@ -98,12 +100,12 @@ def main() -> int:
     """Set the weights, and see whether they hold."""
     parser = argparse.ArgumentParser(description="weights of the doubts about a diameter from photos")
     for name in ("set", "held"):
-        parser.add_argument(f"--{name}", nargs="+", required=True, metavar="PLOT=WS")
+        parser.add_argument(f"--{name}", nargs="+", type=Path, required=True, metavar="DIR")
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
     setting, held = (
-        pd.concat([fits_of(*map(Path, pair.split("="))) for pair in pairs], ignore_index=True)
-        for pairs in (args.set, args.held)
+        pd.concat([fits_of(ws) for folder in folders for ws in sorted(folder.glob("*_ws"))], ignore_index=True)
+        for folders in (args.set, args.held)
     )
     left_out = np.zeros(len(setting))
     for plot, own in setting.groupby("plot"):

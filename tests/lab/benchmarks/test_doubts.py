@@ -1,0 +1,62 @@
+"""What doubts weigh: set by fits with their truth, and those that the library has are those of the record."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from clear_fit import clear_photo_fit
+
+from treedgs_geo.core.crs import LocalFrame, project_crs
+from treedgs_geo.stems.photos.fit_records import KeptFits, write_fits
+from treedgs_geo.stems.quality.limits import DOUBTS, NO_DOUBT
+from treedgs_lab.benchmarks.photos.doubts import calibration, fits_of, probabilities, regression
+from treedgs_lab.benchmarks.records import RESULTS
+
+
+def drawn(weights: np.ndarray, count: int = 4000) -> pd.DataFrame:
+    """Fits whose doubts and diameters are drawn by these weights."""
+    rng = np.random.default_rng(3)
+    fits = pd.DataFrame(rng.exponential(0.6, (count, len(DOUBTS))), columns=list(DOUBTS))
+    fits["wrong"] = rng.uniform(size=count) < probabilities(fits, weights)
+    fits["error_cm"] = np.where(fits["wrong"], 9.0, 0.5)
+    return fits
+
+
+def test_the_regression_finds_what_each_doubt_weighs_and_none_is_negative():
+    true = np.array([-4.0, 2.0, 1.0, 0.5, 1.5, -1.0])
+    found = regression(drawn(true))
+    assert found[:-1] == pytest.approx(true[:-1], abs=0.35) and found[-1] == 0.0
+
+
+def test_each_bin_holds_as_many_wrong_ones_as_it_should():
+    weights = np.array([-4.0, 2.0, 1.0, 0.5, 1.5, 1.0])
+    fits = drawn(weights)
+    rows = calibration(fits, probabilities(fits, weights))
+    assert sum(row["fits"] for row in rows) == len(fits) and {row["rmse_of_right_cm"] for row in rows} <= {0.5, None}
+    for row in rows:
+        assert abs(row["wrong"] - row["expected"]) < 3 * np.sqrt(row["expected"]) + 1
+
+
+def test_a_fit_is_wrong_that_is_far_off_or_where_nothing_stands(plot, tmp_path):
+    workspace = plot.folder.with_name(f"{plot.folder.name}_ws")
+    (workspace / "sfm").mkdir(parents=True)
+    # The chain's frame is not the renderer's; all fits stand at y = 2 of theirs.
+    LocalFrame(project_crs("EPSG:6344"), np.array([599990.0, 3699998.0, 40.0])).save(workspace / "sfm" / "frame.json")
+    near, far, nothing, sapling = (
+        clear_photo_fit(x, dbh) for x, dbh in ((10.1, 31.0), (13.0, 24.0), (15.0, 30.0), (7.1, 12.0))
+    )
+    second = clear_photo_fit(10.2, 40.0, flag="reject", reasons=("few_views",))
+    write_fits(workspace / "fits.json", KeptFits([near, far, nothing, sapling, second]))
+    rows = fits_of(workspace)
+    assert rows["wrong"].tolist() == [False, True, True]  # a second look and a sapling say nothing
+    assert rows["error_cm"].tolist() == pytest.approx([1.0, 4.0, np.nan], nan_ok=True)
+    assert rows["photos"].tolist() == pytest.approx([np.log(12 / 10)] * 3) and set(rows["plot"]) == {plot.folder.name}
+
+
+def test_the_library_has_the_weights_of_the_record():
+    record = json.loads((RESULTS / "doubts.json").read_text(encoding="utf-8"))
+    assert record["no_doubt"] == NO_DOUBT
+    assert record["weights"] == {name: doubt.weight for name, doubt in DOUBTS.items()}
