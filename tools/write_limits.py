@@ -27,9 +27,9 @@ A fit that fails altogether is refused with the reason of the step that failed.
 <!-- Written by tools/write_limits.py (make parameters): change the table there. -->
 """
 
-_DOUBTS = """
+_PREDICTORS = """
 What decides nothing by itself adds up: the probability that a diameter is not the stem's. From {check:g} % on the stem
-is flagged, its reasons are the doubts that make it so; above {reject:g} % it is refused. The interval is as wide as
+is flagged, its reasons are the predictors that make it so; above {reject:g} % it is refused. The interval is as wide as
 that probability asks for. Log odds where nothing speaks against a stem: {nothing:g}.
 [How it was set, and how it holds](../evidence/photos.md).
 """
@@ -45,7 +45,7 @@ def limits_text() -> str:
     """``docs/analyst/quality-limits.md``: one table a route, in the order in which reasons are listed."""
     from treedgs_geo.stems.cloud.propose.sensors import SENSORS
     from treedgs_geo.stems.quality.findings import TOGETHER
-    from treedgs_geo.stems.quality.limits import DOUBTS, LIMITS, NO_DOUBT, WRONG_CHECK, WRONG_REJECT
+    from treedgs_geo.stems.quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT
 
     points = ", ".join(f"{sensor.least_points} for `{name}`" for name, sensor in SENSORS.items())
     parts = [_HEAD.format(points=points)]
@@ -60,9 +60,9 @@ def limits_text() -> str:
             )
             parts.append(f"| `{limit.reason}` | {limit.measured} | {' | '.join(bounds)} | {limit.source} |")
         if route == "photos":
-            parts.append(_DOUBTS.format(check=100 * WRONG_CHECK, reject=100 * WRONG_REJECT, nothing=NO_DOUBT))
-            rows = (f"| `{reason}` | {measured} | {weight:g} |" for reason, measured, weight in DOUBTS.values())
-            parts.append("| reason | doubt | log odds a unit |\n|---|---|---|\n" + "\n".join(rows))
+            parts.append(_PREDICTORS.format(check=100 * WRONG_CHECK, reject=100 * WRONG_REJECT, nothing=INTERCEPT))
+            rows = (f"| `{reason}` | {measured} | {weight:g} |" for reason, measured, weight in PREDICTORS.values())
+            parts.append("| reason | predictor | log odds a unit |\n|---|---|---|\n" + "\n".join(rows))
     return "\n".join(parts) + "\n"
 
 

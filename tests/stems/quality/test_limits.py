@@ -15,7 +15,7 @@ from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.quality.findings import TOGETHER, Bound, Findings, Limit
-from treedgs_geo.stems.quality.limits import DOUBTS, LIMITS, NO_DOUBT, WRONG_CHECK, WRONG_REJECT, bound_of, judge
+from treedgs_geo.stems.quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT, bound_of, judge
 from treedgs_geo.stems.quality.methods import METHODS, points_method
 from treedgs_geo.stems.quality.reasons import REASONS, explain, split_reasons
 from treedgs_geo.stems.quality.tree import Tree
@@ -87,7 +87,9 @@ def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_ref
                 check, reject = row.check.at(30.0), row.reject.at(30.0)
                 assert check < reject if row.side == "above" else check > reject, (route, row.quantity)
     # The published method's remark and a person's word follow from no measurement; all others have a limit.
-    said = {row.reason for rows in LIMITS.values() for row in rows} | {doubt.reason for doubt in DOUBTS.values()}
+    said = {row.reason for rows in LIMITS.values() for row in rows} | {
+        predictor.reason for predictor in PREDICTORS.values()
+    }
     assert said == set(REASONS) - {"unchecked", "not_found"}
     assert set(TOGETHER) == set(LIMITS)
 
@@ -109,29 +111,29 @@ def test_a_photo_fit_meets_the_table_s_limits():
 
 
 @pytest.mark.parametrize(
-    ("doubt", "amounts"),
+    ("name", "amounts"),
     [
         ("photos", ({"kish": 10}, {"kish": 4.5}, {"kish": 2})),
         ("residual", ({"rms_px": 0.49}, {"rms_px": 0.57}, {"rms_px": 0.64})),
         ("section", ({"oval": 0.02}, {"oval": 0.065}, {"oval": 0.15})),
     ],
 )
-def test_a_doubt_flags_and_then_refuses_by_itself_and_is_the_reason(doubt, amounts):
+def test_a_predictor_flags_and_then_refuses_by_itself_and_is_the_reason(name, amounts):
     seen = [judged(**{"contrast": 2.0, "outline_cm": 29.5} | amount) for amount in amounts]
     assert [flag for flag, *_ in seen] == ["ok", "check", "reject"]
-    assert [reasons for _, reasons, _ in seen] == [(), (DOUBTS[doubt].reason,), (DOUBTS[doubt].reason,)]
+    assert [reasons for _, reasons, _ in seen] == [(), (PREDICTORS[name].reason,), (PREDICTORS[name].reason,)]
     wrong = [wrong for *_, wrong in seen]
     assert wrong[0] < WRONG_CHECK < wrong[1] < WRONG_REJECT < wrong[2]
 
 
-def test_doubts_add_up_in_log_odds_and_what_is_not_known_is_none():
+def test_predictors_add_up_in_log_odds_and_what_is_not_known_is_none():
     def odds(**change) -> float:
         wrong = judged(contrast=2.0, outline_cm=29.0, **change)[2]
         return float(np.log(wrong / (1 - wrong)))
 
-    assert odds(kish=12) == pytest.approx(NO_DOUBT)
+    assert odds(kish=12) == pytest.approx(INTERCEPT)
     assert odds(kish=6, oval=0.04) - odds(kish=6) == pytest.approx(odds(oval=0.04) - odds())
-    assert odds(oval=0.04) - odds() == pytest.approx(DOUBTS["section"].weight * 0.8)
+    assert odds(oval=0.04) - odds() == pytest.approx(PREDICTORS["section"].weight * 0.8)
     # A silhouette of another width and other explanations flag a stem together only, and refuse it where both are many.
     silhouettes = [{"outline_cm": 29.0}, {"outline_cm": 35.0}, {"outline_cm": 39.0}]
     shares = [{"sure": 1.0}, {"sure": 0.5}, {"sure": 0.2}]
@@ -139,7 +141,7 @@ def test_doubts_add_up_in_log_odds_and_what_is_not_known_is_none():
     assert both == [("ok", ()), ("check", ("disagree", "ambiguous")), ("reject", ("disagree", "ambiguous"))]
     assert judged(contrast=2.0, **silhouettes[1])[0] == judged(contrast=2.0, outline_cm=29.0, **shares[1])[0] == "ok"
     nothing = Evidence(dbh_cm=30.0, kish=12)
-    assert set(nothing.doubts().values()) == {0.0} and nothing.doubts().keys() == DOUBTS.keys()
+    assert set(nothing.predictors().values()) == {0.0} and nothing.predictors().keys() == PREDICTORS.keys()
 
 
 def test_a_reason_is_added_once_and_raises_the_flag_only():

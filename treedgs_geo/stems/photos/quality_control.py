@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import expit
 
 from ..quality.findings import Flag
-from ..quality.limits import DOUBTS, LIMITS, NO_DOUBT, WRONG_CHECK, WRONG_REJECT, judge
+from ..quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT, judge
 from .options import PhotoStemOptions
 from .tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, NETWORK_OFFSET_CM, OUTLINE_OFFSET_CM
 
@@ -87,8 +87,8 @@ class Evidence:
         found = {name: getattr(self, name) for name in _LIMITED}
         return found if self.solid else found | {"llr_alone": self.llr, "gap_alone": self.gap}
 
-    def doubts(self) -> dict[str, float]:
-        """How much speaks against the diameter, by the names of :data:`treedgs_geo.stems.quality.limits.DOUBTS`: 0
+    def predictors(self) -> dict[str, float]:
+        """How much speaks against the diameter, by the names of :data:`treedgs_geo.stems.quality.limits.PREDICTORS`: 0
         where nothing does or nothing is known."""
         off = abs(self.outline_off_cm) / max(self.dbh_cm, 1.0)
         found = {
@@ -107,15 +107,15 @@ _LIMITED = {limit.quantity for limit in LIMITS["photos"]} & {item.name for item 
 
 def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...], float]:
     """Flag, reasons, and the probability that the diameter is not the stem's: limits of what decides by itself, and
-    what all doubts together leave open; the reasons are then those that do."""
+    what all predictors together leave open; the reasons are then those that do."""
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
     found = judge("photos", quality.quantities(), quality.dbh_cm, settings)
-    odds = {name: DOUBTS[name].weight * amount for name, amount in quality.doubts().items()}
-    flag, wrong = found.flag("photos"), float(expit(NO_DOUBT + sum(odds.values())))
+    odds = {name: PREDICTORS[name].weight * amount for name, amount in quality.predictors().items()}
+    flag, wrong = found.flag("photos"), float(expit(INTERCEPT + sum(odds.values())))
     if wrong < WRONG_CHECK:
         return flag, found.reasons, wrong
     enough = min(1.0, max(odds.values()))
-    reasons = dict.fromkeys((*found.reasons, *(DOUBTS[name].reason for name in odds if odds[name] >= enough)))
+    reasons = dict.fromkeys((*found.reasons, *(PREDICTORS[name].reason for name in odds if odds[name] >= enough)))
     return "reject" if flag == "reject" or wrong > WRONG_REJECT else "check", tuple(reasons), wrong
 
 

@@ -290,7 +290,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
 }
 
 
-class Doubt(NamedTuple):
+class Predictor(NamedTuple):
     """What may speak against a diameter from photos without deciding anything by itself."""
 
     #: Key of :data:`.reasons.REASONS`.
@@ -303,16 +303,18 @@ class Doubt(NamedTuple):
 
 #: Log odds that a diameter is not the stem's (more than 8 % and 2 cm off, or no stem there) where nothing speaks
 #: against it.
-NO_DOUBT = -6.9
-#: Name -> doubt. Weights and ``NO_DOUBT`` are a logistic regression (no weight negative) over fits of 24 plots, one in
-#: seventeen of them wrong (``docs/results/doubts.json``). Edge score, silhouette, directions, coarse fit, taper,
-#: companions and the ground seen made it hardly better on plots left out, or worse.
-DOUBTS = {
-    "photos": Doubt("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3.5),
-    "residual": Doubt("occluded", "edge residual above 0.49 px, over 0.05 px", 1.9),
-    "outline": Doubt("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 1.0),
-    "section": Doubt("not_round", "section off a circle, over 5 % of its radius", 2.4),
-    "explanations": Doubt("ambiguous", "probability of other explanations with another diameter (selection.py)", 2.1),
+INTERCEPT = -6.9
+#: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over fits of 24 plots,
+#: one in sixteen of them wrong (``docs/results/wrong_diameters.json``). Edge score, silhouette, directions, coarse fit,
+#: taper, companions and the ground seen made it hardly better on plots left out, or worse.
+PREDICTORS = {
+    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3.5),
+    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 1.9),
+    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 1.0),
+    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 2.4),
+    "explanations": Predictor(
+        "ambiguous", "probability of other explanations with another diameter (selection.py)", 2.1
+    ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
 WRONG_CHECK, WRONG_REJECT = 0.02, 0.1

@@ -1,12 +1,12 @@
-"""How probable is it that a diameter from photos is not the stem's? What each doubt weighs, and whether that holds.
+"""How probable is it that a diameter from photos is not the stem's? What each predictor weighs, and whether that holds.
 
-    python -m treedgs_lab.benchmarks.photos.doubts --set DIR [...] --held DIR [...] [--output FILE]
+    python -m treedgs_lab.benchmarks.photos.wrong_diameters --set DIR [...] --held DIR [...] [--output FILE]
 
 DIR: a folder of plots with their truth, and of their workspaces of ``photos-to-dbh``: NAME and NAME_ws. A workspace
 keeps the fits, those that were refused too.
 ``weights``: a logistic regression over the plots that set them, none negative (copied to
-``treedgs_geo.stems.quality.limits.DOUBTS`` by hand; a test compares). ``set``, ``held``: fits by the probability of a
-wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
+``treedgs_geo.stems.quality.limits.PREDICTORS`` by hand; a test compares). ``set``, ``held``: fits by the probability of
+a wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
 RMSE of the others; of the plots that set the weights each by those of all others. A diameter is wrong that is off by
 more than 8 % and 2 cm, or where nothing stands.
 """
@@ -26,7 +26,7 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
 from treedgs_geo.stems.photos.fit_records import read_fits
 from treedgs_geo.stems.photos.tuned import MIN_SPLIT_M
-from treedgs_geo.stems.quality.limits import DOUBTS, NO_DOUBT
+from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
 
@@ -37,7 +37,7 @@ BINS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 
 def fits_of(workspace: Path) -> pd.DataFrame:
-    """One row a fit that is not too thin to matter: its doubts, ``error_cm`` (NaN where nothing stands), ``wrong``."""
+    """One row a fit that is not too thin: its predictors, ``error_cm`` (NaN where nothing stands), ``wrong``."""
     plot = workspace.with_name(workspace.name.removesuffix("_ws"))
     truth, fits = TruePlot.load(plot), read_fits(workspace / "fits.json").fits
     fits = [fit for fit in fits if np.isfinite(fit.evidence.se_cm) and fit.r0 >= MIN_SPLIT_M]
@@ -50,7 +50,7 @@ def fits_of(workspace: Path) -> pd.DataFrame:
         for i, j in pairs:
             true_cm[group[j]] = truth.trees["dbh_cm"].iloc[free[i]]
         free = np.delete(free, [i for i, _ in pairs])
-    rows = pd.DataFrame([fit.evidence.doubts() for fit in fits])
+    rows = pd.DataFrame([fit.evidence.predictors() for fit in fits])
     rows["plot"], rows["error_cm"] = plot.name, [fit.dbh_cm for fit in fits] - true_cm
     off = np.abs(rows["error_cm"])
     rows["wrong"] = ~((off <= WRONG_CM) | (off <= WRONG_SHARE * true_cm))
@@ -59,8 +59,8 @@ def fits_of(workspace: Path) -> pd.DataFrame:
 
 
 def regression(fits: pd.DataFrame) -> np.ndarray:
-    """(1 + doubts,) log odds where nothing speaks against a stem, and what a unit of each doubt adds."""
-    amount, wrong = fits[list(DOUBTS)].to_numpy(), fits["wrong"].to_numpy(float)
+    """(1 + predictors,) intercept and weights, log odds."""
+    amount, wrong = fits[list(PREDICTORS)].to_numpy(), fits["wrong"].to_numpy(float)
 
     def loss(b: np.ndarray) -> tuple[float, np.ndarray]:
         odds = b[0] + amount @ b[1:]
@@ -68,13 +68,13 @@ def regression(fits: pd.DataFrame) -> np.ndarray:
         value = np.logaddexp(0, odds).sum() - wrong @ odds + 0.5 * RIDGE * (b[1:] ** 2).sum()
         return value, np.r_[off.sum(), amount.T @ off + RIDGE * b[1:]]
 
-    bounds = [(None, None), *[(0.0, None)] * len(DOUBTS)]
-    return minimize(loss, np.r_[-4.0, np.ones(len(DOUBTS))], jac=True, bounds=bounds).x
+    bounds = [(None, None), *[(0.0, None)] * len(PREDICTORS)]
+    return minimize(loss, np.r_[-4.0, np.ones(len(PREDICTORS))], jac=True, bounds=bounds).x
 
 
 def probabilities(fits: pd.DataFrame, weights: np.ndarray) -> np.ndarray:
     """(N,) of a wrong diameter."""
-    return expit(weights[0] + fits[list(DOUBTS)].to_numpy() @ weights[1:])
+    return expit(weights[0] + fits[list(PREDICTORS)].to_numpy() @ weights[1:])
 
 
 def calibration(fits: pd.DataFrame, wrong: np.ndarray) -> list[dict]:
@@ -98,7 +98,7 @@ def calibration(fits: pd.DataFrame, wrong: np.ndarray) -> list[dict]:
 
 def main() -> int:
     """Set the weights, and see whether they hold."""
-    parser = argparse.ArgumentParser(description="weights of the doubts about a diameter from photos")
+    parser = argparse.ArgumentParser(description="weights of the predictors of a wrong diameter from photos")
     for name in ("set", "held"):
         parser.add_argument(f"--{name}", nargs="+", type=Path, required=True, metavar="DIR")
     parser.add_argument("--output", type=Path)
@@ -114,10 +114,10 @@ def main() -> int:
     record = {
         "what": "probability that a diameter from photos is not the stem's",
         "plots": {"set": setting["plot"].nunique(), "held": held["plot"].nunique()},
-        "no_doubt": float(weights[0]),
-        "weights": dict(zip(DOUBTS, weights[1:].tolist(), strict=True)),
+        "intercept": float(weights[0]),
+        "weights": dict(zip(PREDICTORS, weights[1:].tolist(), strict=True)),
         "set": calibration(setting, left_out),
-        "held": calibration(held, probabilities(held, np.array([NO_DOUBT, *(d.weight for d in DOUBTS.values())]))),
+        "held": calibration(held, probabilities(held, np.array([INTERCEPT, *(d.weight for d in PREDICTORS.values())]))),
     }
     write_record(args.output, record)
     return 0

@@ -1,4 +1,4 @@
-"""What doubts weigh: set by fits with their truth, and those that the library has are those of the record."""
+"""What predictors weigh: set by fits with their truth, and those that the library has are those of the record."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from clear_fit import clear_photo_fit
 
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.stems.photos.fit_records import KeptFits, write_fits
-from treedgs_geo.stems.quality.limits import DOUBTS, NO_DOUBT
-from treedgs_lab.benchmarks.photos.doubts import calibration, fits_of, probabilities, regression
+from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
+from treedgs_lab.benchmarks.photos.wrong_diameters import calibration, fits_of, probabilities, regression
 from treedgs_lab.benchmarks.records import RESULTS
 
 
 def drawn(weights: np.ndarray, count: int = 4000) -> pd.DataFrame:
-    """Fits whose doubts and diameters are drawn by these weights."""
+    """Fits whose predictors and diameters are drawn by these weights."""
     rng = np.random.default_rng(3)
-    fits = pd.DataFrame(rng.exponential(0.6, (count, len(DOUBTS))), columns=list(DOUBTS))
+    fits = pd.DataFrame(rng.exponential(0.6, (count, len(PREDICTORS))), columns=list(PREDICTORS))
     fits["wrong"] = rng.uniform(size=count) < probabilities(fits, weights)
     fits["error_cm"] = np.where(fits["wrong"], 9.0, 0.5)
     return fits
 
 
-def test_the_regression_finds_what_each_doubt_weighs_and_none_is_negative():
+def test_the_regression_finds_what_each_predictor_weighs_and_none_is_negative():
     true = np.array([-4.0, 2.0, 1.0, 0.5, 1.5, -1.0])
     found = regression(drawn(true))
     assert found[:-1] == pytest.approx(true[:-1], abs=0.35) and found[-1] == 0.0
@@ -57,6 +57,6 @@ def test_a_fit_is_wrong_that_is_far_off_or_where_nothing_stands(plot, tmp_path):
 
 
 def test_the_library_has_the_weights_of_the_record():
-    record = json.loads((RESULTS / "doubts.json").read_text(encoding="utf-8"))
-    assert record["no_doubt"] == NO_DOUBT
-    assert record["weights"] == {name: doubt.weight for name, doubt in DOUBTS.items()}
+    record = json.loads((RESULTS / "wrong_diameters.json").read_text(encoding="utf-8"))
+    assert record["intercept"] == INTERCEPT
+    assert record["weights"] == {name: predictor.weight for name, predictor in PREDICTORS.items()}
