@@ -30,9 +30,8 @@ from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
 
-WRONG_SHARE, WRONG_CM = 0.08, 2.0
 #: Ridge of the regression: of 0.3, 1, 2 and 4 the best on plots left out.
-RIDGE = 0.3
+WRONG_SHARE, WRONG_CM, RIDGE = 0.08, 2.0, 0.3
 BINS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 
@@ -112,7 +111,6 @@ def main() -> int:
         left_out[own.index] = probabilities(own, regression(setting[setting["plot"] != plot]))
     weights = np.round(regression(setting), 1)
     record = {
-        "what": "probability that a diameter from photos is not the stem's",
         "plots": {"set": setting["plot"].nunique(), "held": held["plot"].nunique()},
         "intercept": float(weights[0]),
         "weights": dict(zip(PREDICTORS, weights[1:].tolist(), strict=True)),
