@@ -51,7 +51,8 @@ def limits_text() -> str:
     parts = [_HEAD.format(points=points)]
     for route, limits in LIMITS.items():
         parts.append(f"\n## {_TITLES[route]}\n")
-        parts.append(f"{TOGETHER[route]} independent reasons for `check` refuse the tree together.\n")
+        if route in TOGETHER:
+            parts.append(f"{TOGETHER[route]} independent reasons for `check` refuse the tree together.\n")
         parts.append("| reason | measured | `check` | `reject` | set on |\n|---|---|---|---|---|")
         for limit in limits:
             bounds = (

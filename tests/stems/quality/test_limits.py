@@ -56,7 +56,7 @@ def test_reasons_come_in_the_order_of_the_table_those_that_refuse_first():
     assert (found.refused, found.flagged) == (("wide_error",), ("short_arc", "lean"))
     assert found.reasons == ("wide_error", "short_arc", "lean") and found.flag("points") == "reject"
     more = judge("photos", {"arc_deg": 50}) + judge("photos", {"through": 0.3})
-    assert more.flag("photos") == "reject" and Findings().flag("points") == "ok"
+    assert more.flag("photos") == "check" and Findings().flag("points") == "ok"
 
 
 def test_the_same_reason_from_two_quantities_counts_once():
@@ -91,7 +91,7 @@ def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_ref
         predictor.reason for predictor in PREDICTORS.values()
     }
     assert said == set(REASONS) - {"unchecked", "not_found"}
-    assert set(TOGETHER) == set(LIMITS)
+    assert set(TOGETHER) == set(LIMITS) - {"photos"}  # there a probability adds up
 
 
 def judged(**change) -> tuple[str, tuple[str, ...], float]:

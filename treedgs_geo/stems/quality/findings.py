@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -13,9 +14,10 @@ Flag = Literal["ok", "check", "reject"]
 Route = Literal["photos", "points", "survey"]
 Settings = Mapping[str, float]
 
-#: So many reasons that flag refuse a tree together: one is for the forester to look at, several at once are how wrong
-#: explanations of photos look, and were gross errors in sparse clouds more often than not.
-TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "survey": 3}
+#: So many reasons that flag refuse a tree together: one is for the forester to look at, several at once were gross
+#: errors in sparse clouds more often than not. Of photos a probability adds up what speaks against a stem
+#: (:data:`.limits.PREDICTORS`).
+TOGETHER: dict[Route, int] = {"points": 3, "survey": 3}
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,6 @@ class Findings:
 
     def flag(self, route: Route) -> Flag:
         """``reject`` where one reason refuses or several flag (:data:`TOGETHER`)."""
-        if self.refused or len(self.flagged) >= TOGETHER[route]:
+        if self.refused or len(self.flagged) >= TOGETHER.get(route, math.inf):
             return "reject"
         return "check" if self.flagged else "ok"
