@@ -165,7 +165,7 @@ def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_no
 
 
 def test_a_stem_refused_at_the_first_look_is_flagged_at_the_second(fits):
-    accepted = with_changes(nearest(fits, ALONE), flag="ok", reasons=())
+    accepted = with_changes(nearest(fits, ALONE), flag="ok")
     refused = with_changes(accepted, flag="reject", reasons=("few_views",))
     elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
     upright = with_changes(refused, axis=replace(refused.axis, s=refused.axis.s + 0.2), dbh_cm=10.0)

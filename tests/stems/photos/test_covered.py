@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from clear_fit import clear_photo_fit, with_changes
 
-from treedgs_geo.stems.photos.evidence.ivy import with_cover
 from treedgs_geo.stems.photos.low_confidence import may_be_settled
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
@@ -26,24 +25,24 @@ FIT = replace(CLEAR_FIT, axis=replace(CLEAR_FIT.axis, p=np.zeros(2)))
     ("share", "flag"), [(0.0, "ok"), (0.2, "ok"), (0.21, "check"), (0.35, "check"), (0.36, "reject"), (np.nan, "ok")]
 )
 def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
-    judged = with_cover(FIT, share)
+    judged = FIT.knowing(covered=share)
     assert judged.flag == flag and (judged.reasons == ("covered",)) == (flag != "ok")
-    if flag == "check":
-        assert judged.se_cm == pytest.approx(np.hypot(0.5, COVER_CM * share))
-        assert judged.assessment.lo_cm == 30 - COVER_CM and judged.assessment.hi_cm > 30 + 1.6 * judged.se_cm
+    if flag == "check":  # the interval reaches the stem under the ivy, on that side only
+        assert judged.assessment.lo_cm == pytest.approx(30 - COVER_CM, abs=0.3)
+        assert judged.assessment.hi_cm == pytest.approx(FIT.assessment.hi_cm, abs=0.2)
 
 
-def test_a_wider_interval_of_before_is_kept():
-    judged = with_cover(with_changes(FIT, flag="check", reasons=("ambiguous",), lo_cm=12.0, hi_cm=31.0), 0.25)
-    assert judged.reasons == ("ambiguous", "covered")
-    assert judged.assessment.lo_cm == 12.0 and judged.assessment.hi_cm > 35
+def test_all_that_is_open_lies_in_the_interval():
+    judged = FIT.knowing(rivals_cm=(36.0,), covered=0.25)
+    assert set(judged.reasons) == {"ambiguous", "covered"}
+    assert judged.assessment.lo_cm < 14.5 and judged.assessment.hi_cm > 35.5
 
 
 def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():
-    judged = with_cover(with_changes(FIT, flag="reject", reasons=("disagree",)), 0.25)
-    assert judged.flag == "reject" and judged.reasons == ("disagree", "covered") and judged.se_cm == FIT.se_cm
-    assert not may_be_settled(with_changes(judged, contrast=2.0))
-    assert may_be_settled(with_changes(judged, reasons=("disagree",), contrast=2.0))
+    refused = with_changes(FIT, flag="reject", reasons=("disagree",), contrast=2.0)
+    judged = refused.knowing(covered=0.25)
+    assert judged.flag == "reject" and judged.reasons == ("disagree", "covered")
+    assert may_be_settled(refused) and not may_be_settled(judged)
 
 
 def test_stems_under_ivy_are_refused_or_inside_their_interval_and_the_others_measured_as_before(tmp_path):

@@ -59,15 +59,15 @@ def test_where_it_was_measured_is_kept(fits):
     assert again.carried and again.reasons == hidden.reasons and again.dbh_cm == hidden.dbh_cm
 
 
-def clear_stem(slope, flag="ok", carried=False):
-    return clear_photo_fit(0.0, 30.0, r1=slope, flag=flag, carried=carried)
+def clear_stem(slope, **changed):
+    return clear_photo_fit(0.0, 30.0, **changed | {"r1": slope})
 
 
 def test_without_other_stems_the_usual_taper_carries():
     alone = stand_taper([])
     assert alone.slope == USUAL_TAPER and alone.sd == pytest.approx(np.sqrt(2) * TAPER_SD)
     # Flagged and carried ones say nothing of the stand.
-    assert stand_taper([clear_stem(-0.001, flag="check"), clear_stem(-0.001, carried=True)]) == alone
+    assert stand_taper([clear_stem(-0.001, flag="check"), clear_stem(-0.001, carried_m=2.0)]) == alone
 
 
 def test_the_stand_says_by_how_much_a_diameter_grows_on_the_way_down():

@@ -109,7 +109,7 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
     assert all(a is b for k, (a, b) in enumerate(zip(after, fits, strict=True)) if k != good)
     assert settled(scene, fits, most_asked=0) is fits and settled(scene, others) is others
     # To silhouettes two stems that touch are one.
-    touched = [*others[:good], with_changes(wrong, reasons=("ambiguous", "merged")), *others[good + 1 :]]
+    touched = [*others[:good], with_changes(wrong, flag="check", reasons=("ambiguous", "merged")), *others[good + 1 :]]
     assert settled(scene, touched) is touched
     # The same stem twice, of which one may be asked about: the clearer one.
     two = [*fits, with_changes(wrong, axis=replace(wrong.axis, p=fit.axis.p + [3.0, 0.0]), llr=wrong.evidence.llr - 1)]
@@ -121,7 +121,7 @@ def test_what_no_look_at_the_same_photos_can_settle_is_left_alone():
     assert may_be_settled(unsure) and may_be_settled(with_changes(unsure, flag="reject"))
     assert not may_be_settled(clear_photo_fit(0.0, 30.0))
     for reason in sorted(HOPELESS):
-        assert not may_be_settled(with_changes(unsure, reasons=("ambiguous", reason)))
+        assert not may_be_settled(with_changes(unsure, flag="reject", reasons=(reason,)))
     faint = with_changes(unsure, llr=39.0, contrast=0.6)
     assert not may_be_settled(faint) and may_be_settled(with_changes(faint, contrast=0.8))
     assert not may_be_settled(with_changes(faint, contrast=np.nan)) and may_be_settled(with_changes(faint, llr=41.0))

@@ -6,18 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import clear_photo_fit
+from clear_fit import CLEAR, clear_photo_fit
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed
-from treedgs_geo.stems.photos.evidence.diameter_uncertainty import Mixture, Others
+from treedgs_geo.stems.photos.evidence.other_explanations import companion_share, other_explanations
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Choice, Explanation
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
-from treedgs_geo.stems.photos.quality_control import companion_share
-from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, PAIR_SE_CM, WRONG_SD
+from treedgs_geo.stems.photos.quality_control import Evidence, explanations
+from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, OPEN_SHARE, PAIR_SE_CM, WRONG_SD
+from treedgs_geo.stems.quality.mixture import Mixture
 from treedgs_geo.stems.quality.tree import Tree, with_block_errors
 
 
@@ -35,11 +36,11 @@ def choice(*dbh_and_share: tuple[float, float]) -> Choice:
 
 def test_one_explanation_is_the_plain_interval():
     one = Mixture(np.ones(1), np.array([30.0]), np.array([0.5]))
-    assert one.interval_cm(30.0) == pytest.approx((30 - HALF_WIDTH_SE * 0.5, 30 + HALF_WIDTH_SE * 0.5), abs=0.01)
+    assert one.interval_cm == pytest.approx((30 - HALF_WIDTH_SE * 0.5, 30 + HALF_WIDTH_SE * 0.5), abs=0.01)
 
 
 def test_a_rival_pulls_its_side_of_the_interval_only():
-    low, high = Mixture(np.array([0.8, 0.2]), np.array([62.9, 56.7]), np.array([0.4, 0.4])).interval_cm(62.9)
+    low, high = Mixture(np.array([0.8, 0.2]), np.array([62.9, 56.7]), np.array([0.4, 0.4])).interval_cm
     assert low < 56.7 < 62.9 < high < 64.0
 
 
@@ -48,7 +49,7 @@ def test_the_interval_holds_as_often_as_it_says():
     rng = np.random.default_rng(5)
     of = rng.choice(3, size=20000, p=mixture.share)
     truth = rng.normal(mixture.dbh_cm[of], mixture.se_cm[of])
-    low, high = mixture.interval_cm(30.0)
+    low, high = mixture.interval_cm
     assert np.mean((truth > low) & (truth < high)) == pytest.approx(0.9, abs=0.01)
 
 
@@ -59,33 +60,44 @@ def test_shares_of_a_possible_companion_follow_its_evidence():
     assert companion_share(0.0) < 1e-3
 
 
+def mixture(others, wrong=0.12, besides=()):
+    return explanations(Evidence(**CLEAR | {"dbh_cm": 30.2, "others": others}), wrong, besides)
+
+
 def test_what_is_wrong_lies_half_at_the_other_explanations_and_half_anywhere():
-    mixture = Others(choice((30.0, 0.7), (41.0, 0.2), (22.0, 0.1)), None, 20.0).mixture(30.2, 0.5, 0.12)
-    assert mixture.share.sum() == pytest.approx(1.0) and mixture.dbh_cm[:2] == pytest.approx([30.2, 30.2])
-    assert mixture.share[:2] == pytest.approx([0.88, 0.06]) and mixture.se_cm[:2] == pytest.approx(
-        [0.5, WRONG_SD * 30.2]
-    )
+    several = mixture(other_explanations(choice((30.0, 0.7), (41.0, 0.2), (22.0, 0.1)), None, 20.0, 30.2, 0.5, 0.0))
+    assert several.share.sum() == pytest.approx(1.0) and several.dbh_cm[:2] == pytest.approx([30.2, 30.2])
+    assert several.share[:2] == pytest.approx([0.88, 0.06])
+    assert several.se_cm[:2] == pytest.approx([0.5, WRONG_SD * 30.2])
     # Those others by their probabilities; the one that was taken is not among them.
-    assert mixture.share[2:] == pytest.approx([0.0, 0.04, 0.02]) and mixture.dbh_cm[3:] == pytest.approx([41.0, 22.0])
-    alone = Others(choice((30.0, 1.0)), None, 20.0).mixture(30.2, 0.5, 0.12)
-    assert alone.share == pytest.approx([0.88, 0.12, 0.0])
+    assert several.share[2:] == pytest.approx([0.04, 0.02]) and several.dbh_cm[2:] == pytest.approx([41.0, 22.0])
+    alone = mixture(other_explanations(choice((30.0, 1.0)), None, 20.0, 30.2, 0.5, 0.0))
+    assert alone.share == pytest.approx([0.88, 0.12])
 
 
 def test_the_interval_grows_with_the_probability_that_the_diameter_is_wrong():
-    others = Others(choice((30.0, 0.7), (22.0, 0.3)), None, 20.0)
-    wide = [np.subtract(*others.mixture(30.0, 0.5, wrong).interval_cm(30.0)[::-1]) for wrong in (0.0, 0.01, 0.05, 0.1)]
-    assert wide[0] == pytest.approx(2 * HALF_WIDTH_SE * 0.5, abs=0.02) and wide[1] < 1.1 * wide[0]
+    others = other_explanations(choice((30.0, 0.7), (22.0, 0.3)), None, 20.0, 30.2, 0.5, 0.0)
+    wide = [2 * mixture(others, wrong).se_of_interval_cm for wrong in (0.0, 0.01, 0.05, 0.1)]
+    assert wide[0] == pytest.approx(2 * 0.5, abs=0.02) and wide[1] < 1.1 * wide[0]
     assert np.all(np.diff(wide) > 0) and wide[3] > 1.5 * wide[0]
-    assert others.mixture(30.0, 0.5, 0.12).interval_cm(30.0)[0] < 22.5  # towards the other explanation
+    assert mixture(others).interval_cm[0] < 22.5  # towards the other explanation
+
+
+def test_the_interval_reaches_what_is_open_besides():
+    one_sided = mixture((), 0.0, [24.0])
+    assert one_sided.share[[0, -1]] == pytest.approx([1 - OPEN_SHARE, OPEN_SHARE])
+    assert one_sided.interval_cm == pytest.approx((24.0, 30.2 + HALF_WIDTH_SE * 0.5), abs=0.1)
 
 
 def test_a_stem_that_may_be_touched_has_the_reading_with_the_companion_among_the_others():
     singles, pair = choice((30.0, 1.0)), explanation(24.0)
-    unsure = Others(singles, pair, 50.0).mixture(30.1, 0.4, 0.1)
-    assert unsure.share == pytest.approx([0.9, 0.05, 0.0, 0.05]) and unsure.dbh_cm[3] == pytest.approx(24.0)
-    taken = Others(singles, pair, 80.0).mixture(24.2, 1.1, 0.1, soft_cm=1.0)
-    assert taken.share == pytest.approx([0.9, 0.05, 0.05, 0.0]) and taken.dbh_cm[2] == pytest.approx(30.0)
-    assert taken.se_cm[3] == pytest.approx(np.hypot(PAIR_SE_CM, 1.0))
+    ((share, off_cm, _),) = other_explanations(singles, pair, 50.0, 30.1, 0.4, 0.0)
+    assert (share, off_cm) == pytest.approx((1.0, -6.1))
+    ((_, off_cm, se_cm),) = other_explanations(singles, pair, 80.0, 24.2, 1.1, 1.0)
+    assert (off_cm, se_cm) == pytest.approx((5.8, 1.1))
+    both = other_explanations(choice((30.0, 0.6), (41.0, 0.4)), pair, 50.0, 30.0, 0.4, 1.0)
+    assert [other.off_cm for other in both] == pytest.approx([11.0, -6.0])
+    assert both[1].se_cm == pytest.approx(np.hypot(PAIR_SE_CM, 1.0)) and sum(other.share for other in both) == 1.0
 
 
 def test_errors_that_a_plot_shares_widen_each_side_by_itself():
@@ -101,8 +113,7 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
 
 
 def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
-    reasons = ("merged",) if gain > GAIN_LOW_CONFIDENCE else ()
-    return clear_photo_fit(x, dbh_cm, flag=flag, reasons=reasons, llr=llr, gain=gain)
+    return clear_photo_fit(x, dbh_cm, flag=flag if gain <= GAIN_LOW_CONFIDENCE else "", llr=llr, gain=gain, contrast=2.0)
 
 
 def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():
@@ -115,7 +126,7 @@ def test_a_rival_from_another_seed_is_in_the_interval():
     kept = merge([rival, beside, better])
     assert len(kept) == 2 and kept[1] == beside
     assert kept[0].dbh_cm == 30.0 and kept[0].flag == "check" and "ambiguous" in kept[0].reasons
-    assert kept[0].assessment.hi_cm > 33.0 and kept[0].se_cm == pytest.approx(np.hypot(0.5, 2.0))
+    assert kept[0].assessment.hi_cm == pytest.approx(34.0, abs=0.3) and kept[0].se_cm > 1.0
     assert merge([better, fitted(34.0, 80.0)]) == [better] and merge([better, fitted(30.5, 110.0)]) == [better]
 
 
@@ -126,7 +137,7 @@ def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
     assert not_swallowed([both], twins) == twins
     # One alone: which of the two explanations is right stays open, and so does the diameter.
     (left,) = not_swallowed([both], twins[:1])
-    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.assessment.lo_cm <= 30.5 and left.se_cm > 16
+    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.assessment.lo_cm <= 30.5
     # With fewer edges, not certain, as thick, or beside it: the stem stays as it is.
     for others in (
         [fitted(30.5, 60.0, 0.0, "ok")],

@@ -77,9 +77,9 @@ def test_halves_fill_their_disc_in_one_direction():
 
 
 def test_what_the_gain_means_for_the_tree():
-    flags = [quality_control(Evidence(**CLEAR, twins=gain), OPTIONS) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
+    flags = [quality_control(Evidence(**CLEAR, twins=gain)) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
     assert [flag for flag, *_ in flags] == ["ok", "ok", "ok", "check", "reject"]
     assert flags[-1][1] == ("merged",)
-    shares = [quality_control(Evidence(**CLEAR, twins_share=share), OPTIONS) for share in (0.0, 0.24, 0.26)]
+    shares = [quality_control(Evidence(**CLEAR, twins_share=share)) for share in (0.0, 0.24, 0.26)]
     assert [flag for flag, *_ in shares] == ["ok", "ok", "check"] and shares[-1][1] == ("merged",)
-    assert Evidence(**CLEAR, twins_share=0.26).twins_likely and not Evidence(**CLEAR, twins_share=0.24).twins_likely
+    assert Evidence(**CLEAR, twins_share=0.26).open_cm == [12.0] and not Evidence(**CLEAR, twins_share=0.24).open_cm

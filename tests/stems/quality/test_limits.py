@@ -12,7 +12,6 @@ import pytest
 from clear_fit import CLEAR
 
 from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
-from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.quality_control import Evidence, quality_control
 from treedgs_geo.stems.quality.findings import TOGETHER, Bound, Findings, Limit
 from treedgs_geo.stems.quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT, bound_of, judge
@@ -96,7 +95,7 @@ def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_ref
 
 def judged(**change) -> tuple[str, tuple[str, ...], float]:
     """Flag, reasons and probability of a wrong diameter of a clear photo fit with other evidence."""
-    return quality_control(Evidence(**CLEAR | change), PhotoStemOptions())
+    return quality_control(Evidence(**CLEAR | {"min_dbh_cm": 7.5} | change))
 
 
 def test_a_photo_fit_meets_the_table_s_limits():

@@ -41,7 +41,8 @@ def test_evidence_flags_widens_and_reaches_another_reading():
     assert (stated.flag, stated.reasons) == ("check", ("covered",))
     assert stated.se_cm == pytest.approx(np.hypot(0.5, 2.0))
     assert stated.lo_cm == pytest.approx(30 - 1.645 * stated.se_cm, abs=0.01) and stated.hi_cm == 36.0
-    assert Assessment(30.0, 3.0).widened(4.0) == Assessment(30.0, 5.0)
+    assert Assessment(30.0, 3.0, 27.0, 33.0).widened(4.0) == Assessment(30.0, 5.0, 25.0, 35.0)
+    assert Assessment(30.0, 3.0).widened(4.0).se_cm == 5.0
     # An interval of before is kept; nothing found changes nothing; a reason is listed once.
     assert Assessment(30.0, 0.5, 12.0, 31.0).adding(ivy, 2.0).lo_cm == 12.0
     assert stated.adding(Findings(), 5.0) is stated

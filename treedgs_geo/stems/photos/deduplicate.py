@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..quality.limits import judge
 from .fit.photo_fit import PhotoFit
 from .tuned import APART_M, CLEAR_LLR, FEW_LLR, GAIN_MERGED, GAP_LLR, LEAD_LLR, SAME_DBH, SAME_LEAN, THINNER
 
@@ -27,8 +26,7 @@ def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoF
     """The fits that the network had a word on, less stems that swallow others: to it two stems side by side may be one.
 
     by_edges: what edges alone gave. Where two certain thinner ones of these stand within a fit and have more edges
-    between them, they take its place; one alone leaves the fit ``ambiguous``, with half of the difference in its error,
-    and refused where that leaves the diameter open.
+    between them, they take its place; one alone leaves the fit ``ambiguous``.
     """
     sure = [fit for fit in by_edges if fit.flag == "ok"]
     out: list[PhotoFit] = []
@@ -43,7 +41,7 @@ def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoF
         elif len(inside) > 1:
             out += inside
         else:
-            out.append(with_rival(fit, inside[0].dbh_cm))
+            out.append(fit.with_rival(inside[0].dbh_cm))
     return out
 
 
@@ -59,7 +57,7 @@ def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[Phot
         ]
         if any(abs(fit.dbh_cm - other.dbh_cm) > SAME_DBH.at(fit.dbh_cm) for other in before):
             continue
-        kept.append(with_rival(fit, fit.dbh_cm) if before and fit.flag == "ok" else fit)
+        kept.append(fit.with_rival(fit.dbh_cm) if before and fit.flag == "ok" else fit)
     return kept
 
 
@@ -70,7 +68,7 @@ def one_stem(apart_m: float, one_m: float, other_m: float) -> bool:
 
 def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
     """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
-    good and reads another diameter widens the error of the better one by half of the difference."""
+    good and reads another diameter stays open beside the better one."""
     kept: list[PhotoFit] = []
     for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
         near = [n for n, k in enumerate(kept) if one_stem(np.hypot(*(fit.axis.p - k.axis.p)), fit.r0, k.r0)]
@@ -81,14 +79,8 @@ def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
         apart = abs(fit.dbh_cm - best.dbh_cm)
         rival = fit.measured and single_llr(fit) > single_llr(best) - LEAD_LLR
         if rival and apart > SAME_DBH.at(best.dbh_cm):
-            kept[near[0]] = with_rival(best, fit.dbh_cm)
+            kept[near[0]] = best.with_rival(fit.dbh_cm)
     return kept
-
-
-def with_rival(fit: PhotoFit, other_cm: float) -> PhotoFit:
-    """The fit with another look's diameter of the stem, cm: ``ambiguous``, half of the difference in its error."""
-    found = judge("photos", {"rivals": 1})
-    return fit.assessed(fit.assessment.adding(found, 0.5 * abs(fit.dbh_cm - other_cm), other_cm))
 
 
 def single_llr(fit: PhotoFit) -> float:

@@ -10,10 +10,9 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.files import read_json, write_json
-from ..quality.assessment import Assessment
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
-from .quality_control import Evidence
+from .quality_control import Evidence, OtherExplanation
 from .tile_calibration import Look
 
 
@@ -30,13 +29,13 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
     Raises:
         KeyError, TypeError, ValueError: another record.
     """
-    axis, evidence, stated = (_numbers(record[name]) for name in ("axis", "evidence", "assessment"))
+    axis, evidence = (_numbers(record[name]) for name in ("axis", "evidence"))
+    others = tuple(OtherExplanation(*other) for other in evidence["others"])
     p, s, c = (np.array(axis[name], float) for name in ("p", "s", "c"))
     east, north = record["oval"]
     parts = {
         "axis": StemAxis(p, s, c, float(axis["ground_z"]), float(axis["bh_m"])),
-        "evidence": Evidence(**evidence),
-        "assessment": Assessment(**stated | {"reasons": tuple(stated["reasons"])}),
+        "evidence": Evidence(**evidence | {"others": others, "rivals_cm": tuple(evidence["rivals_cm"])}),
         "seen": np.array(record["seen"], float),
         "photos": tuple(record["photos"]),
         "oval": (float(east), float(north)),

@@ -1,4 +1,4 @@
-"""From the explanation that was chosen to a stem with its error, flag and reasons."""
+"""From the explanation that was chosen to a stem with its error and the evidence about it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.intervals import HALF_WIDTH_SE
-from ..quality.assessment import Assessment
-from ..quality.limits import judge
 from ..quality.priors import SECTION_SD
-from .evidence.diameter_uncertainty import Others
 from .evidence.double_stem import NO_TWINS, Twins
 from .evidence.error_budget import (
     azimuth_spread,
@@ -20,7 +16,8 @@ from .evidence.error_budget import (
     standard_error_cm,
     taper_error_cm,
 )
-from .evidence.opacity_test import ground_correlation, share_through
+from .evidence.opacity_test import ground_correlation, showing_ground
+from .evidence.other_explanations import other_explanations
 from .evidence.surface import surface_likeness
 from .evidence.upper_band import averaged
 from .fit.breast_height import breast_height, moved
@@ -28,7 +25,7 @@ from .fit.edge_adjustment import FineFit
 from .fit.null_model import BREAST, Bands
 from .fit.photo_fit import PhotoFit, seen_probability
 from .fit.search import Null, Prior
-from .fit.selection import Explanation
+from .fit.selection import Choice, Explanation
 from .images.axis_patches import StemAxis
 from .images.background import Backdrop, Silhouette
 from .images.crops import FX, GroundGrid, PhotoStack
@@ -36,8 +33,8 @@ from .images.sharpness import clipped_px
 from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
-from .quality_control import Evidence, quality_control
-from .tuned import LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, PARTS, SEEN_MEAN_Z
+from .quality_control import Evidence
+from .tuned import LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, SEEN_MEAN_Z
 
 
 @dataclass
@@ -61,7 +58,8 @@ class Shared:
 
 class Fitted(NamedTuple):
     """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain: as of
-    :class:`.fit.photo_fit.PhotoFit`; silhouette: of the place; others: what else was tried; above_cm: the
+    :class:`.quality_control.Evidence`; silhouette: of the place; choice: among single discs, ``None`` in a first look,
+    which weighs nothing yet; touched: the place as a stem that another one touches, if that was tried; above_cm: the
     diameter read farther up, brought down, NaN where there is none; twins: full stems instead of it."""
 
     best: Explanation
@@ -70,7 +68,8 @@ class Fitted(NamedTuple):
     sure: float = np.nan
     silhouette: Silhouette | None = None
     gain: float = 0.0
-    others: Others | None = None
+    choice: Choice | None = None
+    touched: Explanation | None = None
     above_cm: float = np.nan
     twins: Twins = NO_TWINS
 
@@ -88,6 +87,9 @@ class Found(NamedTuple):
     foot_z: float
     #: Radius at breast height, m.
     r0: float
+    #: Standard error of the diameter before anything speaks against it, cm, and what of it soft photos make.
+    se_cm: float
+    soft_cm: float
     #: (V,) weight of each photo; (V,) bool, it shows the stem clearly.
     weight: np.ndarray
     clear: np.ndarray
@@ -108,11 +110,14 @@ def by_edges(found: Found) -> dict[str, float]:
     }
 
 
-def by_selection(found: Found) -> dict[str, float]:
+def by_selection(found: Found) -> dict[str, Any]:
     """What the other explanations of the place say."""
     chosen = found.chosen
-    against_cm = 0.0 if chosen.others is None else chosen.others.choice.against_cm
-    return {"gap": chosen.gap, "sure": chosen.sure, "against_cm": against_cm}
+    numbers: dict[str, Any] = {"gap": chosen.gap, "sure": chosen.sure}
+    if chosen.choice is None:
+        return numbers
+    tried = chosen.choice, chosen.touched, chosen.gain
+    return numbers | {"others": other_explanations(*tried, 200 * found.r0, found.se_cm, found.soft_cm)}
 
 
 def by_companions(found: Found) -> dict[str, float]:
@@ -137,13 +142,13 @@ def by_opacity(found: Found) -> dict[str, float]:
         return {}
     radius = found.r0, found.fine.r1
     seen = ground_correlation(shared.stack, shared.ground, shared.backdrop, found.axis, radius, shared.bands.fine)
-    return {"through": share_through(seen, int(found.clear.sum()))}
+    return {"n_through": showing_ground(seen)}
 
 
 def by_surface(found: Found) -> dict[str, float]:
-    """Where no ground is seen behind it: whether what its edges enclose is bark. A first look weighs nothing yet."""
+    """Where no ground is seen behind it: whether what its edges enclose is bark."""
     shared, seen = found.shared, seen_probability(found.chosen.best.z)
-    if shared.backdrop is not None or found.chosen.others is None:
+    if shared.backdrop is not None or found.chosen.choice is None:
         return {}
     radius = found.r0, found.fine.r1
     alike, lead = surface_likeness(shared.stack, found.axis, radius, shared.bands.fine, seen)
@@ -160,7 +165,7 @@ EVIDENCE = (by_edges, by_selection, by_companions, by_silhouette, by_opacity, by
 
 
 def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
-    """The stem of an explanation: its diameter and error, the evidence about it, flag and reasons."""
+    """The stem of an explanation: its diameter and error, and the evidence about it."""
     best = chosen.best
     clear = best.z > SEEN_MEAN_Z
     weight = chosen.fine.view_weight * seen_probability(best.z)
@@ -170,33 +175,27 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
     fine, se = averaged(chosen.fine, error_cm(shared, best, chosen.fine, weight), chosen.above_cm)
     se = float(np.hypot(se, soft_cm))  # of both readings alike
     dq, foot_z = breast_height(fine.axis, fine.r0, shared.ground)
-    found = Found(shared, chosen, fine, moved(fine.axis, dq), foot_z, fine.r0 + fine.r1 * dq, weight, clear)
+    axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
+    found = Found(shared, chosen, fine, axis, foot_z, r0, se, soft_cm, weight, clear)
     numbers: dict[str, Any] = {name: value for step in EVIDENCE for name, value in step(found).items()}
-    evidence = Evidence(dbh_cm=200 * found.r0, se_cm=se, network=shared.shown is not None, **numbers)
+    options = shared.options
     return PhotoFit(
-        axis=found.axis,
-        r0=found.r0,
+        axis=axis,
+        r0=r0,
         r1=fine.r1,
-        evidence=evidence,
-        assessment=_assessment(evidence, chosen.others, soft_cm, shared.options),
+        evidence=Evidence(
+            dbh_cm=200 * r0,
+            se_cm=se,
+            network=shared.shown is not None,
+            min_dbh_cm=options.min_dbh_cm,
+            max_dbh_cm=options.max_dbh_cm,
+            **numbers,
+        ),
         seed_score=seed.score,
-        arc_deg=evidence.arc_deg,
         seen=seen_probability(best.z),
         foot_z=foot_z,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
     )
-
-
-def _assessment(evidence: Evidence, others: Others | None, soft_cm: float, options: PhotoStemOptions) -> Assessment:
-    """What is stated of a stem with that evidence; a first look, without ``others``, states no interval."""
-    flag, reasons, wrong = quality_control(evidence, options)
-    stated = Assessment(evidence.dbh_cm, evidence.se_cm, flag=flag, reasons=reasons)
-    if others is not None:
-        mixture = others.mixture(evidence.dbh_cm, evidence.se_cm, wrong, soft_cm)
-        low_cm, high_cm = mixture.interval_cm(evidence.dbh_cm)
-        thinner_cm = PARTS[0] * evidence.dbh_cm if evidence.twins_likely else np.inf
-        stated = stated.explained((high_cm - low_cm) / (2 * HALF_WIDTH_SE), min(low_cm, thinner_cm), high_cm)
-    return stated.adding(judge("photos", {"se_cm": stated.se_cm}, evidence.dbh_cm))
 
 
 def _kish(weight: np.ndarray) -> float:

@@ -1,25 +1,39 @@
-"""Accept a fitted stem, flag it or refuse it: what the photos show, held against
-:mod:`treedgs_geo.stems.quality.limits`."""
+"""What is stated of a stem, from all that was found out about it (:func:`assess`): diameter, interval, and whether it
+is accepted, flagged or refused, held against :mod:`treedgs_geo.stems.quality.limits`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit
 
+from ..quality.assessment import Assessment
 from ..quality.findings import Flag
 from ..quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT, judge
-from .options import PhotoStemOptions
-from .tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, NETWORK_OFFSET_CM, OUTLINE_OFFSET_CM
+from ..quality.mixture import Mixture
+from .tuned import COVER_CM, NETWORK_OFFSET_CM, OPEN_SHARE, OUTLINE_OFFSET_CM, PARTS, WRONG_SD
+
+
+class OtherExplanation(NamedTuple):
+    """Another explanation of a stem."""
+
+    #: Its probability among all others.
+    share: float
+    #: By how much it is thicker than the one that was taken, cm.
+    off_cm: float
+    #: Standard error of its diameter, cm.
+    se_cm: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """What was found out about a stem: numbers, which decide nothing by themselves; NaN where there is nothing to be
-    had, as where nothing could be fitted. :data:`.measurement.EVIDENCE` finds them, :func:`quality_control` judges them
-    together."""
+    had, as where nothing could be fitted. :data:`.measurement.EVIDENCE` and later steps find them, :func:`assess`
+    judges them together."""
 
     #: Diameter at breast height by the edges, cm, and its standard error before anything speaks against it.
     dbh_cm: float
@@ -48,8 +62,8 @@ class Evidence:
     contrast: float = np.nan
     #: Diameter of the silhouette alone, cm.
     outline_cm: float = np.nan
-    #: Share of the photos that show the ground through it (:mod:`.evidence.opacity_test`).
-    through: float = 0.0
+    #: Photos that show the ground, or another stem, through it (:mod:`.evidence.opacity_test`).
+    n_through: int = 0
     #: How alike neighbouring photos are on its bark, and by how much more, at most, than on the plane through its edges
     #: (:mod:`.evidence.surface`).
     on_bark: float = np.nan
@@ -63,8 +77,19 @@ class Evidence:
     twins_share: float = np.nan
     #: The network was asked.
     network: bool = False
-    #: How far the edges' own best explanation is away, cm (:class:`.fit.selection.Choice`).
-    against_cm: float = 0.0
+    #: The other explanations.
+    others: tuple[OtherExplanation, ...] = ()
+    #: What other looks at it read, cm.
+    rivals_cm: tuple[float, ...] = ()
+    #: Share of ivy in what the network sees of it (:mod:`.evidence.ivy`).
+    covered: float = 0.0
+    #: Measured so far above breast height, m (:mod:`.upper_stem`).
+    carried_m: float = 0.0
+    #: Reason for which nothing was measured, empty where something was.
+    refused: str = ""
+    #: Diameters that are wanted, cm.
+    min_dbh_cm: float = 0.0
+    max_dbh_cm: float = np.inf
 
     @property
     def outline_off_cm(self) -> float:
@@ -77,14 +102,18 @@ class Evidence:
         return self.contrast > 1.0
 
     @property
-    def twins_likely(self) -> bool:
-        """It may be two full stems."""
-        return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
+    def open_cm(self) -> list[float]:
+        """Diameters that it may have besides, cm: another look's, of the stem under the ivy, of one of two full
+        stems."""
+        bare = [self.dbh_cm - COVER_CM] if judge("photos", {"covered": self.covered}).reasons else []
+        twins = judge("photos", {"twins": self.twins, "twins_share": self.twins_share}).reasons
+        return [*self.rivals_cm, *bare, *([PARTS[0] * self.dbh_cm] if twins else [])]
 
     def quantities(self) -> dict[str, float]:
         """What is judged by limits of its own (:func:`treedgs_geo.stems.quality.limits.judge`): every field that has a
         limit of its name; where no silhouette stands out, edges have to do alone."""
-        found = {name: getattr(self, name) for name in _LIMITED}
+        through = self.n_through / max(self.n_through + self.n_views, 1)
+        found = {name: getattr(self, name) for name in _LIMITED} | {"through": through, "rivals": len(self.rivals_cm)}
         return found if self.solid else found | {"llr_alone": self.llr, "gap_alone": self.gap}
 
     def predictors(self) -> dict[str, float]:
@@ -105,21 +134,44 @@ class Evidence:
 _LIMITED = {limit.quantity for limit in LIMITS["photos"]} & {item.name for item in fields(Evidence)} - {"se_cm"}
 
 
-def quality_control(quality: Evidence, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...], float]:
+def quality_control(evidence: Evidence) -> tuple[Flag, tuple[str, ...], float]:
     """Flag, reasons, and the probability that the diameter is not the stem's: limits of what decides by itself, and
-    what all predictors together leave open; the reasons are then those that do."""
-    settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
-    found = judge("photos", quality.quantities(), quality.dbh_cm, settings)
-    odds = {name: PREDICTORS[name].weight * amount for name, amount in quality.predictors().items()}
+    what all predictors together leave open; the reasons are then those that do. What photos show through is no stem
+    where these speak against it, too."""
+    settings = {"min_dbh_cm": evidence.min_dbh_cm, "max_dbh_cm": evidence.max_dbh_cm}
+    found = judge("photos", evidence.quantities(), evidence.dbh_cm, settings)
+    odds = {name: PREDICTORS[name].weight * amount for name, amount in evidence.predictors().items()}
     flag, wrong = found.flag("photos"), float(expit(INTERCEPT + sum(odds.values())))
     if wrong < WRONG_CHECK:
         return flag, found.reasons, wrong
     enough = min(1.0, max(odds.values()))
     reasons = dict.fromkeys((*found.reasons, *(PREDICTORS[name].reason for name in odds if odds[name] >= enough)))
-    return "reject" if flag == "reject" or wrong > WRONG_REJECT else "check", tuple(reasons), wrong
+    refused = flag == "reject" or wrong > WRONG_REJECT or "see_through" in found.reasons
+    return "reject" if refused else "check", tuple(reasons), wrong
 
 
-def companion_share(gain: float) -> float:
-    """Probability that another stem touches this one, from the gain of the pair (log likelihood units)."""
-    middle, spread = 0.5 * (GAIN_LOW_CONFIDENCE + GAIN_MERGED), (GAIN_MERGED - GAIN_LOW_CONFIDENCE) / (2 * np.log(9))
-    return float(1 / (1 + np.exp((middle - gain) / spread)))
+def assess(evidence: Evidence) -> Assessment:
+    """What is stated of a stem with that evidence."""
+    if evidence.refused:
+        cover = judge("photos", {"covered": evidence.covered})
+        return Assessment.refused(evidence.refused, dbh_cm=evidence.dbh_cm).adding(cover)
+    flag, reasons, wrong = quality_control(evidence)
+    alone, all_open = (explanations(evidence, wrong, besides) for besides in ([], evidence.open_cm))
+    # What is open besides has its own reason.
+    wide = judge("photos", {"se_cm": alone.se_of_interval_cm}, evidence.dbh_cm)
+    return Assessment(evidence.dbh_cm, all_open.se_of_interval_cm, *all_open.interval_cm, flag, reasons).adding(wide)
+
+
+def explanations(evidence: Evidence, wrong: float, besides: Sequence[float] = ()) -> Mixture:
+    """What the diameter may be: as it was taken; ``besides`` (cm), :data:`.tuned.OPEN_SHARE` each; and with the
+    probability ``wrong`` half the other explanations, half anything."""
+    dbh_cm, se_cm = evidence.dbh_cm, evidence.se_cm
+    others = wrong / 2 if evidence.others else 0.0
+    left = 1 - OPEN_SHARE * len(besides)
+    rows = [
+        (left * (1 - wrong), dbh_cm, se_cm),
+        (left * (wrong - others), dbh_cm, WRONG_SD * dbh_cm),
+        *((left * others * other.share, dbh_cm + other.off_cm, other.se_cm) for other in evidence.others),
+        *((OPEN_SHARE, open_cm, se_cm) for open_cm in besides),
+    ]
+    return Mixture(*np.array(rows).T)

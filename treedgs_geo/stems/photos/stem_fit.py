@@ -7,10 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..quality.assessment import Assessment
 from ..quality.priors import START_TAPER
 from .evidence.companion import Pair, crowded, find_companion, pair_contrast, pair_z
-from .evidence.diameter_uncertainty import Others
 from .evidence.double_stem import find_twins
 from .evidence.upper_band import reading_above
 from .fit.edge_adjustment import NO_STEMS, FineFit, Sighting, refine
@@ -90,10 +88,8 @@ class Fitter(Shared):
             axis=self._start(seed),
             r0=seed.r,
             r1=START_TAPER,
-            evidence=Evidence(dbh_cm=200 * seed.r),
-            assessment=Assessment.refused(reason, dbh_cm=200 * seed.r),
+            evidence=Evidence(dbh_cm=200 * seed.r, refused=reason),
             seed_score=seed.score,
-            arc_deg=0.0,
             seen=np.zeros(len(self.stack)),
         )
 
@@ -181,7 +177,7 @@ class Fitter(Shared):
         twins = find_twins(search, best.vector, silhouette)
         if best is not choice.best:
             twins = twins.clearest(find_twins(search, choice.best.vector, silhouette))
-        return Fitted(best, best.fine, choice.gap, sure, silhouette, gain, Others(choice, touched, gain), twins=twins)
+        return Fitted(best, best.fine, choice.gap, sure, silhouette, gain, choice, touched, twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
         """The same with evidence and residual over the same photos for all."""

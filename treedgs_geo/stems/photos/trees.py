@@ -29,7 +29,7 @@ def trees_of_photo_fits(
                 plot_id=plot_id,
                 bh_m=fit.axis.bh_m,
                 lean_deg=fit.lean_deg,
-                arc_deg=fit.arc_deg,
+                arc_deg=fit.evidence.arc_deg,
                 n_views=fit.evidence.n_views,
                 taper_cm_m=200 * fit.r1 if fit.measured else None,
                 method="photos",

@@ -166,6 +166,9 @@ ABOVE_SE_CM, MAX_SE_CM, MAX_MOVED = 0.9, 1.0, Bound(3.0, 0.08)
 #: at the median, as it makes them; five are 29 to 49 cm off.
 WRONG_SD = 0.3
 
+#: Probability of each diameter that stays open beside the one that is stated: the 90 % interval reaches it (chosen).
+OPEN_SHARE = 0.1
+
 # Silhouettes, opacity, ivy, the network
 #: Silhouette in units of what chance reaches from which something may stand there.
 FAINT = 0.7
@@ -177,7 +180,7 @@ SEES = 0.5
 #: Correlation from which the ground counts as seen through a stem, in this share of its radius.
 SEEN_CORRELATION, CORE = 0.7, 0.7
 #: Ivy is looked for this far up and down from breast height, m; how much thicker it makes a stem, cm: leaves stand 3 to
-#: 8 cm off the bark on both sides. Times its share, the standard error.
+#: 8 cm off the bark on both sides.
 ABOUT_M, COVER_CM = 0.6, 16.0
 #: Log odds of stem at an average pixel; what a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
 PRIOR_ODDS, SHARE_WEIGHT = -2.5, 4.0

@@ -15,7 +15,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.progress import Reporter
-from ..quality.limits import judge
 from ..quality.priors import TAPER_SD, USUAL_TAPER
 from .deduplicate import known_rows, plausible
 from .evidence.error_budget import formal_error_cm
@@ -62,8 +61,7 @@ def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit 
         or np.hypot(*(found.axis.p - fit.axis.p)) > START_M
     ):
         return None
-    far = judge("photos", {"carried_m": sum(ABOVE.fine) / 2 - found.axis.bh_m})
-    return found.assessed(found.assessment.adding(far), carried=True)
+    return found.knowing(carried_m=sum(ABOVE.fine) / 2 - found.axis.bh_m)
 
 
 def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit:
@@ -77,10 +75,11 @@ def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray
     if free is None or held is None:
         return found
     free_cm, held_cm = formal_error_cm(free), formal_error_cm(held)
-    moved_m = held.r0 - free.r0
-    se_cm = float(np.sqrt(max(found.se_cm**2 + held_cm**2 - free_cm**2, held_cm**2)))
-    dbh_cm = found.dbh_cm + 200 * moved_m
-    return found.assessed(found.assessment.remeasured(dbh_cm, se_cm), r0=found.r0 + moved_m, r1=held.r1)
+    moved_m, seen = held.r0 - free.r0, found.evidence
+    se_cm = float(np.sqrt(max(seen.se_cm**2 + held_cm**2 - free_cm**2, held_cm**2)))
+    dbh_cm, outline_cm = seen.dbh_cm + 200 * moved_m, seen.outline_cm + 200 * moved_m
+    found = replace(found, r0=found.r0 + moved_m, r1=held.r1)
+    return found.knowing(dbh_cm=dbh_cm, se_cm=se_cm, outline_cm=outline_cm)
 
 
 def stand_taper(fits: list[PhotoFit]) -> TaperPrior:

@@ -54,27 +54,11 @@ class Assessment:
         flagged = replace(self, flag="check", reasons=reasons)
         return flagged if off_cm == 0.0 else flagged._reaching(float(np.hypot(self.se_cm, off_cm)), other_cm)
 
-    def contradicted(self, found: Findings) -> Assessment:
-        """With what was found against it; refused, if it was flagged before."""
-        stated = self.adding(found)
-        return replace(stated, flag="reject") if found.reasons and self.flag == "check" else stated
-
     def widened(self, more_cm: float) -> Assessment:
-        """With another error (standard error, cm) on top of its own."""
-        return self.remeasured(self.dbh_cm, float(np.hypot(self.se_cm, more_cm)))
-
-    def explained(self, se_cm: float, lo_cm: float, hi_cm: float) -> Assessment:
-        """With the error and interval of a mixture over several explanations, cm."""
-        return replace(self, se_cm=se_cm, lo_cm=lo_cm, hi_cm=hi_cm)
-
-    def remeasured(self, dbh_cm: float, se_cm: float) -> Assessment:
-        """With another diameter and error, cm; its interval moves and grows with them; what was found against it
-        stays."""
-        stated = replace(self, dbh_cm=dbh_cm, se_cm=se_cm)
-        if np.isnan(self.lo_cm):
-            return stated
-        low_cm, high_cm = (dbh_cm + se_cm / self.se_cm * (end - self.dbh_cm) for end in (self.lo_cm, self.hi_cm))
-        return replace(stated, lo_cm=max(low_cm, 0.0), hi_cm=high_cm)
+        """With another error (standard error, cm) on top of its own; its interval grows with it."""
+        se_cm = float(np.hypot(self.se_cm, more_cm))
+        low_cm, high_cm = (self.dbh_cm + se_cm / self.se_cm * (end - self.dbh_cm) for end in (self.lo_cm, self.hi_cm))
+        return replace(self, se_cm=se_cm, lo_cm=low_cm if np.isnan(low_cm) else max(low_cm, 0.0), hi_cm=high_cm)
 
     def of_tree(self) -> dict[str, Any]:
         """The same as fields of :class:`.tree.Tree`, for its ``finish``."""

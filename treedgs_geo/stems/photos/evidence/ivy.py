@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...quality.limits import judge
 from ..fit.photo_fit import PhotoFit
 from ..images.crops import PhotoStack
 from ..images.vertical_rectification import PlumbGrid
 from ..network.pieces import About, Piece, only_pieces, piece_odds, piece_of
 from ..network.silhouettes import covered_share
-from ..tuned import ABOUT_M, COVER_CM, SEES
+from ..tuned import ABOUT_M, SEES
 
 
 def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbGrid]) -> list[PhotoFit]:
@@ -33,7 +32,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbG
         own = [pieces[n] for n in numbers]
         ivy, either = (only_pieces(own, [odds[n][group] for n in numbers], stack) for group in (0, 1))
         fit = fits[k]
-        out[k] = with_cover(fit, covered_share(ivy, either, fit.axis, fit.r0, fit.r1))
+        out[k] = fit.knowing(covered=covered_share(ivy, either, fit.axis, fit.r0, fit.r1))
     return out
 
 
@@ -43,9 +42,3 @@ def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: list[PlumbGri
     about = About(fit.axis.bh_m - ABOUT_M, fit.axis.bh_m + ABOUT_M)
     found = (piece_of(number, int(view), fit.axis, about, stack, plumbs) for view in clear)
     return sorted((piece for piece in found if piece is not None), key=lambda piece: piece.view)
-
-
-def with_cover(fit: PhotoFit, share: float) -> PhotoFit:
-    """The fit with the share of ivy in what the network sees of it: flagged, its interval reaches the stem under it."""
-    found = judge("photos", {"covered": share}, fit.dbh_cm)
-    return fit.assessed(fit.assessment.adding(found, COVER_CM * share, fit.dbh_cm - COVER_CM))

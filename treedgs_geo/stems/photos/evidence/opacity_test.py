@@ -14,7 +14,6 @@ import numpy as np
 from numba import njit, prange
 
 from ....reconstruction.cameras import View
-from ...quality.limits import judge
 from ..fit.null_model import BREAST
 from ..fit.photo_fit import PhotoFit
 from ..images.axis_patches import BH_M, GROUND_Z, NEAREST_M, StemAxis, across_view, axis_at, crop_place, fetch
@@ -95,11 +94,9 @@ def ground_correlation(
     return out
 
 
-def share_through(correlation: np.ndarray, n_clear: int) -> float:
-    """Photos that show the ground through a stem, as a share of these and the ``n_clear`` that show the stem; 0 where
-    there are neither. correlation: of :func:`ground_correlation`."""
-    through = int((correlation > SEEN_CORRELATION).sum())
-    return through / max(through + n_clear, 1)
+def showing_ground(correlation: np.ndarray) -> int:
+    """How many photos show the ground through a stem. correlation: of :func:`ground_correlation`."""
+    return int((correlation > SEEN_CORRELATION).sum())
 
 
 #: A photo shows a stem for certain from this probability on.
@@ -127,8 +124,7 @@ def seen_behind(fit: PhotoFit, other: PhotoFit, centre: np.ndarray) -> np.ndarra
 
 
 def without_seen_through(fits: list[PhotoFit], views: list[View]) -> list[PhotoFit]:
-    """The fits; those through which photos show clearer stems are flagged (``see_through``), or refused, as those are
-    that were flagged before."""
+    """The fits, which know how many photos show clearer stems through them (``see_through``)."""
     centre, out = {view.name: view.centre for view in views}, list(fits)
     for k in sorted(range(len(fits)), key=lambda k: -fits[k].evidence.llr):
         fit, shown = fits[k], set[str]()
@@ -136,6 +132,5 @@ def without_seen_through(fits: list[PhotoFit], views: list[View]) -> list[PhotoF
             if fit.measured and other.measured and other.evidence.llr > fit.evidence.llr:
                 behind = seen_behind(fit, other, np.array([centre[name] for name in other.photos]))
                 shown |= {name for name, seen in zip(other.photos, behind, strict=True) if seen}
-        found = judge("photos", {"through": len(shown) / max(len(shown) + fit.evidence.n_views, 1)}, fit.dbh_cm)
-        out[k] = fit.assessed(fit.assessment.contradicted(found))
+        out[k] = fit.knowing(n_through=fit.evidence.n_through + len(shown))
     return out

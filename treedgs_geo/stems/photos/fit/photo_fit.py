@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from ...quality.assessment import Assessment
 from ...quality.findings import Flag
 from ..images.axis_patches import StemAxis
-from ..quality_control import Evidence
+from ..quality_control import Evidence, assess
 from ..tuned import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 
 
@@ -26,22 +27,26 @@ class PhotoFit:
     r1: float
     #: What was found out about it.
     evidence: Evidence
-    #: What is stated of it: diameter, error, interval, flag and reasons.
-    assessment: Assessment
     #: Score of the detection.
     seed_score: float
-    #: Spread of the azimuths of the photos that see it clearly, degrees.
-    arc_deg: float
     #: (V,) probability that each photo sees it.
     seen: np.ndarray = field(repr=False)
     #: Ground on the uphill side of the foot, local m.
     foot_z: float = np.nan
-    #: Measured above breast height (:mod:`.upper_stem`).
-    carried: bool = False
     #: Oval of the section, m (:class:`.edge_adjustment.FineFit`).
     oval: tuple[float, float] = (0.0, 0.0)
     #: Names of the V photos looked at.
     photos: tuple[str, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def assessment(self) -> Assessment:
+        """What is stated of it: diameter, error, interval, flag and reasons."""
+        return assess(self.evidence)
+
+    @property
+    def carried(self) -> bool:
+        """Measured above breast height (:mod:`.upper_stem`)."""
+        return self.evidence.carried_m > 0
 
     @property
     def lean_deg(self) -> float:
@@ -78,9 +83,13 @@ class PhotoFit:
         """Has a diameter."""
         return self.assessment.measured
 
-    def assessed(self, stated: Assessment, **changes: Any) -> PhotoFit:
-        """The fit of which that is stated. changes: other fields."""
-        return replace(self, assessment=stated, **changes)
+    def with_rival(self, other_cm: float) -> PhotoFit:
+        """The fit with another look's diameter of the stem, cm: ``ambiguous``."""
+        return self.knowing(rivals_cm=(*self.evidence.rivals_cm, other_cm))
+
+    def knowing(self, **evidence: Any) -> PhotoFit:
+        """The fit with other values of fields of its evidence."""
+        return replace(self, evidence=replace(self.evidence, **evidence))
 
 
 def seen_probability(z: np.ndarray) -> np.ndarray:

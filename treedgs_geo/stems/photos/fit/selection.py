@@ -45,7 +45,6 @@ class Choice:
     best: of those tried. gap: its lead in edge score over the next different one. sure: how probable its diameter is
     among all that were tried (NaN where silhouettes say little: then the edges decide, and the lead). rivals: the
     explanations of this very stem (not of a neighbour), ``best`` first; share: (N,) their probabilities, of sum 1.
-    against_cm: by how much the diameter of the explanation with the clearest edges differs, 0 where that is ``best``.
     """
 
     best: Explanation
@@ -53,7 +52,6 @@ class Choice:
     sure: float
     rivals: tuple[Explanation, ...]
     share: np.ndarray
-    against_cm: float = 0.0
 
 
 def log_odds(tried: list[Explanation], trust: float, chance: float, stand: Prior, network: bool = False) -> np.ndarray:
@@ -103,9 +101,7 @@ def choose(
     if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
         gap = min(gap, GAP_LLR - 1.0)
     listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
-    clearest = tried[max(listed, key=lambda i: edges[i])]
-    against_cm = 200 * abs(clearest.fine.r0 - best.fine.r0)
-    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum(), against_cm)
+    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
 
 
 def plausible(tried: list[Explanation]) -> list[Explanation]:

@@ -1,0 +1,37 @@
+"""What a stem may be instead of what it was taken for, and how probable each of that is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..fit.selection import Choice, Explanation
+from ..quality_control import OtherExplanation
+from ..tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, PAIR_SE_CM
+
+
+def companion_share(gain: float) -> float:
+    """Probability that another stem touches this one, from the gain of the pair (log likelihood units)."""
+    middle, spread = 0.5 * (GAIN_LOW_CONFIDENCE + GAIN_MERGED), (GAIN_MERGED - GAIN_LOW_CONFIDENCE) / (2 * np.log(9))
+    return float(1 / (1 + np.exp((middle - gain) / spread)))
+
+
+def other_explanations(
+    choice: Choice, touched: Explanation | None, gain: float, dbh_cm: float, se_cm: float, soft_cm: float
+) -> tuple[OtherExplanation, ...]:
+    """Of a stem with ``dbh_cm`` and ``se_cm``; none, where nothing else was tried.
+
+    choice: among single discs. touched: the place as a stem that another one touches, if that was tried; gain: of such
+    a pair over the best single disc. soft_cm: what of ``se_cm`` soft photos make.
+    """
+    listed, share, error = [*choice.rivals], choice.share, [se_cm] * len(choice.rivals)
+    if touched is not None:
+        pair = companion_share(gain)
+        listed, share, error = [*listed, touched], np.append((1 - pair) * share, pair), [*error, PAIR_SE_CM]
+        error[-1] = float(np.hypot(PAIR_SE_CM, soft_cm))
+    taken = len(listed) - 1 if touched is not None and gain > GAIN_MERGED else 0
+    share = np.delete(share, taken)
+    share = share / max(float(share.sum()), 1e-9)
+    rest = [pair for k, pair in enumerate(zip(listed, error, strict=True)) if k != taken]
+    return tuple(
+        OtherExplanation(float(p), 200 * item.fine.r0 - dbh_cm, se) for p, (item, se) in zip(share, rest, strict=True)
+    )
