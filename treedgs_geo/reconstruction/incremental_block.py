@@ -90,8 +90,8 @@ def join_photos(
         _refine(block, known, free, reach)
         reporter.progress(0.75 if radius > 2 else 0.85)
     on_ground, should, known = _onto_ground(block, store, stations, known, given, free, reach)
-    loose = set_loose(block, known, guess)
-    on_ground &= ~loose  # placed again, they have to be confirmed as others
+    # What the ground shows is believed before geotags whose time is not settled yet.
+    loose = set_loose(block, known, guess, on_ground)
     loose |= set_unconfirmed(block, confirmed(block, store) | on_ground, known, guess)
     _join_loose(block, store, loose, guess, known, free, rng)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
@@ -354,12 +354,12 @@ TOGETHER_POINTS, APART_SHARE = 6, 0.25
 GOOD_GEOTAG_M = 0.15
 
 
-def set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
+def set_loose(block: Block, known: Known, guess: np.ndarray, sure: np.ndarray | bool = False) -> np.ndarray:
     """Take out the photos that contradict what is known of them, to be placed again from there; (N,) bool which.
 
-    Their gimbal is believed where it contradicts them, else their direction.
+    Their gimbal is believed where it contradicts them, else their direction. sure: (N,) bool, those that stay.
     """
-    stray = strays(block, known)
+    stray = strays(block, known) & ~np.asarray(sure)
     kept = stray & ~_turned(block, known)
     guess[kept] = block.rotations[kept]
     block.unpose(stray)

@@ -113,7 +113,8 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
 
 
 def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
-    return clear_photo_fit(x, dbh_cm, flag=flag if gain <= GAIN_LOW_CONFIDENCE else "", llr=llr, gain=gain, contrast=2.0)
+    given = {"flag": flag} if gain <= GAIN_LOW_CONFIDENCE else {}
+    return clear_photo_fit(x, dbh_cm, llr=llr, gain=gain, contrast=2.0, **given)
 
 
 def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():

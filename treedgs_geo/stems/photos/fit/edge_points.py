@@ -124,14 +124,14 @@ def _candidates_kernel(strips, radius, slope, window_px, place, weight):
     for v in prange(n_views):
         power = np.empty(n_u, np.float32)
         for b in range(n_blocks):
-            for i in range(n_u):
-                g = gradient[v, b, i]
-                power[i] = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
             for side in range(2):
                 sign = 2 * side - 1
                 expected = sign * widen[v] * (radius + slope * q[b])
                 low = max(1, int((expected - window_px * px_m[v] - u0) / du + 0.5))
                 high = min(n_u - 2, int((expected + window_px * px_m[v] - u0) / du + 0.5))
+                for i in range(low - 1, high + 2):
+                    g = gradient[v, b, i]
+                    power[i] = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
                 found = 0
                 for i in range(low, high + 1):
                     if power[i] <= power[i - 1] or power[i] < power[i + 1] or coherence[v, b, i] < 0.03:
