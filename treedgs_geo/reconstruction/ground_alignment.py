@@ -47,7 +47,7 @@ _STEPS = 255 / (1 - _ALIKE) ** 2
 #: followed from one halving of the maps to the next.
 _MIN_TILES, _SEARCHED, _FOLLOWED = 40, 1000, 1024
 _CORNERS = np.array(list(product((-1, 1), repeat=3)))
-#: A turn is believed where so many tiles, such a share of all, and of those that are found about there, lie within so
+#: A pose is believed where so many tiles, such a share of all, and of those that are found about there, lie within so
 #: many pixels of where it puts them (78 photos of five stands: five wrong ones at most 0.016 and 0.28, right ones 0.021
 #: and, but for one, 0.32 and more; another ground altogether 0.04 and 0.25, once 0.33).
 _NEAR_PX, _MIN_NEAR, _NEAR_SHARE, _FOUND_SHARE = 1.5, 8, 0.02, 0.3
@@ -164,7 +164,8 @@ def _tie(block: Block, store: FeatureStore, views: dict[int, View], pictures: li
         points = np.concatenate([first + tiles for first, (tiles, *_) in zip(firsts, found, strict=True)])
         pixels, off_px = (np.concatenate(each) for each in list(zip(*found, strict=True))[1:])
         # What is alike by chance lies anywhere about; the ground is off to one side at most.
-        good = np.linalg.norm(off_px - np.median(off_px, axis=0), axis=1) < _ASIDE_PX if len(off_px) else slice(0)
+        aside_px = np.linalg.norm(off_px - np.median(off_px, axis=0), axis=1) if len(off_px) else np.zeros(0)
+        good = (aside_px < _ASIDE_PX) & _believed(aside_px, sum(len(picture.seen_by(view)) for picture in pictures))
         return points[good], pixels[good]
 
     points, pixels = zip(*in_threads(ties, list(views.values())), strict=True)
@@ -280,8 +281,13 @@ def turned_to_ground(view: View, picture: GroundPicture, reach_deg: float = _REA
     rotation = view.rotation @ Rotation.from_rotvec(basis @ turn).as_matrix()
     there = _at(view, rotation, view.centre)
     _, _, off_px = ties_to_ground(there, picture)
-    near = int((np.linalg.norm(off_px, axis=1) < _NEAR_PX).sum())
-    return rotation if near >= max(_MIN_NEAR, _NEAR_SHARE * len(seen), _FOUND_SHARE * len(off_px)) else None
+    return rotation if _believed(np.linalg.norm(off_px, axis=1), len(seen)) else None
+
+
+def _believed(off_px: np.ndarray, seen: int) -> bool:
+    """Whether a photo shows the picture's ground: (K,) how far tiles found in it are off, of so many it may show."""
+    near = int((off_px < _NEAR_PX).sum())
+    return near >= max(_MIN_NEAR, _NEAR_SHARE * seen, _FOUND_SHARE * len(off_px))
 
 
 def _grid(middle: np.ndarray, step: float, counts: np.ndarray) -> np.ndarray:
