@@ -14,7 +14,7 @@ from treedgs_geo.stems.photos.evidence.other_explanations import companion_share
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis
-from treedgs_geo.stems.photos.fit.selection import Choice, Explanation
+from treedgs_geo.stems.photos.fit.selection import Explanation, Selected
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.quality_control import Evidence, explanations
 from treedgs_geo.stems.photos.tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, OPEN_SHARE, PAIR_SE_CM, WRONG_SD
@@ -29,9 +29,9 @@ def explanation(dbh_cm: float) -> Explanation:
     return Explanation(50.0, 1.0, Hypothesis(0, 0, 0, 0, dbh_cm / 200, 50.0), fine, np.zeros(5), nothing)
 
 
-def choice(*dbh_and_share: tuple[float, float]) -> Choice:
+def choice(*dbh_and_share: tuple[float, float]) -> Selected:
     rivals = tuple(explanation(dbh) for dbh, _ in dbh_and_share)
-    return Choice(rivals[0], 20.0, 0.7, rivals, np.array([share for _, share in dbh_and_share]))
+    return Selected(rivals[0], 20.0, 0.7, rivals, np.array([share for _, share in dbh_and_share]))
 
 
 def test_one_explanation_is_the_plain_interval():

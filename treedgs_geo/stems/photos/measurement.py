@@ -25,7 +25,7 @@ from .fit.edge_adjustment import FineFit
 from .fit.null_model import BREAST, Bands
 from .fit.photo_fit import PhotoFit, seen_probability
 from .fit.search import Null, Prior
-from .fit.selection import Choice, Explanation
+from .fit.selection import Explanation, Selected
 from .images.axis_patches import StemAxis
 from .images.background import Backdrop, Silhouette
 from .images.crops import FX, GroundGrid, PhotoStack
@@ -68,7 +68,7 @@ class Fitted(NamedTuple):
     sure: float = np.nan
     silhouette: Silhouette | None = None
     gain: float = 0.0
-    choice: Choice | None = None
+    choice: Selected | None = None
     touched: Explanation | None = None
     above_cm: float = np.nan
     twins: Twins = NO_TWINS

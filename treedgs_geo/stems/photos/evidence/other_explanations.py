@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..fit.selection import Choice, Explanation
+from ..fit.selection import Explanation, Selected
 from ..quality_control import OtherExplanation
 from ..tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, PAIR_SE_CM
 
@@ -16,7 +16,7 @@ def companion_share(gain: float) -> float:
 
 
 def other_explanations(
-    choice: Choice, touched: Explanation | None, gain: float, dbh_cm: float, se_cm: float, soft_cm: float
+    choice: Selected, touched: Explanation | None, gain: float, dbh_cm: float, se_cm: float, soft_cm: float
 ) -> tuple[OtherExplanation, ...]:
     """Of a stem with ``dbh_cm`` and ``se_cm``; none, where nothing else was tried.
 

@@ -39,7 +39,7 @@ class Explanation:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Selected:
     """The explanation taken, and what was left of the others.
 
     best: of those tried. gap: its lead in edge score over the next different one. sure: how probable its diameter is
@@ -82,7 +82,7 @@ def witnesses(tried: list[Explanation], trust: float, chance: float) -> np.ndarr
 
 def choose(
     tried: list[Explanation], trust: float, chance: float, stand: Prior, sun: np.ndarray, network: bool = False
-) -> Choice:
+) -> Selected:
     """Which of the explanations of a place is the stem. trust, chance, stand, network: as for :func:`log_odds`. sun:
     (flights,) azimuth, rad from east, NaN = unknown."""
     tried = plausible(tried)
@@ -101,7 +101,7 @@ def choose(
     if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
         gap = min(gap, GAP_LLR - 1.0)
     listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
-    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
+    return Selected(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
 
 
 def plausible(tried: list[Explanation]) -> list[Explanation]:
