@@ -156,7 +156,8 @@ def assess(evidence: Evidence) -> Assessment:
         cover = judge("photos", {"covered": evidence.covered})
         return Assessment.refused(evidence.refused, dbh_cm=evidence.dbh_cm).adding(cover)
     flag, reasons, wrong = quality_control(evidence)
-    alone, all_open = (explanations(evidence, wrong, besides) for besides in ([], evidence.open_cm))
+    alone, besides = explanations(evidence, wrong), evidence.open_cm
+    all_open = explanations(evidence, wrong, besides) if besides else alone
     # What is open besides has its own reason.
     wide = judge("photos", {"se_cm": alone.se_of_interval_cm}, evidence.dbh_cm)
     return Assessment(evidence.dbh_cm, all_open.se_of_interval_cm, *all_open.interval_cm, flag, reasons).adding(wide)
