@@ -17,13 +17,12 @@ from treedgs_geo.verbs import all_commands
 def folder(tmp_path: Path) -> Path:
     make_cloud(tmp_path / "c.laz", 1)
     (tmp_path / "photos").mkdir()
-    (tmp_path / "w.onnx").write_text("w")
     return tmp_path
 
 
 def test_every_setting_that_is_code_is_known_as_such():
     """By their names: a new one that runs something has to be declared."""
-    names = ("segmenter_command", "segmenter_model")
+    names = ("segmenter_command",)
     for command in all_commands():
         for name, spec, _ in params_of(command.settings):
             runs = name in names or ".py" in spec.suffixes or "command" in name

@@ -16,7 +16,7 @@ from treedgs_qgis.words import declarations, in_labels, in_qgis_words
 ROOT = Path(__file__).resolve().parents[2]
 #: The command's own switches, and modules that write the command lines of other programs.
 OWN = {"help", "version", "job", "log-format", "json", "example", "overwrite"}
-OTHER_PROGRAMS = {"core/frames.py", "propose/external_segmenters.py"}
+OTHER_PROGRAMS = {"core/frames.py", "propose/external_programs.py"}
 
 
 def _texts() -> list[tuple[str, str]]:

@@ -17,7 +17,6 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "reports": ("openpyxl", "reportlab"),
     "gpu": ("warp",),
     "torch": ("torch",),
-    "onnx": ("onnxruntime",),
     "e57": ("pye57",),
     "completion": ("shtab",),
 }

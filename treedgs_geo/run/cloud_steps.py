@@ -30,7 +30,7 @@ from ..pointcloud.stream import copy_cloud
 from ..stems.cloud.estimate.cloud import measure_stems
 from ..stems.cloud.estimate.foot import stem_feet, stem_ground_se, with_ground
 from ..stems.cloud.estimate.sections import stem_sections
-from ..stems.cloud.propose.external_segmenters import check_segmenter, segment_other
+from ..stems.cloud.propose.external_programs import check_segmenter, segment_external
 from ..stems.cloud.propose.field_stems import FAR_M, FIELD_MATCH_M, Answer, answer_stems, named
 from ..stems.cloud.propose.labelling import Labeller
 from ..stems.cloud.propose.segment import StemMap, find_stems
@@ -158,7 +158,7 @@ def run_segment_stems(settings: SegmentStemsSettings, reporter: Reporter) -> dic
     """
     ensure_writable(settings.output)
     check_cloud_output(settings.output)
-    check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
+    check_segmenter(settings.segmenter, settings.segmenter_command)
     own = settings.segmenter == "own"
     if settings.field_stems is not None and not own:
         raise InputError(f"--field-stems guides our own segmenter, not {settings.segmenter}; leave one of the two out.")
@@ -171,7 +171,7 @@ def _find_stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     asked, cloud = job.settings, job.cloud
     height = height_above_ground(cloud.xyz, job.ground.dtm)
     if asked.segmenter != "own":
-        tree_id = segment_other(cloud, asked.segmenter, asked.segmenter_command, asked.segmenter_model, reporter)
+        tree_id = segment_external(cloud, asked.segmenter, asked.segmenter_command, reporter)
         label, count, source = _in_order(tree_id), int(tree_id.max()), asked.segmenter
     else:
         given = read_places(asked.field_stems, cloud.horizontal_crs, job.low[:2], job.high[:2])

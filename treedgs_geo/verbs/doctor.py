@@ -47,7 +47,6 @@ OPTIONAL = {
     "reportlab": "reportlab",
     "warp": "warp-lang",
     "torch": "torch",
-    "onnxruntime": "onnxruntime",
     "pye57": "pye57",
     "shtab": "shtab",
 }

@@ -29,18 +29,11 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     segmenter: str = param(
         "own",
         help="who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you "
-        "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
-        choices=("own", "forestformer3d", "segmentanytree", "treex", "model"),
+        "installed yourself (docs/analyst/measuring.md)",
+        choices=("own", "forestformer3d", "segmentanytree", "treex"),
     )
     segmenter_command: str | None = param(
         None, help="command line of that program, with {input} and {output} for its folders", code=True
-    )
-    segmenter_model: Path | None = param(
-        None,
-        kind="file",
-        help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
-        suffixes=(".pt", ".pth", ".ts", ".onnx"),
-        code=True,
     )
 
 

@@ -2076,8 +2076,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Zuverlässigkeit der Punkte</translation>
     </message>
     <message>
-      <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
-      <translation>Verlässlichkeit der Punkte: keine, LiDAR-Intensität (wie sie ist oder auf einen Bereich gebracht) oder Deckkraft von Oberflächenpunkten</translation>
+      <source>reliability of the points: none, LiDAR intensity, or opacity of surface points</source>
+      <translation>Verlässlichkeit der Punkte: keine, LiDAR-Intensität oder Deckkraft von Oberflächenpunkten</translation>
     </message>
     <message>
       <source>cross-section model</source>
@@ -2592,8 +2592,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Segmentierer</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
-      <translation>wer die Bäume findet: own braucht nichts; forestformer3d, segmentanytree und treex sind Programme, die Sie selbst installiert haben, model ist ein Netz in einer Datei von Ihnen (docs/analyst/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself (docs/analyst/measuring.md)</source>
+      <translation>wer die Bäume findet: own braucht nichts; forestformer3d, segmentanytree und treex sind Programme, die Sie selbst installiert haben (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -2602,14 +2602,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>command line of that program, with {input} and {output} for its folders</source>
       <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
-    </message>
-    <message>
-      <source>Segmenter model</source>
-      <translation>Netz des Segmentierers</translation>
-    </message>
-    <message>
-      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
-      <translation>zu --segmenter model: das Netz, TorchScript oder ONNX; Punkte (N, 3) hinein, Baumnummern (N,) heraus</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>

@@ -2074,8 +2074,8 @@ cero.&lt;/p&gt;
       <translation>Fiabilidad de los puntos</translation>
     </message>
     <message>
-      <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
-      <translation>fiabilidad de los puntos: ninguna, intensidad LiDAR (tal cual o llevada a un rango) u opacidad de puntos de superficie</translation>
+      <source>reliability of the points: none, LiDAR intensity, or opacity of surface points</source>
+      <translation>fiabilidad de los puntos: ninguna, intensidad LiDAR u opacidad de puntos de superficie</translation>
     </message>
     <message>
       <source>cross-section model</source>
@@ -2590,8 +2590,8 @@ cero.&lt;/p&gt;
       <translation>Segmentador</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
-      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d, segmentanytree y treex son programas que usted mismo instaló, model es una red en un archivo suyo (docs/analyst/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; forestformer3d, segmentanytree and treex are programs that you installed yourself (docs/analyst/measuring.md)</source>
+      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d, segmentanytree y treex son programas que usted mismo instaló (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -2600,14 +2600,6 @@ cero.&lt;/p&gt;
     <message>
       <source>command line of that program, with {input} and {output} for its folders</source>
       <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
-    </message>
-    <message>
-      <source>Segmenter model</source>
-      <translation>Red del segmentador</translation>
-    </message>
-    <message>
-      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
-      <translation>de --segmenter model: la red, TorchScript u ONNX; puntos (N, 3) de entrada, números de árbol (N,) de salida</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>

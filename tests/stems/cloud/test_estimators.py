@@ -8,9 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_cloud import stem_points
 
-from treedgs_geo.core.errors import InputError
-from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.estimate.cloud import range_normalised
 from treedgs_geo.stems.cloud.estimate.stem import measure_points
 from treedgs_geo.stems.cloud.estimate.track import SensorTrack
 from treedgs_geo.stems.cloud.propose.sensors import SENSORS
@@ -184,24 +181,8 @@ def test_the_scanner_is_found_from_its_pulses():
     rng = np.random.default_rng(0)
     _, _, points, stamp = flight(rng)
     points = points + rng.normal(0, 0.01, points.shape) + (5e5, 4e6, 100.0)
-    bright = rng.uniform(90, 110, len(points))
     track = SensorTrack.of(points, {"gps_time": stamp})
     assert track is not None
     times, places = track.time, track.place
     true = np.column_stack([5 * times - 30, 0.3 * np.sin(times), np.full(len(times), 60.0)]) + (5e5, 4e6, 100.0)
     assert len(times) >= 20 and np.abs(places - true).max() < 0.7
-    distance = np.linalg.norm(
-        points - np.column_stack([5 * stamp - 30 + 5e5, 0.3 * np.sin(stamp) + 4e6, np.full(len(stamp), 160.0)]), axis=1
-    )
-    faded = PointCloud(points, None, {"gps_time": stamp, "intensity": bright * (60 / distance) ** 2})
-    even = range_normalised(faded)
-    assert np.std(np.log(even / bright)) < 0.05 < np.std(np.log(faded.attributes["intensity"] / bright))
-
-
-def test_range_normalising_says_what_it_lacks():
-    xyz = np.random.default_rng(0).uniform(0, 10, (500, 3))
-    bare = PointCloud(xyz, None, {"intensity": np.ones(500)})
-    with pytest.raises(InputError, match="gps_time"):
-        range_normalised(bare)
-    with pytest.raises(InputError, match="too few"):
-        range_normalised(bare.with_attribute("gps_time", np.arange(500.0)))

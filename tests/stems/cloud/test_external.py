@@ -12,8 +12,7 @@ from synthetic_cloud import plot_cloud
 
 from treedgs_geo.core.errors import InputError, MissingComponentError, OutputError
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.cloud.propose.external_programs import segment_external
-from treedgs_geo.stems.cloud.propose.external_segmenters import check_segmenter
+from treedgs_geo.stems.cloud.propose.external_programs import check_segmenter, segment_external
 
 STAND_IN = Path(__file__).with_name("stand_in_segmenter.py")
 COMMAND = f"{sys.executable} {STAND_IN} {{input}} {{output}}"
@@ -72,7 +71,9 @@ def test_bad_commands_are_reported(cloud):
     with pytest.raises(MissingComponentError, match="no such program"):
         segment_external(cloud, "forestformer3d", "no-such-program {input} {output}")
     with pytest.raises(InputError, match="expected a command line"):
-        check_segmenter("forestformer3d", "docker run image", None)
+        check_segmenter("forestformer3d", "docker run image")
+    with pytest.raises(InputError, match="needs its command line"):
+        check_segmenter("forestformer3d", None)
 
 
 @pytest.mark.parametrize("segmenter, field", [("segmentanytree", "PredInstance"), ("treex", "tree_id")])

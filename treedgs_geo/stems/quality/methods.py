@@ -12,7 +12,6 @@ _ESTIMATORS = {
 _WEIGHTS = {
     "none": "unweighted",
     "intensity": "weighted by intensity",
-    "range_intensity": "weighted by intensity at one range",
     "opacity": "weighted by opacity",
 }
 

@@ -153,15 +153,13 @@ def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
     """
     if kind == "none":
         return None
-    if kind == "range_intensity":
-        cloud = cloud.with_attribute("range_intensity", range_normalised(cloud))
     if kind not in cloud.attributes:
         there = ", ".join(cloud.attributes) or "none"
         raise InputError(
             f"--weights {kind}: the cloud has no attribute {kind!r} (it has: {there}); use --weights none."
         )
     values = np.asarray(cloud.attributes[kind], float)
-    if kind in ("intensity", "range_intensity"):
+    if kind == "intensity":
         low, high = np.percentile(values, [2, 98])
         if not high > low:
             raise InputError(f"--weights {kind}: all points have the same intensity; use --weights none.")
@@ -362,25 +360,3 @@ def _mark_touching(trees: list[Tree]) -> None:
         for reason in judge("points", {"gap_m": gap}).reasons:
             measured[one].add_reason(reason)
             measured[other].add_reason(reason)
-
-
-def range_normalised(cloud: PointCloud) -> np.ndarray:
-    """(N,) intensity x (range / median range) squared, as for a target wider than the beam.
-
-    Raises:
-        InputError: no intensity, no GPS time, or too few pulses with two returns.
-    """
-    if "intensity" not in cloud.attributes:
-        raise InputError("--weights range_intensity: the cloud has no intensity; use --weights none.")
-    if "gps_time" not in cloud.attributes:
-        raise InputError(
-            "--weights range_intensity: the cloud has no gps_time, expected one a pulse; use --weights intensity."
-        )
-    track = SensorTrack.of(cloud.xyz, cloud.attributes)
-    if track is None:
-        raise InputError(
-            "--weights range_intensity: too few pulses have two returns that lie apart, expected ten in half a second, "
-            "to find where the scanner was; use --weights intensity."
-        )
-    distance = np.linalg.norm(cloud.xyz - track.at(track.seen), axis=1)
-    return np.asarray(cloud.attributes["intensity"], float) * (distance / np.median(distance)) ** 2.0

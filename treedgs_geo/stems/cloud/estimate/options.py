@@ -17,9 +17,8 @@ class MeasureOptions:
 
     weights: str = param(
         "none",
-        help="reliability of the points: none, LiDAR intensity (as it is, or "
-        "brought to one range), or opacity of surface points",
-        choices=("none", "intensity", "range_intensity", "opacity"),
+        help="reliability of the points: none, LiDAR intensity, or opacity of surface points",
+        choices=("none", "intensity", "opacity"),
     )
     fit: str = param("circle", help="cross-section model", choices=("circle", "cylinder"))
     method: str = param(

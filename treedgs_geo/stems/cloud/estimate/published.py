@@ -133,7 +133,7 @@ def _circles(
 
 
 #: Exponent p of eq:weighted_score by what weighs the points (paper.tex: held-out validation).
-PAPER_POWER = {"opacity": 0.6, "intensity": 0.85, "range_intensity": 0.85}
+PAPER_POWER = {"opacity": 0.6, "intensity": 0.85}
 #: Error of stems that their points fill: what splat samples of rendered plots gave (sd, and share of the diameter).
 FILLED_SE_CM, FILLED_SE_SHARE = 2.0, 0.07
 

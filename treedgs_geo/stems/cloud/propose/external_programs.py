@@ -30,6 +30,26 @@ _PLY_TYPES = {"float": "float32", "double": "float64", "int": "int32", "uint": "
               "uchar": "uint8", "short": "int16", "ushort": "uint16"}  # fmt: skip
 
 
+def check_segmenter(segmenter: str, command: str | None) -> None:
+    """A program has its command line, said before anything expensive starts.
+
+    Raises:
+        InputError: it has none, or one without its two folders.
+    """
+    if segmenter == "own":
+        return
+    if not command:
+        raise InputError(
+            f"--segmenter {segmenter}: needs its command line, give --segmenter-command "
+            "(docs/analyst/measuring.md has one)."
+        )
+    if "{input}" not in command or "{output}" not in command:
+        raise InputError(
+            f"--segmenter-command: found {command!r}, expected a command line with {{input}} and {{output}} "
+            "in it, for example 'docker run --rm -v {input}:/in -v {output}:/out IMAGE'."
+        )
+
+
 def segment_external(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter | None = None) -> np.ndarray:
     """(N,) int32 tree of each point, from 1, 0 = none, as a segmenter has them; a warning where it returned the points
     in another order.
