@@ -276,7 +276,7 @@ def test_an_unknown_status_and_a_foreign_file_are_reported_and_kept(survey):
     with pytest.raises(InputError, match="pair_status 'yes' is unknown"):
         match(survey)
     assert path.read_bytes() == before
-    with pytest.raises(InputError, match="expected 'pairs'"):
+    with pytest.raises(InputError, match="holds no layer pairs .* expected the output of match-plots"):
         match(survey, output=survey / "trees.gpkg")
     with pytest.raises(InputError, match="expected .gpkg"):
         match(survey, output=survey / "pairs.shp")

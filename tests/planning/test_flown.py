@@ -94,7 +94,7 @@ def test_planned_against_got(plan):
 def test_what_is_no_plan_is_refused(plan, tmp_path):
     other = tmp_path / "trees.gpkg"
     gpd.GeoDataFrame({"a": [1]}, geometry=gpd.points_from_xy([1], [2]), crs="EPSG:6344").to_file(other, layer="trees")
-    with pytest.raises(InputError, match=r"holds no layer plan_plots .* expected plan.gpkg of plan-flight"):
+    with pytest.raises(InputError, match=r"holds no layer plan_plots .* expected the output of plan-flight"):
         planned_and_got(other, [], 0)
     gpd.GeoDataFrame({"plot_id": [1]}, geometry=gpd.points_from_xy([1], [2]), crs="EPSG:6344").to_file(
         other, layer="plan_plots"

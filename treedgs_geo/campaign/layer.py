@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from shapely import STRtree, box
 
 from ..core.errors import OutputError
+from ..core.frames import moved
 from ..core.plots import read_plots
 from ..core.progress import Reporter
 from ..core.shown import some
@@ -101,9 +102,7 @@ def _plot_trees(plot: dict[str, Any], crs: str) -> gpd.GeoDataFrame:
             table.loc[inside, "plot_id"] = circle.plot_id
     if plot["crs"] == crs or not len(table):
         return table.set_crs(table.crs if plot["crs"] == crs else _crs(crs), allow_override=True)
-    mover = pyproj.Transformer.from_crs(_crs(plot["crs"]), _crs(crs), always_xy=True)
-    x, y = mover.transform(table["x"].to_numpy(), table["y"].to_numpy())
-    table["x"], table["y"] = np.round(x, 3), np.round(y, 3)
+    table[["x", "y"]] = np.round(moved(table[["x", "y"]].to_numpy(float), _crs(plot["crs"]), _crs(crs)), 3)
     return table.set_geometry(gpd.points_from_xy(table["x"], table["y"], table.geometry.z), crs=_crs(crs))
 
 

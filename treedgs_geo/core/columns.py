@@ -170,7 +170,7 @@ def places(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None, required: bo
     Raises:
         InputError: no number, no or half a place, one that ``crs`` does not have. CRSError: an unknown ``epsg``.
     """
-    import pyproj
+    from .frames import moved
 
     found = columns(table, "easting", "northing", "lon", "lat", "epsg")
     out = np.full((len(table), 2), np.nan)
@@ -191,10 +191,7 @@ def places(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None, required: bo
             rows = mine & (codes == code)
             where = f"{path}, {line_of(rows, table)}"
             source = _datum(crs) if pair[0] == "lon" else epsg_crs(str(code), where)
-            out[rows] = xy[rows]
-            if source is not None and crs is not None and source != crs:
-                move = pyproj.Transformer.from_crs(source, crs, always_xy=True)
-                out[rows] = np.column_stack(move.transform(*xy[rows].T))
+            out[rows] = moved(xy[rows], source, crs)
         lost = said.all(axis=1) & ~np.isfinite(out).all(axis=1)
         if lost.any() and crs is not None:
             first, second = xy[lost][0]

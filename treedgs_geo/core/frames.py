@@ -203,6 +203,20 @@ def transform(
     return out
 
 
+def moved(xy: np.ndarray, source: pyproj.CRS | None, target: pyproj.CRS | None) -> np.ndarray:
+    """(N, 2) x and y (longitude and latitude) of ``source`` in ``target``; as they are where one of them is not known,
+    or both are the same."""
+    if source is None or target is None or source == target:
+        return xy
+    return np.column_stack(pyproj.Transformer.from_crs(source, target, always_xy=True).transform(*np.asarray(xy).T))
+
+
+def own_degrees(crs: pyproj.CRS, x: float, y: float) -> tuple[float, float] | None:
+    """Longitude and latitude of a place on the datum of ``crs``; ``None`` where that is not tied to the earth."""
+    datum = None if crs is None else crs.geodetic_crs
+    return None if datum is None else tuple(moved(np.array([[x, y]]), crs, datum.to_2d())[0].tolist())
+
+
 def _with_heights(crs: pyproj.CRS) -> pyproj.CRS:
     return crs if crs.is_compound or len(crs.axis_info) == 3 else crs.to_3d()
 

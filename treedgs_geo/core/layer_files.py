@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from .errors import InputError
 from .files import temporary_beside
 from .geopackage import OwnLayers, atomic_geopackage, save_style
 from .resource_errors import reporting_full_disk
@@ -57,6 +58,23 @@ def read_if_there(path: Path, layer: str, columns: Collection[str]) -> Any:
     except Exception:  # what cannot be read is reported where the trees are
         return None
     return table if set(columns) <= set(table.columns) else None
+
+
+def read_layer(path: Path, layer: str, columns: Collection[str], made_by: str) -> Any:
+    """A layer that another command wrote. columns: that it has to have. made_by: that command, for the sentence.
+
+    Raises:
+        InputError: not readable, no such layer, or one without these columns.
+    """
+    import geopandas as gpd
+
+    try:
+        table = gpd.read_file(path, layer=layer, engine="pyogrio")
+    except Exception as problem:
+        raise InputError(f"{path}: holds no layer {layer} ({problem}), expected the output of {made_by}.") from None
+    if missing := sorted(set(columns) - set(table.columns)):
+        raise InputError(f"{path}: its layer {layer} lacks {', '.join(missing)}; run {made_by} again.")
+    return table
 
 
 def _write(table: Any, path: Path, **more: Any) -> None:

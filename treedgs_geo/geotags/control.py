@@ -249,11 +249,7 @@ def _labels(path: Path, rows: pd.DataFrame) -> list[str]:
 
 
 def _refuse_contradictions(path: Path, rows: pd.DataFrame) -> None:
-    """Rows of one point with other coordinates, or another use, than the first that says them.
-
-    Raises:
-        InputError: the two rows.
-    """
+    """Rows of one point with other coordinates, or another use, than the first that says them."""
     for label, group in rows.groupby("label", sort=False):
         moved = (group[PLACE] != group[PLACE].iloc[0]).any(axis=1)
         if moved.any():

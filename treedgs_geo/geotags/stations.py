@@ -12,7 +12,7 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError
-from ..core.layer_files import write_layer
+from ..core.layer_files import read_layer, write_layer
 from .gpstime import describe_utc
 
 if TYPE_CHECKING:
@@ -138,21 +138,13 @@ def read_stations_table(path: Path) -> gpd.GeoDataFrame:
     Raises:
         InputError: missing file, layer or columns.
     """
-    import geopandas
-
-    try:
-        frame = geopandas.read_file(path, layer=LAYER, engine="pyogrio")
-    except Exception as problem:
-        raise InputError(f"{path}: has no readable layer 'stations' ({problem}); run 'treedgs geotag' again.") from None
     wanted = [
         "name", "path", "quality", "sd_e_m", "sd_n_m", "sd_u_m", "utc_unix", "flight", "yaw_deg", "pitch_deg",
         "roll_deg", "rel_alt_m",
     ]  # fmt: skip
-    missing = [name for name in wanted if name not in frame.columns]
-    if missing or frame.crs is None:
-        raise InputError(
-            f"{path}: layer 'stations' lacks {', '.join(missing) or 'its CRS'}; run 'treedgs geotag' again."
-        )
+    frame = read_layer(path, LAYER, wanted, "'treedgs geotag'")
+    if frame.crs is None:
+        raise InputError(f"{path}: layer 'stations' lacks its CRS; run 'treedgs geotag' again.")
     return frame
 
 

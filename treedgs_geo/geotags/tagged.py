@@ -13,7 +13,7 @@ from ..core.children import find_program
 from ..core.crs import horizontal
 from ..core.errors import GeotagError, InputError, MissingComponentError, OutputError
 from ..core.files import atomic_folder
-from ..core.frames import satellite_frame, transform
+from ..core.frames import moved, satellite_frame, transform
 from ..core.progress import Reporter
 from .stations import Stations
 
@@ -106,10 +106,7 @@ def _geographic(stations: Stations, geographic: pyproj.CRS, where: str) -> np.nd
     """(N, 3) longitude, latitude, ellipsoidal height; NaN where unplaced."""
     if stations.crs.is_compound:
         return transform(stations.crs, geographic.to_3d(), stations.xyz, where)
-    lon, lat = pyproj.Transformer.from_crs(stations.crs, geographic.to_2d(), always_xy=True).transform(
-        *stations.xyz[:, :2].T
-    )
-    return np.column_stack([lon, lat, stations.xyz[:, 2]])
+    return np.column_stack([moved(stations.xyz[:, :2], stations.crs, geographic.to_2d()), stations.xyz[:, 2]])
 
 
 def _tags(stations: Stations, i: int, place: np.ndarray, geographic: pyproj.CRS) -> list[str]:

@@ -22,6 +22,7 @@ from ..core.columns import (
 )
 from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
+from ..core.frames import moved, own_degrees
 from ..core.plausible import refuse_odd_diameters, refuse_odd_heights
 from ..core.plots import Plot, as_in_plots
 from ..core.shown import some
@@ -98,11 +99,7 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
 
 
 def _refuse_repeated(path: Path, trees: pd.DataFrame) -> None:
-    """Refuse one tree under two numbers, and a list that stands there twice.
-
-    Raises:
-        InputError: the rows.
-    """
+    """Refuse one tree under two numbers, and a list that stands there twice."""
     place = next((list(pair) for pair in (("azimuth_deg", "distance_m"), ("x", "y")) if set(pair) <= set(trees)), [])
     if place:
         known = trees[trees[[*place, "dbh_cm"]].notna().all(axis=1) & (trees[place] != 0).any(axis=1)]
@@ -274,12 +271,8 @@ def place(
         )
     if "x" in placed:
         for code in placed["epsg"].dropna().unique() if "epsg" in placed else ():
-            source, rows = epsg_crs(str(code), str(path)), (placed["epsg"] == code).to_numpy()
-            if source is not None and source != crs:
-                move = pyproj.Transformer.from_crs(source, crs, always_xy=True)
-                placed.loc[rows, ["x", "y"]] = np.column_stack(
-                    move.transform(*placed.loc[rows, ["x", "y"]].to_numpy(float).T)
-                )
+            rows, source = (placed["epsg"] == code).to_numpy(), epsg_crs(str(code), str(path))
+            placed.loc[rows, ["x", "y"]] = moved(placed.loc[rows, ["x", "y"]].to_numpy(float), source, crs)
         return placed
     if protocol.distance_unit == "auto":
         _refuse_far(path, placed, known)
@@ -294,11 +287,7 @@ def place(
 
 
 def _refuse_far(path: Path, trees: pd.DataFrame, plots: dict[str, Plot]) -> None:
-    """Refuse distances that reach far beyond the plots: feet read as metres.
-
-    Raises:
-        InputError: how far, and how large the plots are.
-    """
+    """Refuse distances that reach far beyond the plots: feet read as metres."""
     share = trees["distance_m"] / [plots[name].radius_m for name in trees["plot_id"]]
     reach = float(share.quantile(0.9))
     if len(share.dropna()) >= 3 and reach > _FAR:
@@ -319,13 +308,12 @@ def bearing_to_grid_deg(
     """
     if protocol.north == "grid":
         return 0.0
-    if crs is None or crs.geodetic_crs is None:
+    if (degrees := own_degrees(crs, plot.x, plot.y)) is None:
         raise InputError(
             "--north: true or magnetic bearings need a CRS that is tied to the earth; use --north grid for "
             "local coordinates."
         )
-    to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs.to_2d(), always_xy=True)
-    lon, lat = to_degrees.transform(plot.x, plot.y)
+    lon, lat = degrees
     declination = 0.0
     if protocol.north == "magnetic":
         if protocol.declination_deg is not None:

@@ -17,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 
 from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
+from ..core.frames import own_degrees
 from ..core.plots import Plot
 from ..core.shown import some
 from .declination import declination_deg, parse_date
@@ -408,8 +409,8 @@ def _wider(
 def _what_to_change(plot: Plot, protocol: FieldProtocol, crs: pyproj.CRS) -> str:
     """The settings that turn a plot, with what the declination and the convergence are there."""
     ways = []
-    if crs is not None and crs.geodetic_crs is not None:
-        lon, lat = pyproj.Transformer.from_crs(crs, crs.geodetic_crs.to_2d(), always_xy=True).transform(plot.x, plot.y)
+    if (degrees := own_degrees(crs, plot.x, plot.y)) is not None:
+        lon, lat = degrees
         day = protocol.field_date or date.today().isoformat()
         try:
             declination = declination_deg(lon, lat, 0.0, parse_date(day, "field date"), plot.plot_id)

@@ -98,11 +98,7 @@ def _of_basal_area(trees: pd.DataFrame) -> np.ndarray:
 
 def _refuse_edited(path: Path, trees: pd.DataFrame) -> None:
     """Refuse DBHs that somebody typed in another unit: against the tree's basal area, which
-    was measured, else against the others. What a person decided on stays.
-
-    Raises:
-        InputError: the first tree.
-    """
+    was measured, else against the others. What a person decided on stays."""
     dbh, own = pd.to_numeric(trees["dbh_cm"]).to_numpy(float), _of_basal_area(trees)
     # What nobody edited is the same but for digits.
     slip = wrong_unit(dbh, np.where(np.abs(dbh - own) > 0.02 * own, own, np.nan))

@@ -9,20 +9,19 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pandas as pd
-import pyogrio
 import pyproj
 from shapely.geometry import LineString
 
+from ..core import layer_files
 from ..core.errors import InputError
 from ..core.geopackage import atomic_geopackage
-from ..core.layer_files import add_layer
 from .tree_reading import text_of
 
 #: Layers inside ``pairs.gpkg``.
 PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS = "pairs", "suggested", "field_trees", "measured_trees", "plots"
 #: The columns by which a layer of that name is known as ours.
 OWN_LAYERS = {
-    PAIRS: frozenset({"field_id", "tree_id", "pair_status"}),
+    PAIRS: frozenset({"plot_id", "field_id", "tree_id", "field_cm", "dbh_cm", "pair_status"}),
     SUGGESTED: frozenset({"field_id", "tree_id", "pair_status"}),
     FIELD: frozenset({"plot_id", "field_id", "dbh_cm"}),
     MEASURED: frozenset({"tree_id", "dbh_cm", "paired", "in_plot"}),
@@ -90,47 +89,20 @@ def write_pairs(path: Path, found: Matched, crs: pyproj.CRS) -> Path:
         for name, rows in ((PAIRS, found.pairs), (SUGGESTED, found.suggested)):
             table = _typed(pd.DataFrame(rows, columns=list(PAIR_COLUMNS)))
             shapes = gpd.GeoSeries([LineString(row["line"]) for row in rows], crs=crs)
-            add_layer(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
+            layer_files.add_layer(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
         field = found.field_trees
         points = gpd.GeoDataFrame(field, geometry=gpd.points_from_xy(field["x"], field["y"]), crs=crs)
-        add_layer(temporary, FIELD, points, "Point")
-        add_layer(temporary, MEASURED, found.measured)
+        layer_files.add_layer(temporary, FIELD, points, "Point")
+        layer_files.add_layer(temporary, MEASURED, found.measured)
         table = pd.DataFrame(found.plots, columns=list(PLOT_COLUMNS))
         circles = gpd.GeoSeries.from_xy(table["x"], table["y"]).buffer(table["radius_m"], 32)
-        add_layer(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
+        layer_files.add_layer(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
     return path
 
 
 def read_layer(path: Path, layer: str) -> gpd.GeoDataFrame:
-    """One layer of a pairs file.
-
-    Raises:
-        InputError: not readable or not a pairs file.
-    """
-    try:
-        names = {name for name, _ in pyogrio.list_layers(path)}
-    except Exception as problem:
-        raise InputError(
-            f"{path}: cannot be read as a pairs layer ({problem}); give the output of match-plots."
-        ) from None
-    if layer not in names:
-        raise InputError(
-            f"{path}: has the layers {', '.join(sorted(names)) or 'none'}, expected {layer!r}; give the output "
-            "of match-plots."
-        )
-    table = gpd.read_file(path, layer=layer, engine="pyogrio")
-    needed = {
-        PAIRS: {"plot_id", "field_id", "tree_id", "field_cm", "dbh_cm", "pair_status"},
-        FIELD: {"plot_id", "field_id", "dbh_cm"},
-        MEASURED: {"tree_id", "dbh_cm", "paired", "in_plot"},
-        PLOTS: {"plot_id", "status"},
-    }.get(layer, set())
-    if needed - set(table.columns):
-        raise InputError(
-            f"{path}: layer {layer!r} lacks the columns {', '.join(sorted(needed - set(table.columns)))}; run "
-            "match-plots again."
-        )
-    return table
+    """One layer of a pairs file (:func:`treedgs_geo.core.layer_files.read_layer`)."""
+    return layer_files.read_layer(path, layer, OWN_LAYERS[layer], "match-plots")
 
 
 def line_ends(shape: Any) -> np.ndarray:

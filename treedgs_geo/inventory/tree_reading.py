@@ -157,11 +157,7 @@ def plain_flags(path: Path, table: _Table) -> _Table:
 
 
 def _numbers(path: Path, table: gpd.GeoDataFrame, name: str) -> pd.Series:
-    """A column of text as numbers, with decimal points or commas.
-
-    Raises:
-        InputError: a cell that is none.
-    """
+    """A column of text as numbers, with decimal points or commas."""
     text = table[name].map(lambda cell: text_of(cell).replace(",", "."))
     values = pd.to_numeric(text.where(text != "", None), errors="coerce").astype(float)
     odd = values.isna() & (text != "")

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.files import put_beside
+from ..core.frames import moved
 from ..core.progress import Reporter
 from ..core.shown import some
 from ..core.tables import read_rows, safe_frame
@@ -136,9 +137,7 @@ class Written:
     def _moved(self, xy: np.ndarray, crs: pyproj.CRS | None) -> np.ndarray:
         """(N, 2) of the old layer in the new one's CRS."""
         tied = [found is not None and found.geodetic_crs is not None for found in (self.crs, crs)]
-        if not all(tied) or self.crs == crs:
-            return xy
-        return np.column_stack(pyproj.Transformer.from_crs(self.crs, crs, always_xy=True).transform(xy[:, 0], xy[:, 1]))
+        return moved(xy, self.crs, crs) if all(tied) else xy
 
     def _new_id(self, note: str | None, table: gpd.GeoDataFrame) -> int | None:
         """The number that the tree named by a merge has now; ``None`` where it is gone."""

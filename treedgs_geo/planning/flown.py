@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.layer_files import read_layer
 
 if TYPE_CHECKING:
-    import geopandas as gpd
-
     from ..stems.quality.tree import Tree
 
 #: Layers of a plan.
@@ -20,32 +18,14 @@ PHOTOS, PLOTS = "plan_photos", "plan_plots"
 SHARE_SLACK, ERROR_SLACK = 0.10, 1.3
 
 
-def read_layer(path: Path, layer: str, columns: set[str]) -> gpd.GeoDataFrame:
-    """A layer of a flight plan.
-
-    Raises:
-        InputError: not readable, or not such a plan.
-    """
-    import geopandas as gpd
-
-    try:
-        table = gpd.read_file(path, layer=layer, engine="pyogrio")
-    except Exception as problem:
-        raise InputError(f"{path}: holds no layer {layer} ({problem}), expected plan.gpkg of plan-flight.") from None
-    missing = columns - set(table.columns)
-    if missing or not len(table):
-        what = f"lacks {', '.join(sorted(missing))}" if missing else "is empty"
-        raise InputError(f"{path}: its layer {layer} {what}; make the plan again with plan-flight.")
-    return table
-
-
 def read_expected(path: Path) -> dict[str, dict[str, Any]]:
     """Plot -> what the plan expects of it: ``exp_stems, exp_views, exp_share, exp_err_cm, n_photos``.
 
     Raises:
         InputError: not a flight plan.
     """
-    table = read_layer(path, PLOTS, {"plot_id", "exp_stems", "exp_views", "exp_share", "exp_err_cm", "n_photos"})
+    wanted = ("plot_id", "exp_stems", "exp_views", "exp_share", "exp_err_cm", "n_photos")
+    table = read_layer(path, PLOTS, wanted, "plan-flight")
     return {str(row["plot_id"]): row.drop("geometry").to_dict() for _, row in table.iterrows()}
 
 
@@ -72,7 +52,7 @@ def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, A
         return float(np.sum(values[known] * weight[known]) / weight[known].sum()) if known.any() else float("nan")
 
     planned = {
-        "photos": len(read_layer(path, PHOTOS, {"photo"})),
+        "photos": len(read_layer(path, PHOTOS, {"photo"}, "plan-flight")),
         "stems": round(float(stems.sum()), 1),
         "views": round(mean("exp_views"), 2),
         "share": round(mean("exp_share"), 3),

@@ -13,9 +13,9 @@ from scipy.spatial import cKDTree
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from ..core.crs import check_projected, project_crs
+from ..core.crs import check_projected, grid_convergence_deg, project_crs
 from ..core.errors import CRSError, InputError
-from ..core.frames import heights_named
+from ..core.frames import heights_named, moved
 from ..core.map_scale import check_place
 from ..core.progress import Reporter
 from ..inventory.searched import searched_area
@@ -88,14 +88,12 @@ class PlanSite:
         heights = np.asarray(self.dtm.heights)
         seen = np.isfinite(heights)
         rim = seen & ~binary_erosion(seen)
-        x, y = (values[seen] for values in self.dtm.centres())
-        if self.dtm.grid_crs is not None:
-            x, y = pyproj.Transformer.from_crs(self.dtm.grid_crs, self.crs, always_xy=True).transform(x, y)
-        some = slice(None, None, max(len(x) // _SLOPES, 1))
-        slope = np.tan(np.radians(self.dtm.slope_deg(x[some], y[some], 5.0)))
+        xy = moved(np.column_stack([values[seen] for values in self.dtm.centres()]), self.dtm.grid_crs, self.crs)
+        x, y = xy[:: max(len(xy) // _SLOPES, 1)].T
+        slope = np.tan(np.radians(self.dtm.slope_deg(x, y, 5.0)))
         rise = float(np.nanpercentile(slope, 90)) if np.isfinite(slope).any() else MIN_RISE
         at_rim = rim[seen]
-        edge = cKDTree(np.column_stack([x, y])[at_rim])
+        edge = cKDTree(xy[at_rim])
         return edge, heights[rim] - self.dtm.origin[2], max(rise, MIN_RISE)
 
     def canopy_top(self, xy: np.ndarray) -> np.ndarray:
@@ -110,15 +108,12 @@ class PlanSite:
 
     def lonlat(self, xy: np.ndarray) -> np.ndarray:
         """(N, 2) planning coordinates -> longitude and latitude, WGS 84, degrees."""
-        to_earth = pyproj.Transformer.from_crs(self.crs, 4326, always_xy=True)
-        place = np.atleast_2d(np.asarray(xy, float)) + self.origin
-        return np.column_stack(to_earth.transform(place[:, 0], place[:, 1]))
+        return moved(np.atleast_2d(np.asarray(xy, float)) + self.origin, self.crs, pyproj.CRS(4326))
 
     @property
     def convergence_deg(self) -> float:
         """True azimuth less grid azimuth at the origin."""
-        lon, lat = self.lonlat(np.zeros(2))[0]
-        return float(pyproj.Proj(self.crs).get_factors(lon, lat).meridian_convergence)
+        return float(grid_convergence_deg(self.crs, *self.lonlat(np.zeros(2))[0]))
 
 
 def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
@@ -185,8 +180,7 @@ def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.nda
     placed = np.isfinite(xy).all(axis=1)
     if not placed.any():
         raise InputError(f"{path}: no living tree has a place, expected a tree layer; give the five numbers instead.")
-    if found.crs is not None and found.crs != crs:
-        xy = np.column_stack(pyproj.Transformer.from_crs(found.crs, crs, always_xy=True).transform(xy[:, 0], xy[:, 1]))
+    xy = moved(xy, found.crs, crs)
     dbh = table["dbh_cm"].to_numpy(float)
     dbh = np.where(np.isfinite(dbh), dbh, np.nanmedian(dbh)) / 100
     return (xy[placed], dbh[placed], table["height_m"].to_numpy(float)[placed]), searched_area(path, crs)
@@ -306,11 +300,7 @@ class Canopy:
             found |= peak & (smooth >= low) & (smooth < high)
         x, y = self.grid.centres()
         at = found & known
-        xy = np.column_stack([x[at], y[at]])
-        if self.grid.grid_crs is not None and self.grid.crs is not None:
-            to_plan = pyproj.Transformer.from_crs(self.grid.grid_crs, self.grid.crs, always_xy=True)
-            xy = np.column_stack(to_plan.transform(xy[:, 0], xy[:, 1]))
-        return xy, self.grid.heights[at]
+        return moved(np.column_stack([x[at], y[at]]), self.grid.grid_crs, self.grid.crs), self.grid.heights[at]
 
     def crown_radius_m(self, stems_per_ha: float, crown_base_m: float) -> float:
         """Reach of the crowns that cover what is covered: circles at random (Boolean model, ``cover = 1 -

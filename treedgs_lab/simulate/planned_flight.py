@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from treedgs_geo.planning.flown import PHOTOS, PLOTS, read_layer
+from treedgs_geo.core.layer_files import read_layer
+from treedgs_geo.planning.flown import PHOTOS, PLOTS
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,9 @@ def read_flight(path: Path) -> PlannedFlight:
     Raises:
         InputError: not a flight plan.
     """
-    photos = read_layer(path, PHOTOS, {"leg", "yaw_deg", "pitch_deg", "above_m", "width_px", "height_px", "focal_px"})
-    plots = read_layer(path, PLOTS, {"plot_id", "radius_m"})
+    wanted = ("leg", "yaw_deg", "pitch_deg", "above_m", "width_px", "height_px", "focal_px")
+    photos = read_layer(path, PHOTOS, wanted, "plan-flight")
+    plots = read_layer(path, PLOTS, {"plot_id", "radius_m"}, "plan-flight")
     centres = np.array([[shape.centroid.x, shape.centroid.y] for shape in plots.geometry])
     middle = centres.mean(axis=0)
     place = np.array([[shape.x, shape.y] for shape in photos.geometry]) - middle

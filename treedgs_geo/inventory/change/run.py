@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyproj
 from shapely import contains_xy
 
 from ... import __version__
 from ...core.crs import project_crs
 from ...core.errors import InputError
 from ...core.files import ensure_writable, fingerprint, write_json
+from ...core.frames import moved
 from ...core.geopackage import ensure_unlocked
 from ...core.layer_files import write_layer
 from ...core.progress import Reporter
@@ -136,10 +136,8 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
     before, after = lists
     if before.crs != after.crs:
         before.searched = searched_area(settings.before, after.crs)
-        x, y = pyproj.Transformer.from_crs(before.crs, after.crs, always_xy=True).transform(
-            before.trees["x"].to_numpy(float), before.trees["y"].to_numpy(float)
-        )
-        before.trees["x"], before.trees["y"], before.crs = x, y, after.crs
+        before.trees[["x", "y"]] = moved(before.trees[["x", "y"]].to_numpy(float), before.crs, after.crs)
+        before.crs = after.crs
     if len(before.trees) and len(after.trees):
         away = np.hypot(*(before.trees[["x", "y"]].mean() - after.trees[["x", "y"]].mean()))
         span = (
@@ -180,11 +178,7 @@ def _common_ground(before: TreeList, after: TreeList, settings: Any) -> list[Sam
 
 
 def _refuse_same(before: pd.DataFrame, after: pd.DataFrame, settings: Any) -> None:
-    """Refuse one layer as both dates: no two flights give the same DBHs at the same places.
-
-    Raises:
-        InputError: nine tenths of the trees are the same to the digit.
-    """
+    """Refuse one layer as both dates: no two flights give the same DBHs at the same places."""
     one, two = (
         set(map(tuple, trees[["x", "y", "dbh_cm"]].dropna().round({"x": 1, "y": 1, "dbh_cm": 3}).to_numpy().tolist()))
         for trees in (before, after)

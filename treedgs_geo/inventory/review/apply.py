@@ -233,11 +233,7 @@ def decide(
 
 def _refuse_odd(table: gpd.GeoDataFrame, decisions: list[Decision], source: Path) -> None:
     """Refuse taped DBHs in another unit than their column says, of other trees, and, of trees without a measured one,
-    those that none of the layer's trees makes likely.
-
-    Raises:
-        InputError: the first of them.
-    """
+    those that none of the layer's trees makes likely."""
     given = [decision for decision in decisions if decision.dbh_cm is not None and decision.tree is not None]
     known = dict(zip(pd.to_numeric(table["tree_id"]), pd.to_numeric(table["dbh_cm"]), strict=True))
     taped = np.array([decision.dbh_cm for decision in given], float)

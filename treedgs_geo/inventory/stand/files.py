@@ -19,11 +19,11 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pandas as pd
-import pyproj
 import shapely
 
 from ...core import tables
 from ...core.files import atomic_path, ensure_writable
+from ...core.frames import own_degrees
 from ...core.geopackage import atomic_geopackage
 from ...core.layer_files import add_layer, write_shapefile
 from ...report.blocks import Document, Table
@@ -304,7 +304,5 @@ def _trees(stand: Stand, plot_names: np.ndarray) -> pd.DataFrame:
 
 def _lonlat(stand: Stand, x: float, y: float) -> tuple[float, float]:
     """Degrees; NaN without a place on the earth."""
-    if stand.crs is None or stand.crs.geodetic_crs is None or not np.isfinite(x):
-        return np.nan, np.nan
-    made = pyproj.Transformer.from_crs(stand.crs, stand.crs.geodetic_crs.to_2d(), always_xy=True).transform(x, y)
-    return round(float(made[0]), 6), round(float(made[1]), 6)
+    found = own_degrees(stand.crs, x, y) if stand.crs is not None and np.isfinite(x) else None
+    return (np.nan, np.nan) if found is None else (round(found[0], 6), round(found[1], 6))

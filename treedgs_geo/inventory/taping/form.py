@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
+from ...core.frames import moved
 from ...core.plots import Plot
 from ...report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table
 from ...report.charts import chart_png, draw_outline, new_chart
@@ -59,7 +60,7 @@ def walk(frame: Frame, draw: Draw, protocol: Bearings, day: str, path: Path) -> 
         turn = bearing_to_grid_deg(Plot(plot.plot_id, plot.x, plot.y, 1.0), frame.crs, protocol, day, path)
         made.loc[mine, "azim_deg"] = (np.degrees(np.arctan2(east, north)) + turn) % 360
         made.loc[mine, "dist_m"] = np.hypot(east, north)
-    made["lon"], made["lat"] = _lonlat(frame.crs, made)
+    made[["lon", "lat"]] = _lonlat(frame.crs, made)
     made = made.iloc[_order(made, frame)].reset_index(drop=True)
     made.insert(0, "walk", np.arange(1, len(made) + 1))
     return made
@@ -110,15 +111,11 @@ def _order(trees: pd.DataFrame, frame: Frame) -> np.ndarray:
     return np.array(order)
 
 
-def _lonlat(crs: pyproj.CRS, trees: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """WGS 84 degrees; NaN where the CRS is not tied to the earth."""
-    nothing = np.full(len(trees), np.nan)
-    if crs.geodetic_crs is None:
-        return nothing, nothing
-    to_wgs84 = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
-    lon, lat = to_wgs84.transform(trees["x"].to_numpy(float), trees["y"].to_numpy(float))
-    known = np.isfinite(lon) & np.isfinite(lat)
-    return np.where(known, lon, np.nan), np.where(known, lat, np.nan)
+def _lonlat(crs: pyproj.CRS, trees: pd.DataFrame) -> np.ndarray:
+    """(N, 2) WGS 84 degrees; NaN where the CRS is not tied to the earth."""
+    place = trees[["x", "y"]].to_numpy(float)
+    degrees = np.full_like(place, np.nan) if crs.geodetic_crs is None else moved(place, crs, pyproj.CRS(4326))
+    return np.where(np.isfinite(degrees).all(axis=1, keepdims=True), degrees, np.nan)
 
 
 #: Empty rows for trees that are not on the map.
