@@ -3,12 +3,12 @@ reporter's fraction and lines, and ``status.txt``, a table anyone can watch."""
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..core.costs import time_text
-from ..core.errors import TreeDGSError
+from ..core.errors import OutputError, TreeDGSError
+from ..core.files import atomic_path
 from ..core.progress import Reporter
 from .engine_process import EngineProcess
 from .places import STATUS, TREES
@@ -263,10 +264,6 @@ class Board:
 
 
 def write_text(target: Path, text: str) -> None:
-    """Renamed into place; a table that cannot be written is not worth an error."""
-    temporary = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
+    """Whole or not at all; a table that cannot be written is not worth an error."""
+    with suppress(OutputError), atomic_path(target) as temporary:
         temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, target)
-    except OSError:
-        temporary.unlink(missing_ok=True)

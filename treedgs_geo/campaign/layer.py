@@ -17,14 +17,14 @@ from ..core.errors import OutputError
 from ..core.frames import moved
 from ..core.plots import read_plots
 from ..core.progress import Reporter
-from ..core.shown import some
 from ..inventory import tree_layer
 from ..inventory.searched import SEARCHED, read_searched
 from ..inventory.side_layers import READINGS, add_tables, read_readings
-from ..inventory.tree_layer import tree_table, write_table
+from ..inventory.tree_layer import tree_table, typed, write_table
 from ..inventory.tree_reading import read_trees
 from ..inventory.written import read_written
 from ..pointcloud.file_crs import LOCAL_CRS
+from ..stems.quality.tree import TREE_FIELDS
 from .places import TREES
 
 #: A tree's number is its plot's number times this, plus its number in the plot: it stays when other plots come or go.
@@ -56,15 +56,13 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     person wrote (species, status, note, decisions) into a plot's layer, or into the merged one that is replaced, goes
     on with its tree; of two decisions the newer one.
     """
-    trees, searched, silent, readings = [], [], [], []
+    trees, searched, readings = [], [], []
     for plot in plots:
         file = Path(plot["folder"]) / TREES
         trees.append(_plot_trees(plot, crs))
         if (read := read_readings(file)) is not None:
             readings.append(read.assign(tree_id=read["tree_id"] + plot["number"] * IDS_PER_PLOT))
-        if (found := read_searched(file)) is None:
-            silent.append(plot["plot_id"])
-        else:
+        if (found := read_searched(file)) is not None:
             searched.append(_searched(found, plot, crs))
     empty = tree_table([], _crs(crs))
     empty["plot_tree"], empty["camp_plot"] = empty["tree_id"], empty["plot_id"]
@@ -74,22 +72,17 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
 
     def beside(geopackage: Path) -> None:
         # What was searched of some plots only would make the others unsearched.
-        parts = {SEARCHED: [] if silent else searched, READINGS: readings}
+        parts = {SEARCHED: searched if len(searched) == len(trees) else [], READINGS: readings}
         add_tables(geopackage, {name: pd.concat(of, ignore_index=True) for name, of in parts.items() if of})
 
     write_table(path, table, beside)
-    if silent and searched and reporter is not None:
-        reporter.warn(
-            f"{path.name} does not say where stems were searched for, since {len(silent)} plots do not "
-            f"({some(silent, 5)}, measured by an older version): measure them again."
-        )
     written.report(reporter)
     return len(table)
 
 
 def _plot_trees(plot: dict[str, Any], crs: str) -> gpd.GeoDataFrame:
     """One plot's trees with the campaign's ids."""
-    table = _typed(read_trees(Path(plot["folder"]) / TREES))
+    table = typed(read_trees(Path(plot["folder"]) / TREES).reindex(columns=[*TREE_FIELDS, "geometry"]))
     table["plot_tree"] = table["tree_id"]
     table["tree_id"] = table["tree_id"] + plot["number"] * IDS_PER_PLOT
     table["camp_plot"] = plot["plot_id"]
@@ -117,19 +110,6 @@ def _searched(table: gpd.GeoDataFrame, plot: dict[str, Any], crs: str) -> gpd.Ge
     table = table.to_crs(_crs(crs))
     middle = table.geometry.centroid
     return table.assign(x=middle.x.round(3), y=middle.y.round(3))
-
-
-def _typed(table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    """The columns of a tree layer, each of its own type also where all of it is missing, so that plots agree."""
-    like = tree_table([], table.crs)
-    kinds = {name: kind for name, kind in like.dtypes.items() if name != "geometry"}
-    made = table.reindex(columns=like.columns)
-    for name, kind in kinds.items():
-        if kind.kind != "O":
-            made[name] = pd.to_numeric(made[name]).astype(kind)
-        else:
-            made[name] = made[name].astype(object).where(made[name].notna(), None)
-    return made
 
 
 def _crs(text: str) -> pyproj.CRS:

@@ -63,17 +63,24 @@ def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
         [[1, 31.04]]
     """
     rows = [{name: getattr(tree.finish(), name) for name in TREE_FIELDS} for tree in trees]
-    table = pd.DataFrame(rows, columns=list(TREE_FIELDS))
-    for name in table:
-        if name in _INTEGERS:
-            table[name] = pd.array(table[name], dtype="Int64")
-        elif name in _TEXTS:
-            table[name] = table[name].astype(object).where(table[name].notna(), None)
-        else:
-            table[name] = pd.to_numeric(table[name]).astype(float).round(_DECIMALS.get(name, LAYER_DECIMALS))
+    table = typed(pd.DataFrame(rows, columns=list(TREE_FIELDS)))
     ground = table["z_ground"].to_numpy(float)
     points = gpd.points_from_xy(table["x"], table["y"], np.where(np.isfinite(ground), ground, 0.0))
     return gpd.GeoDataFrame(table, geometry=points, crs=crs)
+
+
+def typed(table: pd.DataFrame) -> pd.DataFrame:
+    """The columns of a tree layer, each of its own type and decimals also where all of it is missing."""
+    made = {}
+    for name in TREE_FIELDS:
+        values = table[name]
+        if name in _INTEGERS:
+            made[name] = pd.to_numeric(values).astype("Int64")
+        elif name in _TEXTS:
+            made[name] = values.astype(object).where(values.notna(), None)
+        else:
+            made[name] = pd.to_numeric(values).astype(float).round(_DECIMALS.get(name, LAYER_DECIMALS))
+    return table.assign(**made)
 
 
 def check_output(path: Path) -> str:

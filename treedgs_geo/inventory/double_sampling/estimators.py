@@ -170,3 +170,13 @@ def more_tapes_to_halve(n: int, n_frame: int) -> int:
         return 0
     wanted = 1 / (0.25 * (1 / n - 1 / n_frame) + 1 / n_frame)
     return int(np.ceil(wanted - 1e-9)) - n
+
+
+def coverage(inside: np.ndarray, confidence: float) -> dict[str, Any]:
+    """How many intervals hold the tape: ``n_intervals, n_inside``, and where there are any their share ``inside`` with
+    Clopper and Pearson's interval ``inside_lo, inside_hi``. inside: (N,) bool."""
+    n, k = len(inside), int(np.sum(inside))
+    if not n:
+        return {"n_intervals": 0, "n_inside": 0}
+    limits = stats.binomtest(k, n).proportion_ci(confidence, method="exact")
+    return {"n_intervals": n, "n_inside": k, "inside": k / n, "inside_lo": limits.low, "inside_hi": limits.high}

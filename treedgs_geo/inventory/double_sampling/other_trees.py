@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom, spearmanr
 
+from ...core.errors import InputError
 from ...core.shown import some
 from .tapes import Taped
 
@@ -36,15 +37,22 @@ class OtherTrees(NamedTuple):
     certain: bool
 
 
-def tapes_of_other_trees(taped: Taped, trees: pd.DataFrame, rows: np.ndarray, dbh_cm: np.ndarray) -> OtherTrees | None:
-    """The same of a tape table and the layer it was drawn from: rows (n,) of ``trees`` that were drawn, dbh_cm (T,) as
-    they were then."""
+def tapes_of_other_trees(taped: Taped, trees: pd.DataFrame, rows: np.ndarray, dbh_cm: np.ndarray) -> str:
+    """What is odd of a tape table as a whole, '' where nothing is. rows: (n,) of ``trees``, the layer, that were drawn.
+    dbh_cm: (T,) as they were then.
+
+    Raises:
+        InputError: the tapes are certainly those of other trees.
+    """
     ids = np.array([f"tree {tree}" for tree in taped.trees["tree_id"]], object)
     tape = taped.trees["taped_cm"].to_numpy(float)
     found = of_other_trees(tape, dbh_cm[rows], trees["dbh_se_cm"].to_numpy(float)[rows], ids)
     if found is None:
-        return None
-    return OtherTrees(f"{taped.path}: {found.why}; hold the column against the form and correct it.", found.certain)
+        return ""
+    text = f"{taped.path}: {found.why}; hold the column against the form and correct it."
+    if found.certain:
+        raise InputError(text)
+    return text
 
 
 def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, names: np.ndarray) -> OtherTrees | None:

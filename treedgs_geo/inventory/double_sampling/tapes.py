@@ -67,6 +67,21 @@ class Taped:
         """(n,) whether something is known of the drawn tree."""
         return (self.trees["state"] != "not reached").to_numpy()
 
+    def remarks(self) -> tuple[list[str], list[str]]:
+        """Warnings and notes: drawn trees that were not taped, and what was found beside them."""
+        warnings, open_ = [], self.trees["tree_id"][~self.answered]
+        if len(open_):
+            warnings.append(
+                f"Not taped: {count_of(len(open_), 'drawn tree')} ({some(open_, 10)}); the others of their stratum "
+                "stand for them, which is right only if what kept the crew away has nothing to do with the error."
+            )
+        if len(self.extra):
+            return warnings, [f"Trees that the map lacks, found by the crew: {len(self.extra)}."]
+        return warnings, [
+            "No tree that the map lacks was written down: it is taken that the crew looked for them and found none. If "
+            "nobody looked, trees that the flight missed are missing in every total."
+        ]
+
     def repeatability(self) -> dict[str, Any]:
         """``n_twice``: trees taped twice; ``tape_sd_cm``: standard deviation of one tape from them (Bland and Altman
         1996), ``None`` where there are none."""

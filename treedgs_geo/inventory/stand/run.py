@@ -151,23 +151,15 @@ def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:
     taped = read_taped(settings.taped)
     taped.sample()  # refuses a table without its draw
     rows, dbh_cm, notes = join(trees.trees, taped, settings.trees)
-    if (others := tapes_of_other_trees(taped, trees.trees, rows, dbh_cm)) is not None:
-        raise InputError(others.why)
+    if others := tapes_of_other_trees(taped, trees.trees, rows, dbh_cm):
+        raise InputError(others)
     names = taped.trees["tree_id"].to_numpy()
     trees.warnings += outlier_sentences(names, outliers(dbh_cm[rows], taped.trees["taped_cm"].to_numpy(float), names))
     trees.trees["dbh_cm"] = dbh_cm
     trees.notes += notes
-    n_open = int((~taped.answered).sum())
-    if n_open:
-        trees.warnings.append(
-            f"Not taped: {count_of(n_open, 'drawn tree')}; the others of their stratum stand for them, which is right "
-            "only if what kept the crew away has nothing to do with the error."
-        )
-    if not len(taped.extra):
-        trees.notes.append(
-            "No tree that the map lacks was written into the tape table: it is taken that the crew looked and found "
-            "none."
-        )
+    warnings, said = taped.remarks()
+    trees.warnings += warnings
+    trees.notes += said
     species = label_species(pd.DataFrame({"species": [None]}), settings.species)["species"].iloc[0]
     return TapeInput(taped, rows, settings.min_dbh_cm, species if settings.species else None)
 

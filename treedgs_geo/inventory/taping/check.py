@@ -30,6 +30,7 @@ from ..double_sampling.estimators import (
     Corrected,
     Tapes,
     correct_total,
+    coverage,
     more_tapes_to_halve,
     share_out,
     t_factor,
@@ -101,11 +102,11 @@ def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray
             "the taped trees are taken as a simple random sample, and no total is corrected."
         )
     _errors(made, tapes, answered, both, confidence)
-    _intervals(made, known, confidence)
+    made.figures |= coverage(table["inside"][known].astype(bool), confidence)
     _flags(made, both)
     if taped.n_frame:
         _totals(made, frame, taped, tapes, rows, dbh_cm, confidence)
-    _remark(made, taped, answered)
+    _remark(made, taped)
     return made
 
 
@@ -137,16 +138,6 @@ def _errors(made: Checked, tapes: Tapes, answered: np.ndarray, both: np.ndarray,
         "mae_cm": mean(np.abs(error), 1.0)[0],
         "sd_cm": np.sqrt(max(square - bias**2, 0.0)),
     }
-
-
-def _intervals(made: Checked, known: np.ndarray, confidence: float) -> None:
-    n = int(known.sum())
-    k = int(sum(bool(value) for value in made.trees["inside"][known]))
-    made.figures |= {"n_intervals": n, "n_inside": k}
-    if not n:
-        return
-    limits = stats.binomtest(k, n).proportion_ci(confidence, method="exact")
-    made.figures |= {"inside": k / n, "inside_lo": limits.low, "inside_hi": limits.high}
 
 
 def _flags(made: Checked, both: np.ndarray) -> None:
@@ -193,7 +184,7 @@ def _totals(
     made.figures |= {"n_frame": taped.n_frame, "n_extra": len(keys)}
 
 
-def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
+def _remark(made: Checked, taped: Taped) -> None:
     """Sentences that a reader of the numbers needs."""
     f, table = made.figures, made.trees
     level = f"{100 * f['confidence']:g} %"
@@ -210,19 +201,9 @@ def _remark(made: Checked, taped: Taped, answered: np.ndarray) -> None:
             f"tape ({level} interval of that share: {100 * f['inside_lo']:.0f} to {100 * f['inside_hi']:.0f} %)."
         )
     made.warnings += outlier_sentences(table["tree_id"], table["outlier"])
-    open_ = table["tree_id"][~answered]
-    if len(open_):
-        made.warnings.append(
-            f"Not taped: {count_of(len(open_), 'drawn tree')} ({some(open_, 10)}); the others of their stratum "
-            "stand for them, which is right only if what kept the crew away has nothing to do with the error."
-        )
-    if taped.n_frame and not len(taped.extra):
-        made.notes.append(
-            "No tree that the map lacks was written down: it is taken that the crew looked for them and found none. If "
-            "nobody looked, trees that the flight missed are missing in every total."
-        )
-    if len(taped.extra):
-        made.notes.append(f"Trees that the map lacks, found by the crew: {len(taped.extra)}.")
+    warnings, notes = taped.remarks()
+    made.warnings += warnings
+    made.notes += notes if taped.n_frame or len(taped.extra) else []
     if (tape := taped.repeatability())["n_twice"]:
         made.figures |= tape
         made.notes.append(
@@ -267,13 +248,11 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
         rows, dbh_cm, notes = join(frame.trees, taped, settings.trees)
         others = tapes_of_other_trees(taped, frame.trees, rows, dbh_cm)
-        if others is not None and others.certain:
-            raise InputError(others.why)
     with reporter.stage("check", 0.4, 0.5):
         checked = check_tapes(frame, taped, rows, dbh_cm, settings.confidence_pct / 100)
-    if others is not None:
+    if others:
         # What follows from the tapes says nothing until it is known whose they are.
-        checked.warnings[:], checked.totals = [others.why], {}
+        checked.warnings[:], checked.totals = [others], {}
     checked.notes[:0] = notes
     checked.warnings += frame.warnings
     restored = Frame(frame.trees.assign(dbh_cm=dbh_cm), frame.crs, frame.plots)

@@ -20,6 +20,7 @@ from ...core.shown import count_of, some
 from ...report.blocks import Block, Cards, Paragraph, Sentences
 from ..accuracy.report import write_evaluation
 from ..accuracy.tables import PairsEvidence, evidence_table, metrics_of
+from ..double_sampling.estimators import coverage
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import Taped, read_taped
 from .seal import MIN_TREES, RECORD, unsealed
@@ -81,7 +82,8 @@ def open_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
         judged = equivalence(
             done["error_cm"].to_numpy(), done["plot_id"].to_numpy(object), record["sealed"]["limit_cm"]
         )
-        metrics["trial"] = {**judged, **_coverage(done), **taped.repeatability()}
+        inside = coverage(done["inside_90"].dropna().astype(bool), LEVEL)
+        metrics["trial"] = {**judged, **inside, **taped.repeatability()}
     openings, mark = record["opened"], content_hash(settings.taped)
     if mark not in [each["tapes"] for each in openings]:
         openings.append({"at": datetime.now(timezone.utc).isoformat(timespec="seconds"), "tapes": mark})
@@ -129,9 +131,7 @@ def evidence_from_tapes(
     mine = trees.reindex(table["tree_id"]).reset_index(drop=True)
     rows = np.arange(len(mine))
     others = tapes_of_other_trees(taped, mine, rows, mine["dbh_cm"].to_numpy(float))
-    if others is not None and others.certain:
-        raise InputError(others.why)
-    warnings = [] if others is None else [others.why]
+    warnings = [others] if others else []
     plots = pd.Series([drawn[str(tree)] or "all" for tree in table["tree_id"]], dtype=object)
     found = mine.assign(plot_id=plots, reference_cm=table["taped_cm"].to_numpy(float))
     has = found["reference_cm"].notna()
@@ -178,20 +178,6 @@ def bundle(record: dict[str, Any], metrics: dict[str, Any], evidence: PairsEvide
         "ok_only": metrics["ok_only"],
         "trial": metrics["trial"],
         "trees": rows.where(rows.notna(), None).to_dict("records"),
-    }
-
-
-def _coverage(done: pd.DataFrame) -> dict[str, Any]:
-    """How many 90 % intervals hold the tape, and Clopper and Pearson's 90 % interval of that share."""
-    inside = done["inside_90"].dropna().astype(bool)
-    if not len(inside):
-        return {"n_intervals": 0, "n_inside": 0}
-    limits = stats.binomtest(int(inside.sum()), len(inside)).proportion_ci(LEVEL, method="exact")
-    return {
-        "n_intervals": len(inside),
-        "n_inside": int(inside.sum()),
-        "inside_lo": limits.low,
-        "inside_hi": limits.high,
     }
 
 
