@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..core.columns import columns, numbers, places, require
+from ..core.columns import columns, measured, numbers, places, require
 from ..core.errors import InputError
 from ..core.frames import suggest_utm
 from ..core.plausible import odd_diameters, refuse_height_units
@@ -27,7 +27,8 @@ _SAME_SHARE, _SAME_CM = 0.02, 0.3
 
 
 def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") -> gpd.GeoDataFrame:
-    """A tree layer, or a CSV with ``tree_id, x, y, dbh_cm`` (``crs`` is then the CRS of x and y).
+    """A tree layer, or a CSV with ``tree_id, x, y, dbh_cm`` (``crs`` is then the CRS of x and y) and where it has them
+    interval, flag, decisions, species, status, note, height (m or ft), height_se_m, n_pts, plot_id.
 
     Raises:
         InputError: not readable, columns missing, doubled ids, positions that are no numbers, an unclear DBH unit.
@@ -35,17 +36,19 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
     path = Path(path)
     if is_table(path):
         table = read_table(path)
-        found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth")
+        found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth", "species", "status", "height")
         require(path, table, found, ("field_id", "easting", "northing", ("dbh", "dbh1", "girth")))
         trees = pd.DataFrame({"tree_id": numbers(path, table, found["field_id"].name, required=True)})
         trees[["x", "y"]] = places(path, table, crs)
         trees["dbh_cm"] = dbh_in_cm(path, table, dbh_unit, "--trees-dbh-unit")
-        for name in ("dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"):
+        for name in ("dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "height_se_m", "n_pts"):
             if name in table:
                 trees[name] = numbers(path, table, name)
-        for name in ("qc_flag", *DECIDED):
-            if name in table:
-                trees[name] = table[name]
+        if "height" in found:
+            trees["height_m"] = measured(path, table, "height", found["height"]).where(lambda height: height > 0)
+        for name in ("qc_flag", "qc_reason", "plot_id", "species", "status", "note", *DECIDED):
+            if (written := found[name].name if name in found else name) in table:
+                trees[name] = table[written]
         trees = plain_flags(path, trees) if "qc_flag" in trees else trees
         trees = gpd.GeoDataFrame(trees, geometry=gpd.points_from_xy(trees["x"], trees["y"]), crs=crs)
     else:

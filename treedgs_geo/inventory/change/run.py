@@ -30,7 +30,7 @@ from ...stems.quality.priors import USUAL_TAPER_CM_M
 from ..options import PairingOptions
 from ..searched import flown_on, searched_area
 from ..stand.estimate import Design
-from ..stand.sample import SamplePlot, as_searched, read_sample
+from ..stand.sample import SamplePlot, read_sample
 from ..stand.treelist import TreeList, from_layer, on_the_map, settle_status
 from .growth import Change, SharedErrors, stand_change, tree_growth
 from .joining import Joined, Limits, join_dates
@@ -158,11 +158,7 @@ def _common_ground(before: TreeList, after: TreeList, settings: Any) -> list[Sam
     gone, so that without plots only trees on common ground stay."""
     plots = read_sample(settings.plots, after.crs) if settings.plots is not None else []
     for path, date in ((settings.before, before), (settings.after, after)):
-        if plots:
-            place = date.trees[["x", "y"]].to_numpy(float)
-            plots, warnings, notes = as_searched(plots, date.searched, place, Path(path).name)
-            date.warnings += warnings
-            date.notes += notes
+        plots = date.plots_searched(plots, path.name) if plots else []
     if plots or before.searched is None or after.searched is None:
         return plots
     common = before.searched.intersection(after.searched)

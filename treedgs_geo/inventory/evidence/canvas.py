@@ -8,15 +8,17 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-Colour = tuple[int, int, int]
+from ...report import charts
+
+Colour = tuple[int, ...]
 Point = tuple[float, float]
 
 INK, FAINT, LINE, PAPER = (34, 34, 34), (105, 105, 105), (205, 205, 205), (255, 255, 255)
-#: Okabe and Ito's colours, which colour-blind readers tell apart: by flag, as the report's map has them.
-GREEN, AMBER, RED, BLUE = (0, 158, 115), (230, 159, 0), (213, 94, 0), (0, 114, 178)
-FLAG_COLOURS: dict[str, Colour] = {"ok": GREEN, "check": AMBER, "reject": RED}
+#: The report's colours.
+GREEN, AMBER, BLUE = map(ImageColor.getrgb, (charts.GREEN, charts.ORANGE, charts.BLUE))
+FLAG_COLOURS = {flag: ImageColor.getrgb(colour) for flag, (colour, _) in charts.FLAGS.items()}
 
 #: Fractional bits of OpenCV's coordinates.
 _SHIFT = 4

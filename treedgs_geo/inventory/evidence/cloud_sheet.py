@@ -9,7 +9,7 @@ import numpy as np
 
 from ...stems.quality.tree import Tree
 from .canvas import BLUE, FAINT, INK, LINE, Canvas
-from .parts import MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines, reasons
+from .parts import MARGIN, DiameterChart, begin_sheet
 
 #: Heights of the slices, metres, and the thickness of one that shows this many points; thinner clouds get thicker ones.
 SLICE_HEIGHTS = np.arange(0.5, 4.51, 0.5)
@@ -35,8 +35,7 @@ def cloud_sheet(evidence: CloudEvidence) -> Canvas:
     """Draw the sheet."""
     tree = evidence.tree
     below = _TOP + _SIDE + 60
-    canvas = Canvas(WIDTH, max(below + 350, below + 24 + reason_lines(tree, 300)))
-    headline(canvas, tree)
+    canvas = begin_sheet(tree, below, 350, _rows(evidence))
     half_m = max(1.9 * _radius(evidence), 0.12)
     canvas.text(
         MARGIN,
@@ -50,9 +49,6 @@ def cloud_sheet(evidence: CloudEvidence) -> Canvas:
     for column, (axis, name) in enumerate(((0, "seen from the south"), (1, "seen from the east"))):
         _side_view(canvas, evidence, axis, name, (MARGIN + column * 142, below, 132, 340), half_m)
     _taper(canvas, evidence, (MARGIN + 296, below, 270, 340))
-    canvas.text(MARGIN + 582, below, "In numbers", 13, INK, True)
-    numbers(canvas, MARGIN + 582, below + 22, 264, _rows(evidence))
-    reasons(canvas, WIDTH - MARGIN - 300, below, 300, tree)
     return canvas
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.shown import shown_cm
+from ...report.charts import FLAGS
 from ...stems.quality.methods import METHODS
 from ...stems.quality.reasons import REASONS
 from ...stems.quality.tree import Tree
@@ -13,8 +14,6 @@ from .canvas import BLUE, FAINT, FLAG_COLOURS, INK, LINE, PAPER, Canvas, font, s
 WIDTH, MARGIN = 1200, 14
 #: Heights above the ground that sheets show, metres.
 LOW_M, HIGH_M = 0.0, 3.6
-#: Flags as a forester reads them; the map's legend has the same words.
-FLAG_WORDS = {"ok": "measured", "check": "measured, to be checked", "reject": "seen, no DBH"}
 #: Longest plot id on a sheet, letters.
 _LONGEST_ID = 40
 
@@ -26,7 +25,7 @@ def headline(canvas: Canvas, tree: Tree) -> None:
     plot = f", plot {shortened(tree.plot_id, _LONGEST_ID)}" if tree.plot_id else ""
     name = f"Tree {tree.tree_id}{plot}"
     canvas.text(MARGIN, 16, name, 22, INK, True)
-    words = FLAG_WORDS[tree.qc_flag]
+    words = FLAGS[tree.qc_flag][1]
     width = font(15, True).getlength(words) + 24
     canvas.box(WIDTH - MARGIN - width, 15, width, 28, colour, filled=True)
     canvas.text(WIDTH - MARGIN - width / 2, 29, words, 15, PAPER, True, "mm")
@@ -36,6 +35,16 @@ def headline(canvas: Canvas, tree: Tree) -> None:
         interval = f"90 % interval {shown_cm(tree.dbh_lo_cm)} – {shown_cm(tree.dbh_hi_cm)} cm; "
     below = f"{interval}{METHODS.get(tree.method, tree.method)}; E {tree.x:.2f}, N {tree.y:.2f} m"
     canvas.text(MARGIN, 47, below, 13, FAINT)
+
+
+def begin_sheet(tree: Tree, below: int, high: int, rows: list[tuple[str, str]]) -> Canvas:
+    """A sheet with its headline, and from ``below`` down its numbers and reasons; high: at least so much below."""
+    canvas = Canvas(WIDTH, max(below + high, below + 24 + reason_lines(tree, 300)))
+    headline(canvas, tree)
+    canvas.text(MARGIN + 582, below, "In numbers", 13, INK, True)
+    numbers(canvas, MARGIN + 582, below + 22, 264, rows)
+    reasons(canvas, WIDTH - MARGIN - 300, below, 300, tree)
+    return canvas
 
 
 def dbh_words(tree: Tree) -> str:

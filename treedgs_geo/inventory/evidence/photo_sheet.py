@@ -13,7 +13,7 @@ from ...stems.photos.stem_images import StemShown, choose_photos, straightened
 from ...stems.photos.tuned import SEES
 from ...stems.quality.tree import Tree
 from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, shortened_front
-from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, headline, numbers, reason_lines, reasons
+from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, begin_sheet
 
 #: Most and fewest photos in a row, pixels between them, and the row's place and height.
 MAX_PHOTOS, FEWEST_PHOTOS = 9, 6
@@ -40,15 +40,11 @@ def photo_sheet(evidence: PhotoEvidence) -> Canvas:
     """Draw the sheet."""
     tree = evidence.tree
     below = _TOP + _HIGH + 52
-    canvas = Canvas(WIDTH, max(below + 308, below + 24 + reason_lines(tree, 300)))
-    headline(canvas, tree)
+    canvas = begin_sheet(tree, below, 308, _rows(evidence))
     photos, half_m, px_m = _layout(evidence)
     _photo_row(canvas, evidence, photos, half_m, px_m)
     _directions(canvas, evidence, photos, (MARGIN, below, 280, 300))
     _diameters(canvas, evidence, (MARGIN + 296, below, 270, 300))
-    canvas.text(MARGIN + 582, below, "In numbers", 13, INK, True)
-    numbers(canvas, MARGIN + 582, below + 22, 264, _rows(evidence))
-    reasons(canvas, WIDTH - MARGIN - 300, below, 300, tree)
     return canvas
 
 

@@ -28,7 +28,6 @@ from ...core.geopackage import atomic_geopackage
 from ...core.layer_files import add_layer, write_shapefile
 from ...report.blocks import Document, Table
 from .species import UNKNOWN, species_of
-from .stem_volume import CURVES
 from .survey import Stand
 from .units import ACRE_HA, FOOT
 
@@ -57,35 +56,17 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
 
     Rows of stand-ins are folded into the tree that stands in: ``tph`` holds them, ``weight`` does not.
     """
-    v, listed = stand.values, stand.listed()
-    tree, plot = listed["tree"].to_numpy(int), listed["plot"].to_numpy(int)
-    counted = (listed["kind"] == "measured").to_numpy()
+    rows = stand.tree_rows().rename(columns={"height_source": "height_src"})
+    plot, tree = rows.pop("plot"), rows.pop("tree")
     per_ha = stand.rows.groupby(["plot", "tree"])["per_ha"].sum()
+    per_ha = per_ha.reindex(pd.MultiIndex.from_arrays([plot, tree])).fillna(0.0).to_numpy()
+    rows.insert(rows.columns.get_loc("ba_m2"), "tph", np.where(rows["counts_as"] == "measured", per_ha, 0.0))
+    for name in ("height_src", "qc_reason", "note"):
+        rows[name] = rows[name].where(rows[name] != "", None)
     place = stand.trees[["x", "y"]].to_numpy(float)[tree]
     known = np.isfinite(place).all(axis=1)
-    table = pd.DataFrame(
-        {
-            "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
-            "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
-            "species": stand.trees["species"].to_numpy(object)[tree],
-            "counts_as": listed["kind"].to_numpy(object),
-            "dbh_cm": v.dbh[tree],
-            "dbh_se_cm": v.se[tree],
-            "height_m": v.height[tree],
-            "height_src": [text or None for text in v.height_source[tree]],
-            "weight": listed["weight"].to_numpy(float),
-            "tph": np.where(counted, per_ha.reindex(pd.MultiIndex.from_arrays([plot, tree])).fillna(0.0), 0.0),
-            "ba_m2": v.value["ba"][tree],
-            "volume_m3": v.value["volume"][tree],
-            "biomass_kg": v.value["biomass"][tree],
-            **{name: stand.trees[name].to_numpy(float)[tree] for name in CURVES if name in stand.trees},
-            "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
-            "qc_reason": [text or None for text in stand.trees["qc_reason"].fillna("").to_numpy(object)[tree]],
-            "note": [text or None for text in stand.trees["note"].fillna("").to_numpy(object)[tree]],
-        }
-    )
     points = np.where(known, shapely.points(np.where(known[:, None], place, 0.0)), None)
-    return gpd.GeoDataFrame(table, geometry=points, crs=stand.crs)
+    return gpd.GeoDataFrame(rows, geometry=points, crs=stand.crs)
 
 
 def write_geopackage(path: Path, stand: Stand) -> Path:

@@ -41,7 +41,7 @@ from .files import (
     write_shapefiles,
     write_workbook,
 )
-from .sample import SamplePlot, as_searched, census, crs_of_plots, read_boundary, read_sample
+from .sample import SamplePlot, census, crs_of_plots, read_boundary, read_sample
 from .species import unknown_sentences
 from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand
@@ -177,7 +177,8 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
     if settings.plots is None:
         if trees.from_field:
             trees.trees["plot_id"] = "stand"
-        return _searched(settings, trees, [census(boundary, "stand")]), boundary
+        whole = [census(boundary, "stand")]
+        return whole if trees.from_field else trees.plots_searched(whole, settings.trees.name), boundary
     plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
     check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots), photos=True)
     moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
@@ -186,19 +187,8 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
         trees.notes.append(f"Centres as match-plots found them (co-registered): {count_of(len(moved), 'plot')}.")
     if trees.from_field and trees.crs is not None:
         _place_tally(settings, trees, plots, reporter)
-    return _searched(settings, trees, plots), boundary
-
-
-def _searched(settings: Any, trees: TreeList, plots: list[SamplePlot]) -> list[SamplePlot]:
-    """The plots as far as they were searched; a crew's tally is of whole plots."""
-    if trees.from_field:
-        return plots
-    kept, warnings, notes = as_searched(
-        plots, trees.searched, trees.trees[["x", "y"]].to_numpy(float), Path(settings.trees).name
-    )
-    trees.warnings += warnings
-    trees.notes += notes
-    return kept
+    # A crew's tally is of whole plots.
+    return plots if trees.from_field else trees.plots_searched(plots, settings.trees.name), boundary
 
 
 def _place_tally(settings: Any, trees: TreeList, plots: list[SamplePlot], reporter: Reporter) -> None:

@@ -25,6 +25,8 @@ from .estimate import (
 )
 from .expansion import Expanded
 from .sample import SamplePlot
+from .species import species_of
+from .stem_volume import CURVES
 from .taped import TapedTotals, TapeInput, correct_estimates, find_homes, scale_rows, with_taped_rows
 from .treelist import TreeList
 from .unmeasured import Gaps
@@ -78,6 +80,31 @@ class Stand:
         """Every tree of every plot once: measured, without a DBH, dead (``plot, tree, weight, kind``)."""
         measured = self.rows[self.rows["kind"] == "measured"]
         return pd.concat([measured, self.missing, self.dead], ignore_index=True)
+
+    def tree_rows(self) -> pd.DataFrame:
+        """:meth:`listed` with what is known of each tree, metric; texts are '' where nothing is known."""
+        v, listed = self.values, self.listed()
+        tree, plot = listed["tree"].to_numpy(int), listed["plot"].to_numpy(int)
+        own = self.trees.iloc[tree].reset_index(drop=True)
+        measured = {"ba_m2": v.value["ba"], "volume_m3": v.value["volume"], "biomass_kg": v.value["biomass"]}
+        return pd.DataFrame(
+            {
+                "plot_id": np.array([p.plot_id for p in self.plots], object)[plot],
+                "tree_id": own["tree_id"].astype(str).astype(object),
+                "species": own["species"].map(lambda entry: species_of(entry).symbol).astype(object),
+                "counts_as": listed["kind"].to_numpy(object),
+                "dbh_cm": v.dbh[tree],
+                "dbh_se_cm": v.se[tree],
+                "height_m": v.height[tree],
+                "height_source": v.height_source[tree],
+                "weight": listed["weight"].to_numpy(float),
+                **{name: values[tree] for name, values in measured.items()},
+                **{name: own[name].astype(float) for name in CURVES if name in own},
+                "qc_flag": own["qc_flag"].astype(object),
+                "qc_reason": own["qc_reason"].fillna("").astype(object),
+                "note": own["note"].fillna("").astype(object),
+            }
+        ).assign(plot=plot, tree=tree)
 
     @property
     def equations(self) -> list[Equation]:

@@ -246,33 +246,25 @@ def equations_table(stand: Stand) -> Table:
 def trees_table(stand: Stand, units: str) -> Table:
     """Every tree of the plots, also those that do not count."""
     quantities = UNITS[units]
-    d, h, v = quantities["dbh"], quantities["height"], stand.values
-    listed = stand.listed()
-    tree, plot, weight = (listed[name].to_numpy() for name in ("tree", "plot", "weight"))
+    d, h, per_area = (quantities[name] for name in ("dbh", "height", "trees"))
+    rows = stand.tree_rows()
+    plot, tree = rows.pop("plot"), rows.pop("tree")
     area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
     m2, m3, kg = ("m2", "m3", "kg") if units == "metric" else ("ft2", "ft3", "lb")
     square, cubic, pounds = (1, 1, 1) if units == "metric" else (1 / FOOT**2, 1 / FOOT**3, 1 / POUND)
-    curves = {f"stem_{m3}": "stem_m3", f"stem_se_{m3}": "stem_se_m3"} if "stem_m3" in stand.trees else {}
+    curves = {f"stem_{m3}": "stem_m3", f"stem_se_{m3}": "stem_se_m3"} if "stem_m3" in rows else {}
     tapes = {f"taped_{d.unit}": stand.taped.taped_cm[tree] * d.factor} if stand.taped else {}
-    column = {
-        "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
-        "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
-        "species": _species(stand)[tree],
-        "counts_as": listed["kind"].to_numpy(object),
-        d.key: v.dbh[tree] * d.factor,
+    per_ha = rows["weight"] / stand.design.areas[plot]
+    shown = {
         **tapes,
-        f"dbh_se_{d.unit}": v.se[tree] * d.factor,
-        h.key: v.height[tree] * h.factor,
-        "height_source": v.height_source[tree],
-        "weight": weight,
-        quantities["trees"].key: weight / stand.design.areas[plot] * quantities["trees"].factor,
-        f"ba_{m2}": v.value["ba"][tree] * square,
-        f"volume_{m3}": v.value["volume"][tree] * cubic,
-        f"biomass_{kg}": v.value["biomass"][tree] * pounds,
-        **{key: stand.trees[name].to_numpy(float)[tree] * cubic for key, name in curves.items()},
-        "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
-        "qc_reason": stand.trees["qc_reason"].fillna("").to_numpy(object)[tree],
-        "note": stand.trees["note"].fillna("").to_numpy(object)[tree],
+        d.key: rows["dbh_cm"] * d.factor,
+        f"dbh_se_{d.unit}": rows["dbh_se_cm"] * d.factor,
+        h.key: rows["height_m"] * h.factor,
+        per_area.key: per_ha * per_area.factor,
+        f"ba_{m2}": rows["ba_m2"] * square,
+        f"volume_{m3}": rows["volume_m3"] * cubic,
+        f"biomass_{kg}": rows["biomass_kg"] * pounds,
+        **{key: rows[name] * cubic for key, name in curves.items()},
     }
     return Table(
         "trees",
@@ -288,7 +280,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column(h.key, h.heading, 1),
             Column("height_source", "Height from"),
             Column("weight", "Weight", 2),
-            Column(quantities["trees"].key, f"Stands for, {quantities['trees'].unit}", 2),
+            Column(per_area.key, f"Stands for, {per_area.unit}", 2),
             Column(f"ba_{m2}", f"Basal area, {area}", 4),
             Column(f"volume_{m3}", f"Volume, {volume}", 3),
             Column(f"biomass_{kg}", f"Biomass, {mass}", 1),
@@ -300,7 +292,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("qc_reason", "Reason"),
             Column("note", "Note"),
         ],
-        pd.DataFrame(column).replace("", None).to_dict("records"),
+        rows.assign(**shown).replace("", None).to_dict("records"),
         "Basal area, volume and biomass of each tree are corrected for its DBH error"
         + (", and by one factor for what all tapes together say; its DBH is as measured." if tapes else "."),
     )

@@ -12,12 +12,12 @@ import pyproj
 from scipy.spatial import cKDTree
 from shapely.geometry.base import BaseGeometry
 
-from ...core.columns import columns, measured, numbers
+from ...core.columns import columns
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
 from ...core.shown import count_of, some
-from ...core.tables import is_table, read_table
+from ...core.tables import read_table
 from ...stems.quality.priors import HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ...stems.quality.repeated import find_repeated
 from ..field_trees import read_field_trees
@@ -28,6 +28,7 @@ from ..reviewed import TAPE_SE_CM, Reviewed, reviewed
 from ..searched import searched_area
 from ..side_layers import with_readings
 from ..tree_reading import text_of, texts_of
+from .sample import SamplePlot, as_searched
 from .species import species_of
 
 #: Stems whose axes are nearer than this share of their radii together are one.
@@ -76,6 +77,13 @@ class TreeList:
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
+    def plots_searched(self, plots: list[SamplePlot], name: str) -> list[SamplePlot]:
+        """Plots as far as they were searched (:func:`.sample.as_searched`), with the sentences about it."""
+        kept, warnings, notes = as_searched(plots, self.searched, self.trees[["x", "y"]].to_numpy(float), name)
+        self.warnings += warnings
+        self.notes += notes
+        return kept
+
 
 def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     """Measured trees, with ``status`` as written beside :data:`COLUMNS` (:func:`settle_status` reads it).
@@ -84,7 +92,6 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         InputError: not readable, or a DBH that no tree has.
     """
     measured = read_measured(path, crs)
-    _more_columns(Path(path), measured)
     moved_m, typed = float(measured.attrs.get("moved_m", 0.0)), edited(measured)
     if "rev_flag" in measured:
         typed &= measured["rev_flag"].isna().to_numpy()
@@ -199,23 +206,6 @@ def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
     if twice.sum() >= 3 and twice.sum() > 0.05 * len(stems):
         raise InputError(text)
     return [text]
-
-
-def _more_columns(path: Path, trees: pd.DataFrame) -> None:
-    """What a CSV of measured trees may hold beside DBH and place: species, status, note, height (m or ft) and
-    height_se_m, n_pts, qc_reason."""
-    if not is_table(path):
-        return
-    table = read_table(path)
-    found = columns(table, "species", "status", "height")
-    for name in ("plot_id", "species", "status", "note", "qc_reason"):
-        written = found[name].name if name in found else name
-        if written in table:
-            trees[name] = table[written].to_numpy(object)
-    trees["height_m"] = measured(path, table, "height", found.get("height")).to_numpy()
-    for name in ("height_se_m", "n_pts"):
-        if name in table:
-            trees[name] = numbers(path, table, name).to_numpy()
 
 
 def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:

@@ -12,7 +12,7 @@ import pyproj
 
 from ...core.errors import InputError
 from ...core.shown import count_of
-from ..stand.sample import SamplePlot, as_searched, first_plot, read_sample
+from ..stand.sample import SamplePlot, first_plot, read_sample
 from ..stand.treelist import from_layer, on_the_map, settle_status
 from ..stand.values import BA
 
@@ -53,12 +53,9 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
     trees = found.trees
     frame = Frame(trees, used, [], found.notes, found.warnings)
     if plots is not None:
-        place = trees[["x", "y"]].to_numpy(float)
-        frame.plots, warnings, notes = as_searched(read_sample(plots, used), found.searched, place, path.name)
-        frame.warnings += warnings
-        frame.notes += notes
+        frame.plots = found.plots_searched(read_sample(plots, used), path.name)
         names = np.array([*(plot.plot_id for plot in frame.plots), None], object)
-        trees["plot_id"] = names[first_plot(frame.plots, place)]
+        trees["plot_id"] = names[first_plot(frame.plots, trees[["x", "y"]].to_numpy(float))]
     inside = trees["plot_id"].notna()
     keep = ~trees["dead"].to_numpy(bool) & (inside | (not inside.any() and plots is None)).to_numpy(bool)
     if not keep.any():
