@@ -29,56 +29,40 @@ from .site import PlanSite
 
 @dataclass(frozen=True)
 class Mission:
-    """lon, lat (P,) degrees WGS 84. over_m: (P,) height over the take-off. yaw_deg: (P,) clockwise from true north,
-    -180 to 180. pitch_deg: (P,). speed_m_s: (P,) from this waypoint to the next. leg: (P,). home: longitude,
-    latitude, height of the take-off in the terrain model's datum. safe_m: height over the take-off to climb to first.
-    title, made: name and day."""
+    """photos: one row a waypoint, ``lon, lat`` (degrees WGS 84), ``over_m`` (height over the take-off), ``yaw_deg``
+    (clockwise from true north, -180 to 180), ``pitch_deg, speed_m_s`` (from this waypoint to the next). home:
+    longitude, latitude, height of the take-off in the terrain model's datum. safe_m: height over the take-off to climb
+    to first. made: day."""
 
-    title: str
     made: dt.datetime
     camera: DroneCamera
-    lon: np.ndarray
-    lat: np.ndarray
-    over_m: np.ndarray
-    yaw_deg: np.ndarray
-    pitch_deg: np.ndarray
-    speed_m_s: np.ndarray
-    leg: np.ndarray
+    photos: pd.DataFrame
     home: tuple[float, float, float]
     safe_m: float
     seconds: float
     length_m: float
 
-    def __len__(self) -> int:
-        return len(self.lon)
-
 
 def mission_of(
-    plan: JudgedFlight,
-    site: PlanSite,
-    camera: DroneCamera,
-    limits: FlyingSettings,
-    take_off: np.ndarray,
-    title: str,
+    plan: JudgedFlight, site: PlanSite, camera: DroneCamera, limits: FlyingSettings, take_off: np.ndarray,
     made: dt.datetime,
-) -> Mission:
+) -> Mission:  # fmt: skip
     """take_off: (3,) planning frame, terrain model's datum."""
     flight, budget = plan.flight, plan.budget
-    place, home = site.lonlat(flight.xy), site.lonlat(take_off[:2])[0]
-    over = flight.xyz[:, 2] - take_off[2]
+    photos = pd.DataFrame(site.lonlat(flight.xy), columns=["lon", "lat"])
+    photos["over_m"] = over = flight.xyz[:, 2] - take_off[2]
+    photos["yaw_deg"] = (flight.yaw_deg + site.convergence_deg + 180) % 360 - 180
+    photos["pitch_deg"] = flight.pitch_deg
     same = np.append(np.diff(flight.leg) == 0, False)
-    speed = np.where(same, budget.speed_m_s, min(TRANSIT_M_S, limits.speed_m_s))
-    yaw = (flight.yaw_deg + site.convergence_deg + 180) % 360 - 180
+    photos["speed_m_s"] = np.where(same, budget.speed_m_s, min(TRANSIT_M_S, limits.speed_m_s))
     around = flight.xy[[0, -1]]
     ways = np.linspace(0, 1, 30)[:, None, None] * (around - take_off[:2]) + take_off[:2]
     top = site.canopy_top(ways.reshape(-1, 2))
     # Beyond the terrain model nothing is known of the way home: as high as the flight itself.
     safe = float(np.nanmax(top)) + limits.clearance_m - take_off[2]
     safe = float(np.clip(max(safe, over.min()), 20.0, max(over.max(), 20.0)))
-    return Mission(
-        title, made, camera, place[:, 0], place[:, 1], over, yaw, flight.pitch_deg, speed, flight.leg,
-        (float(home[0]), float(home[1]), float(take_off[2])), safe, 60 * budget.minutes, budget.length_m,
-    )  # fmt: skip
+    lon, lat = site.lonlat(take_off[:2])[0].tolist()
+    return Mission(made, camera, photos, (lon, lat, float(take_off[2])), safe, 60 * budget.minutes, budget.length_m)
 
 
 #: Waypoints that one Litchi mission holds.
@@ -98,19 +82,20 @@ _PHOTO, _NOTHING, _STATED_PITCH, _OVER_TAKE_OFF = 1, -1, 2, 0
 def write_litchi(folder: Path, name: str, mission: Mission) -> list[Path]:
     """``name_1.csv`` and so on, in the order of the flight."""
     made = []
-    for part, start in enumerate(range(0, len(mission), MAX_WAYPOINTS), start=1):
+    actions = [_PHOTO, 0] + [_NOTHING, 0] * (_ACTIONS - 1)
+    for part, start in enumerate(range(0, len(mission.photos), MAX_WAYPOINTS), start=1):
+        rows = [
+            [
+                f"{at.lat:.8f}", f"{at.lon:.8f}", f"{at.over_m:.1f}", f"{at.yaw_deg % 360:.0f}", "0.2", "0",
+                _STATED_PITCH, f"{at.pitch_deg:.0f}", *actions, _OVER_TAKE_OFF, f"{at.speed_m_s:.1f}", "0", "0", "0",
+                "0", "-1", "-1",
+            ]
+            for at in mission.photos.iloc[start : start + MAX_WAYPOINTS].itertuples()
+        ]  # fmt: skip
         path = folder / f"{name}_{part}.csv"
-        lines = [",".join(COLUMNS)]
-        for k in range(start, min(start + MAX_WAYPOINTS, len(mission))):
-            actions = [_PHOTO, 0] + [_NOTHING, 0] * (_ACTIONS - 1)
-            row = [
-                f"{mission.lat[k]:.8f}", f"{mission.lon[k]:.8f}", f"{mission.over_m[k]:.1f}",
-                f"{mission.yaw_deg[k] % 360:.0f}", "0.2", "0", _STATED_PITCH, f"{mission.pitch_deg[k]:.0f}", *actions,
-                _OVER_TAKE_OFF, f"{mission.speed_m_s[k]:.1f}", "0", "0", "0", "0", "-1", "-1",
-            ]  # fmt: skip
-            lines.append(",".join(map(str, row)))
         with atomic_path(path) as temporary:
-            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+            text = "".join(",".join(map(str, row)) + "\n" for row in [COLUMNS, *rows])
+            temporary.write_text(text, encoding="utf-8", newline="\n")
         made.append(path)
     return made
 
@@ -134,19 +119,19 @@ def write_plan(path: Path, mission: Mission) -> Path:
 
     add(TAKE_OFF, [0, 0, 0, None, round(lat, 8), round(lon, 8), round(mission.safe_m, 2)], _OVER_HOME)
     speed = pitch = None
-    for k in range(len(mission)):
-        place = [round(float(mission.lat[k]), 8), round(float(mission.lon[k]), 8), round(float(mission.over_m[k]), 2)]
+    for number, at in enumerate(mission.photos.itertuples(), start=1):
         # The camera turns and the speed changes on the way to the waypoint where they count.
-        if mission.pitch_deg[k] != pitch:
-            pitch = float(mission.pitch_deg[k])
+        if at.pitch_deg != pitch:
+            pitch = at.pitch_deg
             add(GIMBAL, [round(pitch, 1), 0, 0, 0, 0, 0, 2])
-        add(WAYPOINT, [0, 0, 0, round(float(mission.yaw_deg[k]) % 360, 1), *place], _OVER_HOME)
-        add(PHOTO, [0, 0, 1, k + 1, 0, 0, 0])
-        if mission.speed_m_s[k] != speed:
-            speed = float(mission.speed_m_s[k])
+        place = [round(at.lat, 8), round(at.lon, 8), round(at.over_m, 2)]
+        add(WAYPOINT, [0, 0, 0, round(at.yaw_deg % 360, 1), *place], _OVER_HOME)
+        add(PHOTO, [0, 0, 1, number, 0, 0, 0])
+        if at.speed_m_s != speed:
+            speed = at.speed_m_s
             add(SPEED, [1, round(speed, 1), -1, 0, 0, 0, 0])
     add(RETURN, [0, 0, 0, 0, 0, 0, 0])
-    cruise = round(float(np.median(mission.speed_m_s)), 1)
+    cruise = round(float(mission.photos["speed_m_s"].median()), 1)
     write_json(
         Path(path),
         {
@@ -177,8 +162,7 @@ def write_kmz(path: Path, mission: Mission) -> Path:
     assert mission.camera.wpml is not None
     text = (files(__package__) / "wpmz.xml").read_text(encoding="utf-8")
     template = jinja2.Template(text, trim_blocks=True, autoescape=True, undefined=jinja2.StrictUndefined)
-    names = ("lon", "lat", "over_m", "yaw_deg", "pitch_deg", "speed_m_s")
-    points = pd.DataFrame({name: getattr(mission, name) for name in names})
+    points = mission.photos.copy()
     points["turns"] = points["pitch_deg"].diff() != 0
     points["stops"] = points["turns"] | (points.index == len(points) - 1)
     values = {
@@ -186,9 +170,9 @@ def write_kmz(path: Path, mission: Mission) -> Path:
         **{name: getattr(mission, name) for name in ("home", "safe_m", "length_m", "seconds")},
         **dict(zip(("drone", "kind", "payload", "position"), mission.camera.wpml, strict=True)),
         "stamp": int(mission.made.timestamp() * 1000),
-        "slowest_m_s": mission.speed_m_s.min(),
-        "transit_m_s": min(15.0, float(mission.speed_m_s.max())),
-        "middle_m": np.median(mission.over_m),
+        "slowest_m_s": points["speed_m_s"].min(),
+        "transit_m_s": min(15.0, points["speed_m_s"].max()),
+        "middle_m": points["over_m"].median(),
     }
     with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in ("template.kml", "waylines.wpml"):

@@ -72,7 +72,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     with reporter.stage("write", 0.85, 1.0):
         # The middle of the day: the same plan gives the same file.
         stamp = sun.utc[len(sun.utc) // 2].replace(tzinfo=dt.timezone.utc)
-        mission = mission_of(choice.plan, site, camera, settings, take_off, folder.resolve().name, stamp)
+        mission = mission_of(choice.plan, site, camera, settings, take_off, stamp)
         clearance = lowest_clearance(choice.plan.flight, site.canopy_top, settings.clearance_m)
         share = settings.target_share_pct / 100
         picture = draw_brief(choice, site, take_off, settings.target_error_cm, share)
@@ -80,7 +80,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
         for old in folder.glob("plan_litchi_*.csv"):
             old.unlink()
         layer = folder / "plan.gpkg"
-        write_plan_layers(layer, choice.plan, stems, site, camera, take_off, mission.speed_m_s)
+        write_plan_layers(layer, choice.plan, stems, site, camera, take_off, mission.photos["speed_m_s"].to_numpy())
         kmz = write_kmz(folder / "plan.kmz", mission) if camera.wpml is not None else None
         plan = write_plan(folder / "plan.plan", mission)
         litchi = write_litchi(folder, "plan_litchi", mission)
