@@ -11,9 +11,9 @@ import shapely
 
 from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.inventory.change.growth import Change, SharedErrors, Slopes, change_per_area, few_events, tree_growth
+from treedgs_geo.inventory.change.growth import SharedErrors, Slopes, change_per_area, few_events, tree_growth
 from treedgs_geo.inventory.searched import SEARCHED, searched_table
-from treedgs_geo.inventory.stand.estimate import Design
+from treedgs_geo.inventory.stand.estimate import Design, Estimate
 from treedgs_geo.inventory.stand.values import BA
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
@@ -140,7 +140,7 @@ def test_shared_errors_do_not_average_out():
     ):
         joined = trees.join(tree_growth(trees, shared, 5.0, 0.9)).assign(fate="survivor", chance=1.0, chance_sd=0.0)
         mean = change_per_area(design, plot, one, Slopes(one * 3, -one, one), joined, shared, one)
-        assert mean.se_shared == pytest.approx(expected)
+        assert mean.se_common == pytest.approx(expected)
         assert mean.mean == pytest.approx(3) and mean.se_trees == pytest.approx(
             np.sqrt(2 * 0.36 - (shared.block1 * 30) ** 2 - (shared.block2 * 33) ** 2) / np.sqrt(n)
         )
@@ -187,7 +187,7 @@ def test_intervals_of_few_events_hold():
             counts = np.bincount(plot, minlength=6)
             mean = counts.sum() / 0.6
             spread = float(np.sqrt(6 / 5 * np.sum((counts - mean * 0.1) ** 2)) / 0.6)
-            plain = Change(mean, spread, 0.0, 0.0, spread, 5.0, mean - 2.015 * spread, mean + 2.015 * spread)
+            plain = Estimate(mean, spread, 0.0, 0.0, spread, 5.0, mean - 2.015 * spread, mean + 2.015 * spread)
             found = few_events(plain, design, np.ones(len(plot)), np.ones(len(plot)), 1.0)
             truth = expected / 0.6
             inside.append((plain.low <= truth <= plain.high, found.low <= truth <= found.high, found.high - found.low))
@@ -199,11 +199,11 @@ def test_intervals_of_few_events_hold():
 
 
 def test_no_event_is_not_certainly_none():
-    none = Change(0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0)
+    none = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0)
     found = few_events(none, Design(np.full(4, 0.1), False, 0.9), np.zeros(9), np.ones(9), 1.0)
     assert found.low == 0.0 and 1.0 < found.high < 10.0
     alone = few_events(
-        Change(0.0, np.nan, 0.0, 0.0, 0.0, np.inf, -1.0, 1.0), Design(np.full(1, 0.1), False), *(np.ones(2),) * 2, 1.0
+        Estimate(0.0, np.nan, 0.0, 0.0, 0.0, np.inf, -1.0, 1.0), Design(np.full(1, 0.1), False), *(np.ones(2),) * 2, 1.0
     )
     assert alone.low == 0.0 and alone.high == 1.0
 

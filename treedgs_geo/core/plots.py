@@ -123,3 +123,12 @@ def plot_cells(plots: list[Plot], cell_m: float = 0.5, most: int = 20_000) -> tu
         parts.append(inside if len(inside) else np.array([[plot.x, plot.y]]))
         owners.append(np.full(len(parts[-1]), number))
     return np.concatenate(parts), np.concatenate(owners)
+
+
+def short_way(xy: np.ndarray, first: int) -> list[int]:
+    """Numbers of (N, 2) places in the order of a short way: always to the nearest that is left."""
+    order, left = [first], [k for k in range(len(xy)) if k != first]
+    while left:
+        order.append(min(left, key=lambda k: float(np.hypot(*(xy[k] - xy[order[-1]])))))
+        left.remove(order[-1])
+    return order

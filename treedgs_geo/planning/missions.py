@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..core.plots import short_way
 from .drones import DroneCamera
 
 #: Tilts of oblique photos from straight down, degrees.
@@ -211,15 +212,7 @@ def _blocks(targets: list[Target]) -> list[list[Target]]:
 
 
 def _tour(targets: list[Target]) -> list[Target]:
-    """The plots in the order of a short way: always to the nearest that is left, from the outermost one."""
-    left = list(targets)
-    middle = np.mean([target.centre for target in targets], axis=0)
-    here = max(left, key=lambda target: float(np.hypot(*(target.centre - middle))))
-    order = []
-    while left:
-        left = [target for target in left if target is not here]
-        order.append(here)
-        if left:
-            place = here.centre
-            here = min(left, key=lambda target: float(np.hypot(*(target.centre - place))))
-    return order
+    """The plots in the order of a short way from the outermost one."""
+    centres = np.array([target.centre for target in targets])
+    first = int(np.hypot(*(centres - centres.mean(axis=0)).T).argmax())
+    return [targets[k] for k in short_way(centres, first)]

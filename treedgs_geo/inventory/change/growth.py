@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from ..double_sampling.estimators import t_factor
-from ..stand.estimate import Design, ratio
+from ..stand.estimate import Design, Estimate, combine, ratio
 from ..stand.values import BA
 
 
@@ -26,21 +25,6 @@ class SharedErrors:
     common_se_cm: float = 0.2
     block1: float = 0.0
     block2: float = 0.0
-
-
-@dataclass(frozen=True)
-class Change:
-    """A figure per hectare (or cm) with its error. se_plots: between plots (NaN for one plot). se_trees: from the
-    trees' own errors. se_shared: from what all trees of a date share. se, df, low, high: in all."""
-
-    mean: float
-    se_plots: float
-    se_trees: float
-    se_shared: float
-    se: float
-    df: float
-    low: float
-    high: float
 
 
 def own_errors(se_cm: np.ndarray, dbh_cm: np.ndarray, block: float) -> np.ndarray:
@@ -92,8 +76,8 @@ def change_per_area(
     trees: pd.DataFrame,
     shared: SharedErrors,
     below: np.ndarray | None = None,
-) -> Change:
-    """A sum over trees per area, or (``below``: (T,) counts) per tree.
+) -> Estimate:
+    """A sum over trees per area, or (``below``: (T,) counts) per tree; se_common: from what all trees of a date share.
 
     plot: (T,) number of each tree's plot. weight: (T,) how often it counts (0: not).
     """
@@ -118,14 +102,7 @@ def change_per_area(
             + _missed_error(used, value, trees, float(bottom.sum())) ** 2
         )
     )
-    sampled = np.isfinite(se_plots) and not design.census
-    random = se_plots if sampled else se_trees
-    if not (np.isfinite(mean) and np.isfinite(random)):
-        return Change(mean, se_plots, se_trees, se_shared, np.nan, np.nan, np.nan, np.nan)
-    se = float(np.hypot(random, se_shared))
-    df = (design.n - 1) * (se / random) ** 4 if sampled and random > 0 else np.inf
-    half = t_factor(design.confidence, df) * se
-    return Change(mean, se_plots if sampled else np.nan, se_trees, se_shared, se, df, mean - half, mean + half)
+    return combine(design, mean, se_plots, se_trees, se_shared, least=-np.inf)
 
 
 def _missed_error(counted: np.ndarray, value: np.ndarray, trees: pd.DataFrame, area: float) -> float:
@@ -138,7 +115,7 @@ def _missed_error(counted: np.ndarray, value: np.ndarray, trees: pd.DataFrame, a
     return float(np.sqrt(single + np.sum(np.square(together))))
 
 
-def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, years: float) -> dict[str, Change]:
+def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, years: float) -> dict[str, Estimate]:
     """Components of change per hectare over the period (Beers 1962, Journal of Forestry 60: 700-704): basal area of
     survivors' growth, ingrowth and mortality, and their sum; numbers of trees; mean growth of the survivors, cm a year.
 
@@ -166,7 +143,7 @@ def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, year
     by1 = np.select([came > 0, gone > 0], [zero, -lost.by1], grown.by1)
     by2 = np.select([came > 0, gone > 0], [new.by2, zero], grown.by2)
 
-    def made(weights: np.ndarray, slopes: Slopes, below: np.ndarray | None = None) -> Change:
+    def made(weights: np.ndarray, slopes: Slopes, below: np.ndarray | None = None) -> Estimate:
         return change_per_area(design, plot, weights, slopes, trees, shared, below)
 
     count = Slopes(one, zero, zero)
@@ -194,7 +171,7 @@ def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, year
     return figures
 
 
-def few_events(found: Change, design: Design, weight: np.ndarray, value: np.ndarray, usual: float) -> Change:
+def few_events(found: Estimate, design: Design, weight: np.ndarray, value: np.ndarray, usual: float) -> Estimate:
     """The figure with an interval that holds for a handful of events too, where the plots' spread says little.
 
     Gamma interval of a weighted sum of Poisson counts (Fay and Feuer 1997, Statistics in Medicine 16: 791-801) with

@@ -12,7 +12,7 @@ import pyproj
 from ... import __version__
 from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table
 from ...report.charts import BLUE, GREEN, LIGHT_GREY, PURPLE, SKY, VERMILION, chart_png, new_chart
-from .growth import Change
+from ..stand.estimate import Estimate
 from .joining import FATES
 
 LAYER = "change"
@@ -66,7 +66,7 @@ def change_table(trees: pd.DataFrame, plots: list[str], crs: pyproj.CRS | None) 
 
 def make_change_document(
     table: gpd.GeoDataFrame,
-    changes: dict[str, Change],
+    changes: dict[str, Estimate],
     counts: dict[str, int],
     warnings: list[str],
     notes: list[str],
@@ -118,7 +118,7 @@ def _facts(settings: Any) -> list[str]:
     ]
 
 
-def _changes_table(changes: dict[str, Change], settings: Any) -> Table:
+def _changes_table(changes: dict[str, Estimate], settings: Any) -> Table:
     level = f"{settings.confidence_pct:g} %"
     rows = [
         {
@@ -137,7 +137,7 @@ def _changes_table(changes: dict[str, Change], settings: Any) -> Table:
             Column("year", "a year", 3),
             Column("se_plots", "s.e. between plots", 3),
             Column("se_trees", "s.e. of tree DBHs", 3),
-            Column("se_shared", "s.e. of shared errors", 3),
+            Column("se_common", "s.e. of shared errors", 3),
             Column("se", "s.e. in all", 3),
             Column("low", f"{level} from", 3),
             Column("high", f"{level} to", 3),

@@ -29,10 +29,10 @@ from ...report.pdf import load_fonts, write_pdf
 from ...stems.quality.priors import USUAL_TAPER_CM_M
 from ..options import PairingOptions
 from ..searched import flown_on, searched_area
-from ..stand.estimate import Design
+from ..stand.estimate import Design, Estimate
 from ..stand.sample import SamplePlot, read_sample
 from ..stand.treelist import TreeList, from_layer, on_the_map, settle_status
-from .growth import Change, SharedErrors, stand_change, tree_growth
+from .growth import SharedErrors, stand_change, tree_growth
 from .joining import Joined, Limits, join_dates
 from .report import LAYER, OWN_LAYERS, change_table, make_change_document
 
@@ -42,6 +42,10 @@ _ODD = 3.0
 _TURN_DEG, _APART_M = 2.0, 1.0
 #: Trees this near to ground that both dates searched are compared, m: two maps of it do not agree to the decimetre.
 _RIM_M = 0.5
+
+#: Figures of ``change.json``.
+_OF_ESTIMATE = ("mean", "se_plots", "se_trees", "se_common", "se", "df", "low", "high")
+_FIGURES = {name.replace("common", "shared"): name for name in _OF_ESTIMATE}
 
 
 def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
@@ -73,7 +77,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
             settings.block_after_pct / 100,
         )
         trees = joined.trees.join(tree_growth(joined.trees, shared, settings.years, level))
-        changes: dict[str, Change] = {}
+        changes: dict[str, Estimate] = {}
         if plots:
             kept = [k for k in range(len(plots)) if k not in joined.unpaired]
             design = Design(np.array([plots[k].area_ha for k in kept]), False, level)
@@ -92,7 +96,9 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         document = make_change_document(table, changes, counts, warnings, notes, settings)
         write_html(folder / "change.html", document)
         write_pdf(folder / "change.pdf", document)
-        figures = {name: {key: known(value) for key, value in vars(found).items()} for name, found in changes.items()}
+        figures = {
+            name: {key: known(getattr(found, of)) for key, of in _FIGURES.items()} for name, found in changes.items()
+        }
         write_json(
             folder / "change.json",
             {

@@ -72,9 +72,10 @@ def ratio(top: np.ndarray, bottom: np.ndarray) -> tuple[float, float]:
 
 
 def combine(
-    design: Design, mean: float, se_plots: float, se_trees: float, se_common: float, se_missing: float = 0.0
-) -> Estimate:
-    """One estimate with its interval.
+    design: Design, mean: float, se_plots: float, se_trees: float, se_common: float, se_missing: float = 0.0,
+    least: float = 0.0,
+) -> Estimate:  # fmt: skip
+    """One estimate with its interval, which does not go below ``least``.
 
     The spread between plots already holds the trees' own errors (they differ from plot to plot), so with two plots or
     more only the common error is added; with one plot, or a census, only the measuring errors are known. What is unsure
@@ -92,7 +93,7 @@ def combine(
         # Welch and Satterthwaite: the other errors are taken as known.
         df = (design.n - 1) * (se / random) ** 4
     t = t_factor(design.confidence, df)
-    low, high = max(mean - t * se, 0.0), mean + t * se
+    low, high = max(mean - t * se, least), mean + t * se
     return Estimate(mean, se_plots if sampled else np.nan, se_trees, se_common, se, df, low, high, se_missing)
 
 

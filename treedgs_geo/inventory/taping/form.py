@@ -11,7 +11,7 @@ import pandas as pd
 import pyproj
 
 from ...core.frames import moved
-from ...core.plots import Plot
+from ...core.plots import Plot, short_way
 from ...report.blocks import Block, Column, Document, Heading, Paragraph, Picture, Sentences, Table
 from ...report.charts import chart_png, draw_outline, new_chart
 from ..double_sampling.designs import Draw
@@ -101,14 +101,7 @@ def _order(trees: pd.DataFrame, frame: Frame) -> np.ndarray:
         bearing = np.where(trees["azim_deg"].notna(), trees["azim_deg"], turn)
         return np.lexsort([bearing, rank])
     place = trees[["x", "y"]].to_numpy(float)
-    left = list(range(len(place)))
-    order = [min(left, key=lambda k: place[k].sum())]
-    left.remove(order[0])
-    while left:
-        last = place[order[-1]]
-        order.append(min(left, key=lambda k: float(np.hypot(*(place[k] - last)))))
-        left.remove(order[-1])
-    return np.array(order)
+    return np.array(short_way(place, int(place.sum(axis=1).argmin())))
 
 
 def _lonlat(crs: pyproj.CRS, trees: pd.DataFrame) -> np.ndarray:
