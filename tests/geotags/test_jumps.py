@@ -14,8 +14,8 @@ from treedgs_geo.core.crs import lonlat_to_project, suggest_utm
 from treedgs_geo.core.errors import GeotagError
 from treedgs_geo.geotags import read_stations, read_stations_layer, write_stations
 from treedgs_geo.geotags.rtklib import read_pos
-from treedgs_geo.geotags.steps import path_offsets
 from treedgs_geo.geotags.trajectory import trusted_quality
+from treedgs_geo.geotags.velocity import path_offsets
 
 
 def _read(folder: Path, warnings: list[str] | None = None, geotags: Path | None = None):

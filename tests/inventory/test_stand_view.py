@@ -17,7 +17,7 @@ from rasterio.transform import from_origin
 
 from treedgs_geo.core.errors import OutputError
 from treedgs_geo.core.plots import Plot
-from treedgs_geo.inventory.crowns import along
+from treedgs_geo.inventory.side_layers import along
 from treedgs_geo.inventory.stand_view import Dots, Stand, view_of, write_view
 from treedgs_geo.inventory.tree_layer import tree_table
 from treedgs_geo.stems.quality.tree import Tree

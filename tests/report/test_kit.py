@@ -19,12 +19,12 @@ from treedgs_geo.report.blocks import (
     Picture,
     Sentences,
     Table,
+    booktabs,
     facts_table,
     known,
 )
 from treedgs_geo.report.charts import chart_png, chart_svg, new_chart
 from treedgs_geo.report.html import write_html
-from treedgs_geo.report.latex import booktabs
 from treedgs_geo.report.pdf import write_pdf
 from treedgs_lab.benchmarks.records import markdown
 

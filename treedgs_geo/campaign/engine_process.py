@@ -97,17 +97,12 @@ class EngineProcess:
         if now - self._measured < 1:
             return
         self._measured = now
-        used = 0
-        try:
+        gigabytes = 0.0
+        with contextlib.suppress(psutil.Error):
             engine = psutil.Process(self._process.pid)
             for part in (engine, *engine.children(recursive=True)):
-                try:
-                    used += part.memory_info().rss
-                except psutil.Error:
-                    continue
-        except psutil.Error:
-            return
-        gigabytes = used / 1e9
+                with contextlib.suppress(psutil.Error):
+                    gigabytes += part.memory_info().rss / 1e9
         self.peak_gb = max(self.peak_gb, gigabytes)
         if gigabytes > limit_gb:
             self.stop(
@@ -132,20 +127,17 @@ class EngineProcess:
         """End the engine and everything it started."""
         import psutil
 
-        try:
+        parts: list[psutil.Process] = []
+        with contextlib.suppress(psutil.Error):
             parts = psutil.Process(self._process.pid).children(recursive=True)
-        except psutil.Error:
-            parts = []
         if sys.platform != "win32":
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         elif self._process.poll() is None:
             self._process.kill()
         for part in parts:
-            try:
+            with contextlib.suppress(psutil.Error):
                 part.kill()
-            except psutil.Error:
-                continue
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(10)
         self._reader.join(5)

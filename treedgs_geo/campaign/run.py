@@ -206,36 +206,24 @@ def _write(
 ) -> dict[str, Any]:
     """Layer, report, costs."""
     workspace, rows = campaign.workspace, list(rows_of(plan, campaign))
-    n_trees = write_layer(output, (row for row in rows if row["state"] == "done"), crs, reporter)
-    warnings: list[str] = []
-    boxes: list[tuple[str, Path, Any]] = []
-    runs: list[dict[str, Any]] = []
-    counts = {"done": 0, "failed": 0}
-    for row in rows:
-        if row["state"] != "done":
-            counts["failed"] += 1
-            if len(warnings) < 200:
-                warnings.append(f"{row['plot_id']}: {row['remark'] or 'was not run'}")
-            continue
-        counts["done"] += 1
-        if row["bounds"] and row["crs"] == crs:
-            boxes.append((row["plot_id"], Path(row["folder"]), tuple(row["bounds"])))
-        if row["attempts"] == 1 and len(runs) < 5000:
-            # A plot that resumed an earlier attempt was cheaper than it is.
-            runs.append(row)
-    for one, other, both in twins(boxes):
-        warnings.append(
-            f"{one} and {other} overlap: {both} trees stand in both and are in the layer twice, "
-            "once for each plot; count them once in totals over plots"
-        )
+    done = [row for row in rows if row["state"] == "done"]
+    failed = [row for row in rows if row["state"] != "done"]
+    n_trees = write_layer(output, done, crs, reporter)
+    warnings = [f"{row['plot_id']}: {row['remark'] or 'was not run'}" for row in failed[:200]]
+    placed = [row for row in done if row["bounds"] and row["crs"] == crs]
+    warnings += [
+        f"{one} and {other} overlap: {both} trees stand in both and are in the layer twice, once for each plot; count "
+        "them once in totals over plots"
+        for one, other, both in twins([(row["plot_id"], Path(row["folder"]), tuple(row["bounds"])) for row in placed])
+    ]
     for sentence in warnings[:20]:
         reporter.warn(sentence.rstrip(".") + ".")
-    fitted = model.refit(runs)
-    fitted.save(workspace / COSTS)
+    # A plot that resumed an earlier attempt was cheaper than it is.
+    model.refit([row for row in done if row["attempts"] == 1][:5000]).save(workspace / COSTS)
     ratio = f", {seconds / forecast.seconds:.2f} times the forecast" if not tally.kept and tally.done else ""
     status = (
-        f"{counts['done']} of {len(plan)} plots measured, {counts['failed']} failed; "
-        f"{tally.measured} of the {n_trees} stems found have a DBH"
+        f"{len(done)} of {len(plan)} plots measured, {len(failed)} failed; {tally.measured} of the {n_trees} stems "
+        "found have a DBH"
     )
     reasons = ", ".join(f"{n} {name}" for name, n in sorted(tally.reasons.items(), key=lambda item: -item[1]))
     facts = {
@@ -257,10 +245,10 @@ def _write(
         "report": str(workspace / REPORT),
         "table": str(workspace / TABLE),
         "n_plots": len(plan),
-        "n_done": counts["done"],
+        "n_done": len(done),
         "n_run": tally.done,
         "n_kept": tally.kept,
-        "n_failed": counts["failed"],
+        "n_failed": len(failed),
         "n_trees": n_trees,
         "n_measured": tally.measured,
         "n_rejected": n_trees - tally.measured,

@@ -298,18 +298,15 @@ def _from_marks(
             f"{(files.pos or files.rinex)[0]}: gives the antenna's path but no exposure times; put the drone's "
             "Timestamp.MRK beside it."
         )
-    for each in marks:
-        for note in each.notes:
-            reporter.warn(note)
     tracks = [read_pos(path) for path in (files.pos or files.events)]
+    for note in (note for known in (*marks, *tracks) for note in known.notes):
+        reporter.warn(note)
     if delay_s and not files.pos:
         reporter.warn(
             "--camera-delay-ms: there is no antenna path between the exposures, so the delay is not applied; "
             "give the PPK solution (.pos)."
         )
     for track in tracks:
-        for note in track.notes:
-            reporter.warn(note)
         if track.datum:
             reporter.info(
                 f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum "

@@ -43,11 +43,7 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
             found.rinex = [path for path in _files(geotags.parent) if _is_rinex(path)]
         if (found.pos or found.events or found.rinex) and not found.mrk:
             for folder in dict.fromkeys((geotags.parent, photos, photos.parent)):
-                for path in _files(folder):
-                    if path.suffix.lower() == ".mrk":
-                        found.mrk.append(path)
-                if found.mrk:
-                    break
+                found.mrk = found.mrk or _marks(folder)
     elif geotags.is_dir():
         for path in _files(geotags):
             _sort_in(path, found)
@@ -56,7 +52,7 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
                 if path.suffix.lower() in (".mrk", ".pos") or _is_rinex(path):
                     _sort_in(path, found)
         if not found.mrk and (found.pos or found.events or found.rinex):
-            found.mrk = [path for path in _files(photos) if path.suffix.lower() == ".mrk"]
+            found.mrk = _marks(photos)
     else:
         raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
     if not (found.mrk or found.pos or found.events or found.tables or found.rinex):
@@ -82,6 +78,10 @@ def _files(folder: Path) -> list[Path]:
         return sorted(p for p in Path(folder).iterdir() if p.is_file() and not p.name.startswith("."))
     except OSError:
         return []
+
+
+def _marks(folder: Path) -> list[Path]:
+    return [path for path in _files(folder) if path.suffix.lower() == ".mrk"]
 
 
 def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:

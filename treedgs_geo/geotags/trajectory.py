@@ -8,8 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from .rtklib import FIX, FLOAT, Trajectory
-from .steps import path_offsets
-from .velocity import MAX_GAP_S, path_velocities
+from .velocity import MAX_GAP_S, path_offsets, path_velocities
 
 #: Least standard deviation that is believed, metres (E, N, U): a fixed epoch; anything else.
 FIX_FLOOR_M = np.array([0.01, 0.01, 0.02])
@@ -52,7 +51,7 @@ def interpolate(
 
     A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse
     of the two neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than
-    10 s as no position. Where the path has jumped (:mod:`treedgs_geo.geotags.steps`), ``off_m`` says so
+    10 s as no position. Where the path has jumped (:func:`.velocity.path_offsets`), ``off_m`` says so
     (:mod:`.agreement` judges it).
 
     Args:

@@ -26,8 +26,8 @@ from ..report.blocks import Document, Fragment, known
 from ..report.charts import FLAGS
 from ..report.html import write_html
 from ..stems.quality.reasons import explain
-from .crowns import StemCurves, along
 from .report import address
+from .side_layers import StemCurves, along
 
 #: Ground shown around the stems and plots, m; cells of the terrain and pixels of its picture along the longer side.
 _BESIDE_M, _CELLS, _PIXELS = 2.0, 120, 1024

@@ -22,10 +22,9 @@ from ..core.progress import Reporter
 from ..core.shown import LAYER_DECIMALS
 from ..core.tables import write_csv
 from ..stems.quality.tree import TREE_FIELDS, Tree
-from .crowns import CROWN_COLUMNS, CROWNS
 from .searched import COLUMNS as SEARCHED_COLUMNS
 from .searched import SEARCHED
-from .side_layers import CIRCLES, READING_COLUMNS, READINGS, SECTIONS, add_layers
+from .side_layers import CIRCLES, CROWN_COLUMNS, CROWNS, READING_COLUMNS, READINGS, SECTIONS, add_layers
 from .tree_reading import LAYER, SHORT_NAMES
 from .written import read_written
 
@@ -121,11 +120,10 @@ def write_trees(
 
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``sections``, ``searched``, ``readings``
     and ``crowns`` where they are given (:func:`treedgs_geo.stems.cloud.estimate.sections.stem_sections`,
-    :func:`treedgs_geo.inventory.searched.searched_table`, :func:`treedgs_geo.inventory.side_layers.readings_table`,
-    :func:`treedgs_geo.inventory.crowns.crown_table`). In an existing GeoPackage only these are replaced. What a person
-    wrote into the layer that is replaced (species, status, note, decisions, columns of his own, trees that were drawn),
-    or into ``copies`` of it, goes on with its trees; the reporter hears of it. sheets: folder of the trees' evidence
-    sheets, which the layer's map tips show.
+    :func:`.searched.searched_table`, :func:`.side_layers.readings_table`, :func:`.side_layers.crown_table`). In an
+    existing GeoPackage only these are replaced. What a person wrote into the layer that is replaced (species, status,
+    note, decisions, columns of his own, trees that were drawn), or into ``copies`` of it, goes on with its trees; the
+    reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's map tips show.
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.

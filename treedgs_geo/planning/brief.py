@@ -11,8 +11,7 @@ from .. import __version__
 from ..core.costs import time_text
 from ..report.blocks import Cards, Document, Picture, Sentences, Table, facts_table
 from ..report.charts import BLUE, GREEN, VERMILION, chart_png, new_chart
-from ..report.html import write_html
-from ..report.pdf import write_pdf
+from ..report.pdf import write_pages
 from .choose import MORE, Choice, JudgedFlight
 from .drones import RESERVE, DroneCamera
 from .missions import Target
@@ -48,7 +47,7 @@ def write_brief(
             Sentences(checklist(choice, camera, limits, sun, clearance_m)),
         ],
     )
-    return [write_html(folder / "brief.html", document), write_pdf(folder / "brief.pdf", document)]
+    return write_pages(folder / "brief", document)
 
 
 def batteries_of(count: int) -> str:

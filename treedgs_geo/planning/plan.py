@@ -16,13 +16,13 @@ import pandas as pd
 from shapely.geometry import LineString, Polygon
 
 from ..core.errors import InputError
-from ..core.files import ensure_writable, write_json
-from ..core.geopackage import atomic_geopackage, ensure_unlocked
+from ..core.files import write_json
+from ..core.geopackage import atomic_geopackage
 from ..core.layer_files import add_layer
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..inventory.declination import parse_date
-from ..report.pdf import load_fonts
+from ..report.pdf import ensure_pages
 from .brief import batteries_of, draw_brief, write_brief
 from .choose import MORE, Choice, JudgedFlight, PlotStems, choose, reach_to_give_m, stems_of
 from .curves import weighted_median
@@ -51,9 +51,7 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
         InputError: one sentence about what cannot be flown and what would do. OutputError: cannot be written.
     """
     folder = Path(settings.output)
-    ensure_writable(folder / "plan.json")
-    load_fonts()  # says that the extra "reports" is missing before anything is computed
-    ensure_unlocked(folder / "plan.gpkg", OWN_LAYERS)
+    ensure_pages(folder, "plan.json", "plan.gpkg", OWN_LAYERS)
     camera = camera_of(settings.camera)
     day = parse_date(settings.flight_date, "--flight-date") if settings.flight_date else dt.date.today()
     with reporter.stage("read", 0.0, 0.1):

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
 
-from ..core.files import atomic_path
+from ..core.files import atomic_path, ensure_writable
+from ..core.geopackage import OwnLayers, ensure_unlocked
 from .blocks import Block, Cards, Column, Document, Heading, Paragraph, Picture, Sentences, Table
 from .charts import DPI
+from .html import write_html
 
 _GREEN, _PALE, _SOFT, _LINE, _AMBER = "#1f6b45", "#f2f6f3", "#5b675f", "#d9dfda", "#fff4e0"
 _MARGIN = 36.0
@@ -55,6 +57,23 @@ def write_pdf(path: Path, document: Document) -> Path:
         number = partial(_foot, title=document.title)
         template.build(story, onFirstPage=number, onLaterPages=number)
     return Path(path)
+
+
+def ensure_pages(folder: Path, record: str, layer: str, own: OwnLayers) -> None:
+    """Prove, before the work, that a folder can take its ``record``, its GeoPackage ``layer`` and its pages.
+
+    Raises:
+        OutputError: it cannot be written, or the layer is being edited. ModuleNotFoundError: the extra ``reports`` is
+            not installed.
+    """
+    ensure_writable(folder / record)
+    load_fonts()
+    ensure_unlocked(folder / layer, own)
+
+
+def write_pages(base: Path, document: Document) -> list[Path]:
+    """``BASE.html`` and ``BASE.pdf``."""
+    return [write_html(base.with_suffix(".html"), document), write_pdf(base.with_suffix(".pdf"), document)]
 
 
 def load_fonts() -> None:

@@ -11,9 +11,9 @@ import numpy as np
 from ..core import workspace as names
 from ..core.crs import LocalFrame
 from ..core.steps import Collector
-from ..inventory.crowns import StemCurves, crown_table
 from ..inventory.evidence.files import written_sheets
 from ..inventory.reviewed import reviewed
+from ..inventory.side_layers import StemCurves, crown_table
 from ..inventory.stand_view import Dots, Stand, write_view
 from ..inventory.tree_layer import tree_table
 from ..reconstruction.model import load_coloured_points

@@ -10,8 +10,7 @@ import pandas as pd
 
 from treedgs_geo.core.files import atomic_path
 from treedgs_geo.core.tables import write_csv
-from treedgs_geo.report.blocks import Column, Table
-from treedgs_geo.report.latex import booktabs
+from treedgs_geo.report.blocks import Column, Table, booktabs
 
 #: The paper's short names: of the source (LiDAR, TreeDGS) and of the fit.
 SOURCES = {"lidar": "L", "splats": "T"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.inventory.crowns import crown_table
+from treedgs_geo.inventory.side_layers import crown_table
 from treedgs_geo.stems.quality.crowns import crown_cells
 from treedgs_geo.stems.quality.tree import Tree
 

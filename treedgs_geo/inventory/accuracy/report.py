@@ -11,10 +11,9 @@ import pandas as pd
 
 from ...core.files import atomic_path, write_json
 from ...core.tables import write_csv
-from ...report.blocks import Block, Column, Document, Heading, Paragraph, Sentences, Table, facts_table
+from ...report.blocks import Block, Column, Document, Heading, Paragraph, Sentences, Table, booktabs, facts_table
 from ...report.charts import BLUE, VERMILION, new_chart, write_chart
 from ...report.html import write_html
-from ...report.latex import booktabs
 from ..charts import draw_scatter
 from .tables import INTERVALS, PairsEvidence
 

@@ -16,16 +16,14 @@ from shapely import contains_xy
 from ... import __version__
 from ...core.crs import project_crs
 from ...core.errors import InputError
-from ...core.files import ensure_writable, fingerprint, write_json
+from ...core.files import fingerprint, write_json
 from ...core.frames import moved
-from ...core.geopackage import ensure_unlocked
 from ...core.layer_files import write_layer
 from ...core.progress import Reporter
 from ...core.shown import count_of, some
 from ...core.tables import write_csv
 from ...report.blocks import known
-from ...report.html import write_html
-from ...report.pdf import load_fonts, write_pdf
+from ...report.pdf import ensure_pages, write_pages
 from ...stems.quality.priors import USUAL_TAPER_CM_M
 from ..options import PairingOptions
 from ..searched import flown_on, searched_area
@@ -55,9 +53,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         InputError: inputs that do not fit together.
     """
     folder = Path(settings.output)
-    ensure_writable(folder / "change.json")
-    load_fonts()  # says that the extra "reports" is missing before anything is written
-    ensure_unlocked(folder / "change.gpkg", OWN_LAYERS)
+    ensure_pages(folder, "change.json", "change.gpkg", OWN_LAYERS)
     with reporter.stage("read", 0.0, 0.2):
         years, said = years_between(settings.before, settings.after, settings.years)
         settings = replace(settings, years=years)
@@ -94,8 +90,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         write_layer(folder / "change.gpkg", OWN_LAYERS, LAYER, table, "Point")
         write_csv(folder / "change.csv", table)
         document = make_change_document(table, changes, counts, warnings, notes, settings)
-        write_html(folder / "change.html", document)
-        write_pdf(folder / "change.pdf", document)
+        write_pages(folder / "change", document)
         figures = {
             name: {key: known(getattr(found, of)) for key, of in _FIGURES.items()} for name, found in changes.items()
         }

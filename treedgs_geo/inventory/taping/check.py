@@ -14,8 +14,7 @@ from scipy import stats
 from ... import __version__
 from ...core.crs import project_crs
 from ...core.errors import InputError
-from ...core.files import ensure_writable, fingerprint, write_json
-from ...core.geopackage import ensure_unlocked
+from ...core.files import fingerprint, write_json
 from ...core.intervals import LEVEL
 from ...core.layer_files import write_layer
 from ...core.progress import Reporter
@@ -23,8 +22,7 @@ from ...core.shown import count_of, some
 from ...core.tables import write_csv
 from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table, known
 from ...report.charts import BLUE, SKY, chart_png, new_chart
-from ...report.html import write_html
-from ...report.pdf import load_fonts, write_pdf
+from ...report.pdf import ensure_pages, write_pages
 from ..charts import draw_by_flag, draw_scatter
 from ..double_sampling.estimators import (
     Corrected,
@@ -240,9 +238,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
         InputError: inputs that do not fit together.
     """
     folder = Path(settings.output)
-    ensure_writable(folder / "tape_check.json")
-    load_fonts()  # says that the extra "reports" is missing before anything is written
-    ensure_unlocked(folder / "tape_check.gpkg", OWN_LAYERS)
+    ensure_pages(folder, "tape_check.json", "tape_check.gpkg", OWN_LAYERS)
     with reporter.stage("read", 0.0, 0.4):
         taped = read_taped(settings.taped)
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
@@ -280,8 +276,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
 def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
     (folder / "tape_check.json").unlink(missing_ok=True)
     document = _document(checked, settings)
-    write_html(folder / "tape_check.html", document)
-    write_pdf(folder / "tape_check.pdf", document)
+    write_pages(folder / "tape_check", document)
     table = checked.trees[list(_SHOWN)].copy()
     table["inside"] = table["inside"].map({True: "yes", False: "no"}).astype(object)
     table["error_cm"] = table["error_cm"].round(2)

@@ -14,13 +14,11 @@ import pyproj
 from ...core import layer_files
 from ...core.crs import project_crs
 from ...core.errors import InputError
-from ...core.files import atomic_path, ensure_writable
-from ...core.geopackage import ensure_unlocked
+from ...core.files import atomic_path
 from ...core.progress import Reporter
 from ...core.shown import count_of
 from ...core.tables import write_csv
-from ...report.html import write_html
-from ...report.pdf import load_fonts, write_pdf
+from ...report.pdf import ensure_pages, write_pages
 from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
@@ -36,9 +34,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
         InputError: inputs that do not fit, or a folder whose tape table is filled in already.
     """
     folder = Path(settings.output)
-    ensure_writable(folder / "tapes.csv")
-    load_fonts()  # says that the extra "reports" is missing before anything is written
-    ensure_unlocked(folder / "tapes.gpkg", OWN_LAYERS)
+    ensure_pages(folder, "tapes.csv", "tapes.gpkg", OWN_LAYERS)
     keep_tapes(folder)
     with reporter.stage("read", 0.0, 0.3):
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
@@ -110,8 +106,7 @@ def write_field_files(
     heights = frame.trees["bh_m"].dropna()
     breast = float(heights.median()) if len(heights) else BREAST_HEIGHT_M
     form = make_form(title, subtitle, frame, sheets(frame, trees), breast, settings.north)
-    write_html(folder / "tape_form.html", form)
-    write_pdf(folder / "tape_form.pdf", form)
+    write_pages(folder / "tape_form", form)
     assert np.isfinite(table["prob"]).all()
 
 

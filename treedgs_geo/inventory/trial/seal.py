@@ -17,12 +17,11 @@ import pandas as pd
 from ... import __version__
 from ...core.crs import project_crs
 from ...core.errors import InputError
-from ...core.files import ensure_writable, read_json, write_json
-from ...core.geopackage import ensure_unlocked
+from ...core.files import read_json, write_json
 from ...core.progress import Reporter
 from ...core.shown import count_of, some
 from ...core.workspace import read_record
-from ...report.pdf import load_fonts
+from ...report.pdf import ensure_pages
 from ..declination import parse_date
 from ..double_sampling.designs import Draw
 from ..reviewed import reviewed
@@ -51,9 +50,7 @@ def seal_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
     folder = Path(settings.output)
     if (folder / RECORD).exists():
         raise InputError(f"{folder / RECORD}: is a sealed trial; open it with --taped, or give another folder.")
-    ensure_writable(folder / RECORD)
-    load_fonts()  # says that the extra "reports" is missing before anything is written
-    ensure_unlocked(folder / "tapes.gpkg", OWN_LAYERS)
+    ensure_pages(folder, RECORD, "tapes.gpkg", OWN_LAYERS)
     keep_tapes(folder)
     with reporter.stage("read", 0.0, 0.3):
         layer = read_trees(settings.trees)
