@@ -20,7 +20,7 @@ from ..core.progress import Reporter
 from ..inventory import tree_layer
 from ..inventory.searched import SEARCHED, read_searched
 from ..inventory.side_layers import READINGS, add_tables, read_readings
-from ..inventory.tree_layer import tree_table, typed, write_table
+from ..inventory.tree_layer import tree_table, typed_trees, write_table
 from ..inventory.tree_reading import read_trees
 from ..inventory.written import read_written
 from ..pointcloud.file_crs import LOCAL_CRS
@@ -82,7 +82,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
 
 def _plot_trees(plot: dict[str, Any], crs: str) -> gpd.GeoDataFrame:
     """One plot's trees with the campaign's ids."""
-    table = typed(read_trees(Path(plot["folder"]) / TREES).reindex(columns=[*TREE_FIELDS, "geometry"]))
+    table = typed_trees(read_trees(Path(plot["folder"]) / TREES).reindex(columns=[*TREE_FIELDS, "geometry"]))
     table["plot_tree"] = table["tree_id"]
     table["tree_id"] = table["tree_id"] + plot["number"] * IDS_PER_PLOT
     table["camp_plot"] = plot["plot_id"]

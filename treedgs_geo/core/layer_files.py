@@ -60,6 +60,22 @@ def read_if_there(path: Path, layer: str, columns: Collection[str]) -> Any:
     return table if set(columns) <= set(table.columns) else None
 
 
+def typed(table: Any, wholes: Collection[str], texts: Collection[str], decimals: Mapping[str, int], usual: int) -> Any:
+    """The table's columns, each of its own type also where all of it is missing: whole numbers, texts, and others
+    rounded. decimals: of those that have not the ``usual`` number."""
+    import pandas as pd
+
+    made = {}
+    for name, values in table.items():
+        if name in texts:
+            made[name] = values.astype(object).where(values.notna(), None)
+        elif name in wholes:
+            made[name] = pd.to_numeric(values).astype("Int64")
+        elif name != "geometry":
+            made[name] = pd.to_numeric(values).astype(float).round(decimals.get(name, usual))
+    return table.assign(**made)
+
+
 def read_layer(path: Path, layer: str, columns: Collection[str], made_by: str) -> Any:
     """A layer that another command wrote. columns: that it has to have. made_by: that command, for the sentence.
 

@@ -107,14 +107,14 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
     yaw, pitch, roll = (as_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
     if np.isnan(pitch):
         yaw, pitch, roll = gimbal_angles(pix4d, uses_dji_pitch([pix4d]))
-    taken = _taken_px(details, width, height)
+    taken, number = _taken_px(details, width, height), _SEQUENCE.search(path.stem)
     return Photo(
         name=name or path.name,
         path=path,
         width=width,
         height=height,
         model=model,
-        sequence=_sequence(path.stem),
+        sequence=int(number[1]) if number else -1,
         local_time=local,
         utc=utc,
         lon_deg=lon,
@@ -294,11 +294,6 @@ def _zone_s(text: str) -> float:
     if not match:
         return float("nan")
     return (1 if match[1] == "+" else -1) * (int(match[2]) * 3600 + int(match[3]) * 60)
-
-
-def _sequence(stem: str) -> int:
-    match = _SEQUENCE.search(stem)
-    return int(match[1]) if match else -1
 
 
 #: Two pictures with the same name and time are one exposure when their thumbnails differ by less than this (median, of

@@ -97,7 +97,8 @@ def read_pos(path: Path) -> Trajectory:
             f"{path}: holds {len(rows)} epochs, expected the solution of a whole flight; run the PPK again."
         )
     table = np.array(rows)
-    table[:, 0] += _jst_shift(header)
+    if re.match(r"\s*%\s*JST\b", header):
+        table[:, 0] -= 9 * 3600.0  # Japan standard time is UTC + 9 h
     table, notes = _in_order(path, table)
     return Trajectory(
         path,
@@ -230,8 +231,3 @@ def _dms(parts: list[str]) -> float:
     if not (0 <= minutes < 60 and 0 <= seconds <= 60):
         raise ValueError
     return (-1 if parts[0].startswith("-") else 1) * (abs(degrees) + minutes / 60 + seconds / 3600)
-
-
-def _jst_shift(header: str) -> float:
-    """Japan standard time is UTC + 9 h."""
-    return -9 * 3600.0 if re.match(r"\s*%\s*JST\b", header) else 0.0

@@ -34,6 +34,7 @@ PAIR_COLUMNS = (
     "plot_id", "field_id", "tree_id", "field_cm", "dbh_cm", "delta_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "meas_cm",
     "rev_flag", "dist_m", "margin", "pair_status", "note",
 )  # fmt: skip
+_TEXTS = {"plot_id", "field_id", "qc_flag", "rev_flag", "pair_status", "note"}
 #: Columns of ``plots``.
 PLOT_COLUMNS = (
     "plot_id", "status", "reason", "offset_e_m", "offset_n_m", "rot_deg", "ratio", "margin", "residual_m", "share",
@@ -87,7 +88,7 @@ def write_pairs(path: Path, found: Matched, crs: pyproj.CRS) -> Path:
         )
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
         for name, rows in ((PAIRS, found.pairs), (SUGGESTED, found.suggested)):
-            table = _typed(pd.DataFrame(rows, columns=list(PAIR_COLUMNS)))
+            table = layer_files.typed(pd.DataFrame(rows, columns=list(PAIR_COLUMNS)), {"tree_id"}, _TEXTS, {}, 3)
             shapes = gpd.GeoSeries([LineString(row["line"]) for row in rows], crs=crs)
             layer_files.add_layer(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
         field = found.field_trees
@@ -157,15 +158,3 @@ def read_locked(path: Path) -> Locked:
         if row.geometry is not None:
             locked.field_xy[(str(row["plot_id"]), str(row["field_id"]))] = (row.geometry.x, row.geometry.y)
     return locked
-
-
-def _typed(table: pd.DataFrame) -> pd.DataFrame:
-    """Column types that stay the same in an empty layer."""
-    for name in table:
-        if name == "tree_id":
-            table[name] = pd.array(table[name], dtype="Int64")
-        elif name in ("plot_id", "field_id", "qc_flag", "rev_flag", "pair_status", "note"):
-            table[name] = table[name].astype(object).where(table[name].notna(), None)
-        else:
-            table[name] = pd.to_numeric(table[name]).astype(float).round(3)
-    return table

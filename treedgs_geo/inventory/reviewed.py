@@ -106,8 +106,14 @@ def reviewed(table: _Table, name: str | Path = "the tree layer") -> tuple[_Table
     flag, taped = decided(made, name)
     made["sure"] = flag.isin(A_TREE).to_numpy()
     made["taped"] = flag.eq("dbh").to_numpy()
-    _take_tape(made, made["taped"].to_numpy(), taped)
-    _without_dbh(made, flag.eq("stem").to_numpy())
+    rows = made["taped"].to_numpy()
+    cm, half = taped[rows], HALF_WIDTH_SE * TAPE_SE_CM
+    _put(
+        made, rows, dbh_cm=cm, dbh_se_cm=TAPE_SE_CM, dbh_lo_cm=np.maximum(cm - half, 0.0), dbh_hi_cm=cm + half,
+        ba_m2=np.pi / 4e4 * cm**2, qc_flag="ok", qc_reason="",
+    )  # fmt: skip
+    none = dict.fromkeys(("dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "ba_m2"), np.nan)
+    _put(made, flag.eq("stem").to_numpy(), **none, qc_flag="reject")
     has = made["dbh_cm"].notna()
     made.loc[(flag.eq("accept") & has).to_numpy(), "qc_flag"] = "ok"
     counts = flag.value_counts()
@@ -170,30 +176,9 @@ def _taped(table: pd.DataFrame, name: str | Path) -> np.ndarray:
     return taped
 
 
-def _take_tape(made: pd.DataFrame, rows: np.ndarray, taped: np.ndarray) -> None:
-    """The taped DBH, its error and interval, in place."""
-    cm, half = taped[rows], HALF_WIDTH_SE * TAPE_SE_CM
-    values = {
-        "dbh_cm": cm,
-        "dbh_se_cm": TAPE_SE_CM,
-        "dbh_lo_cm": np.maximum(cm - half, 0.0),
-        "dbh_hi_cm": cm + half,
-        "ba_m2": np.pi / 4e4 * cm**2,
-    }
+def _put(made: pd.DataFrame, rows: np.ndarray, **values: object) -> None:
+    """Values into the columns that are there, in place; numbers may go into a column of texts."""
     for column, value in values.items():
-        if column in made or column == "dbh_cm":
-            made[column] = pd.to_numeric(made[column]).astype(float)
+        if column in made:
+            made[column] = made[column] if isinstance(value, str) else pd.to_numeric(made[column]).astype(float)
             made.loc[rows, column] = value
-    for column, text in (("qc_flag", "ok"), ("qc_reason", "")):
-        if column in made:
-            made.loc[rows, column] = text
-
-
-def _without_dbh(made: pd.DataFrame, rows: np.ndarray) -> None:
-    """No DBH, in place."""
-    for column in ("dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "ba_m2"):
-        if column in made:
-            made[column] = pd.to_numeric(made[column]).astype(float)
-            made.loc[rows, column] = np.nan
-    if "qc_flag" in made:
-        made.loc[rows, "qc_flag"] = "reject"

@@ -16,7 +16,7 @@ import pyproj
 from ..core.errors import OutputError
 from ..core.files import atomic_path, ensure_writable, put_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, style_text, style_text_after
-from ..core.layer_files import add_layer, write_shapefile
+from ..core.layer_files import add_layer, typed, write_shapefile
 from ..core.outputs import is_foreign
 from ..core.progress import Reporter
 from ..core.shown import LAYER_DECIMALS
@@ -62,24 +62,15 @@ def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
         [[1, 31.04]]
     """
     rows = [{name: getattr(tree.finish(), name) for name in TREE_FIELDS} for tree in trees]
-    table = typed(pd.DataFrame(rows, columns=list(TREE_FIELDS)))
+    table = typed_trees(pd.DataFrame(rows, columns=list(TREE_FIELDS)))
     ground = table["z_ground"].to_numpy(float)
     points = gpd.points_from_xy(table["x"], table["y"], np.where(np.isfinite(ground), ground, 0.0))
     return gpd.GeoDataFrame(table, geometry=points, crs=crs)
 
 
-def typed(table: pd.DataFrame) -> pd.DataFrame:
-    """The columns of a tree layer, each of its own type and decimals also where all of it is missing."""
-    made = {}
-    for name in TREE_FIELDS:
-        values = table[name]
-        if name in _INTEGERS:
-            made[name] = pd.to_numeric(values).astype("Int64")
-        elif name in _TEXTS:
-            made[name] = values.astype(object).where(values.notna(), None)
-        else:
-            made[name] = pd.to_numeric(values).astype(float).round(_DECIMALS.get(name, LAYER_DECIMALS))
-    return table.assign(**made)
+def typed_trees(table: pd.DataFrame) -> pd.DataFrame:
+    """The columns of a tree layer as every one has them."""
+    return typed(table, _INTEGERS, _TEXTS, _DECIMALS, LAYER_DECIMALS)
 
 
 def check_output(path: Path) -> str:

@@ -282,7 +282,7 @@ def years_between(before: Path, after: Path, given: float | None) -> tuple[float
                 "--years: not given, and the layers do not say when they were flown; give the seasons of growth "
                 "between the two dates."
             )
-        if first is not None and first + datetime.timedelta(days=365.25 * given) > _today() + _SOON:
+        if first is not None and first + datetime.timedelta(days=365.25 * given) > datetime.date.today() + _SOON:
             raise InputError(
                 f"--years: is {given:g}, but {before} was flown on {first}: {first.year + given:.0f} is still to come; "
                 "correct it (years, not months)."
@@ -297,10 +297,6 @@ def years_between(before: Path, after: Path, given: float | None) -> tuple[float
     if given is not None and abs(given - years) > max(_OFF_YEARS, _OFF_SHARE * years):
         raise InputError(f"--years: is {given:g}, but {when}, {years:.1f} years apart; correct it, or leave it out.")
     return (years, f"{when}: {years:.1f} years.") if given is None else (given, "")
-
-
-def _today() -> datetime.date:
-    return datetime.date.today()
 
 
 def to_one_breast_height(before: TreeList, after: TreeList) -> list[str]:

@@ -135,16 +135,10 @@ def one_line(text: object) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in str(text))
 
 
-def shortened(text: object, most: int) -> str:
-    """At most ``most`` characters on one line, with an ellipsis where something is left out."""
+def shortened(text: object, most: int, front: bool = False) -> str:
+    """At most ``most`` characters on one line, with an ellipsis for what is left out: at the end, or in front."""
     line = one_line(text)
-    return line if len(line) <= most else line[: most - 1] + "…"
-
-
-def shortened_front(text: object, most: int) -> str:
-    """The same with the end kept, which tells photos of one flight apart."""
-    line = one_line(text)
-    return line if len(line) <= most else "…" + line[len(line) - most + 1 :]
+    return line if len(line) <= most else "…" + line[1 - most :] if front else line[: most - 1] + "…"
 
 
 def wrapped(text: str, width: float, size: int, bold: bool = False) -> list[str]:

@@ -12,7 +12,7 @@ from ...stems.photos.images.crops import PhotoStack
 from ...stems.photos.stem_images import StemShown, choose_photos, straightened
 from ...stems.photos.tuned import SEES
 from ...stems.quality.tree import Tree
-from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, shortened_front
+from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, shortened
 from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, begin_sheet
 
 #: Most and fewest photos in a row, pixels between them, and the row's place and height.
@@ -160,7 +160,7 @@ def _caption(canvas: Canvas, evidence: PhotoEvidence, v: int, number: int, middl
         said, colour = "one edge only", FAINT
     canvas.text(middle, y, f"{number}  {compass(shown.azimuth[v])}", 12, INK, True, "ma")
     canvas.text(middle, y + 15, said, 11, colour, worst, "ma")
-    canvas.text(middle, y + 29, shortened_front(evidence.stack.views[v].name.rpartition("/")[2], 18), 9, FAINT, at="ma")
+    canvas.text(middle, y + 29, shortened(evidence.stack.views[v].name.rpartition("/")[2], 18, True), 9, FAINT, at="ma")
 
 
 def compass(azimuth: float) -> str:

@@ -207,14 +207,6 @@ def long_names(stand: Stand) -> list[str]:
     ]
 
 
-def tree_counts(stand: Stand) -> np.ndarray:
-    """Trees an acre of its plot for each row of ``stand.rows``; their sum over Num_Plots is the stand's trees an acre.
-
-    With plots of equal area that is weight / area; larger plots weigh more, as they do in the report.
-    """
-    return stand.rows["per_ha"].to_numpy() * stand.design.n * ACRE_HA
-
-
 def _tables(stand: Stand, year: int | None) -> dict[str, pd.DataFrame]:
     """Rows of each table by its name."""
     name, plot_names = stand.stand_id, [f"{stand.stand_id}_{plot.plot_id}" for plot in stand.plots]
@@ -255,7 +247,8 @@ def _tables(stand: Stand, year: int | None) -> dict[str, pd.DataFrame]:
 
 def _trees(stand: Stand, plot_names: np.ndarray) -> pd.DataFrame:
     # A row of stand-ins is more of the same tree: one record a tree and plot.
-    rows = stand.rows.assign(count=tree_counts(stand), History=_LIVE)
+    # Their sum over Num_Plots is the stand's trees an acre; larger plots weigh more, as they do in the report.
+    rows = stand.rows.assign(count=stand.rows["per_ha"] * stand.design.n * ACRE_HA, History=_LIVE)
     counted = rows.groupby(["plot", "tree", "History"], as_index=False)["count"].sum()
     per_acre = stand.dead["weight"] / stand.design.areas.sum() * stand.design.n * ACRE_HA
     dead = stand.dead[["plot", "tree"]].assign(count=per_acre, History=_DEAD)

@@ -74,7 +74,7 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
     classes, quantities = make_classes(units, width), UNITS[units]
     rows, per_tree = stand.rows, stand.rows["tree"].to_numpy(int)
     number = classes.of(stand.values.dbh[per_tree])
-    names = _species(stand)[per_tree]
+    names = stand.trees["species"].map(lambda entry: species_of(entry).symbol).to_numpy(object)[per_tree]
     frame = pd.DataFrame(
         {
             "species": names,
@@ -296,10 +296,6 @@ def trees_table(stand: Stand, units: str) -> Table:
         "Basal area, volume and biomass of each tree are corrected for its DBH error"
         + (", and by one factor for what all tapes together say; its DBH is as measured." if tapes else "."),
     )
-
-
-def _species(stand: Stand) -> np.ndarray:
-    return np.array([species_of(entry).symbol for entry in stand.trees["species"]], dtype=object)
 
 
 def correction_table(stand: Stand, units: str) -> Table:

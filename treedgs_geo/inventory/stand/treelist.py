@@ -64,7 +64,8 @@ class TreeList:
 
     centres: plot_id -> co-registered centre, from a pairs layer. tallied: plot_id -> chance that a tree of the plot
     would be found among the pairs. review: what a person decided. searched: where stems were searched for, in
-    ``crs`` (None: the layer does not say). notes, warnings: sentences.
+    ``crs`` (None: the layer does not say). plots: those that the trees were taken from (empty: everywhere). notes,
+    warnings: sentences.
     """
 
     trees: pd.DataFrame
@@ -74,6 +75,7 @@ class TreeList:
     tallied: dict[str, float] = field(default_factory=dict)
     review: Reviewed = field(default_factory=Reviewed)
     searched: BaseGeometry | None = None
+    plots: list[SamplePlot] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -258,11 +260,6 @@ def settle_status(found: TreeList) -> None:
         found.warnings.append(f"Status {named}: not known as live or dead; these trees count as live.")
 
 
-def is_dead(status: object) -> bool:
-    """Whether a status entry says that the tree is dead."""
-    return _word(status) in _DEAD
-
-
 def _word(status: object) -> str:
     return text_of(status).lower()
 
@@ -368,7 +365,8 @@ def _heights(plots: pd.DataFrame, tally: pd.DataFrame | None) -> dict[tuple[str,
 def _take(trees: pd.DataFrame, row: int, partner: pd.Series) -> list[str]:
     """The crew's species and status where the layer has none; what differs, in words."""
     differ = []
-    for name, same in (("species", lambda entry: species_of(entry).symbol.upper()), ("status", is_dead)):
+    rules = {"species": lambda entry: species_of(entry).symbol.upper(), "status": lambda entry: _word(entry) in _DEAD}
+    for name, same in rules.items():
         own, theirs = trees.loc[row, name], partner.get(name)
         if theirs is None or pd.isna(theirs):
             continue

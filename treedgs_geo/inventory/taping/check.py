@@ -36,8 +36,9 @@ from ..double_sampling.estimators import (
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
 from ..double_sampling.tapes import SAME_CM, Taped, join, read_taped
 from ..reviewed import TAPE_SE_CM
+from ..stand.treelist import TreeList
 from ..stand.values import BA
-from .frame import Frame, read_frame
+from .frame import mark_of, read_frame
 
 #: Below this probability a difference of ``ok`` and ``check`` trees is more than chance.
 CHANCE = 0.1
@@ -56,7 +57,7 @@ class Checked:
     notes: list[str] = field(default_factory=list)
 
 
-def check_tapes(frame: Frame, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray, confidence: float) -> Checked:
+def check_tapes(frame: TreeList, taped: Taped, rows: np.ndarray, dbh_cm: np.ndarray, confidence: float) -> Checked:
     """rows: (n,) positions of the drawn trees in the frame; dbh_cm: DBHs of the frame as they were when drawn.
 
     Raises:
@@ -150,7 +151,7 @@ def _flags(made: Checked, both: np.ndarray) -> None:
 
 
 def _totals(
-    made: Checked, frame: Frame, taped: Taped, tapes: Tapes, rows: np.ndarray, dbh_cm: np.ndarray, confidence: float
+    made: Checked, frame: TreeList, taped: Taped, tapes: Tapes, rows: np.ndarray, dbh_cm: np.ndarray, confidence: float
 ) -> None:
     """Number and basal area of the frame's trees, corrected."""
     has = np.isfinite(dbh_cm)
@@ -251,8 +252,8 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
         checked.warnings[:], checked.totals = [others], {}
     checked.notes[:0] = notes
     checked.warnings += frame.warnings
-    restored = Frame(frame.trees.assign(dbh_cm=dbh_cm), frame.crs, frame.plots)
-    if taped.frame and taped.frame != restored.mark or taped.n_frame not in (0, len(frame.trees)):
+    mark = mark_of(frame.trees.assign(dbh_cm=dbh_cm))
+    if taped.frame and taped.frame != mark or taped.n_frame not in (0, len(frame.trees)):
         checked.warnings.append(
             f"{settings.trees.name} is not quite the layer that the trees were drawn from ({taped.n_frame} trees then, "
             f"{len(frame.trees)} now; plots left out here count too): the totals hold for that layer only."
@@ -273,7 +274,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
     }
 
 
-def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
+def _write(folder: Path, frame: TreeList, checked: Checked, settings: Any) -> None:
     (folder / "tape_check.json").unlink(missing_ok=True)
     document = _document(checked, settings)
     write_pages(folder / "tape_check", document)

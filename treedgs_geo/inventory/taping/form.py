@@ -17,7 +17,7 @@ from ...report.charts import chart_png, draw_outline, new_chart
 from ..double_sampling.designs import Draw
 from ..field_trees import bearing_to_grid_deg
 from ..options import Bearings
-from .frame import Frame
+from ..stand.treelist import TreeList
 
 #: Trees of a page where there are no plots.
 PER_PAGE = 14
@@ -37,7 +37,7 @@ class Sheet:
     trees: pd.DataFrame
 
 
-def walk(frame: Frame, draw: Draw, protocol: Bearings, day: str, path: Path) -> pd.DataFrame:
+def walk(frame: TreeList, draw: Draw, protocol: Bearings, day: str, path: Path) -> pd.DataFrame:
     """The drawn trees: ``walk`` (1 is first), ``tree_id, plot_id, about_cm`` (NaN: no DBH), ``qc_flag, azim_deg,
     dist_m`` (from the plot's centre; NaN without plots), ``x, y, lon, lat`` (WGS 84), ``stratum, prob, dbh_cm``.
 
@@ -46,6 +46,7 @@ def walk(frame: Frame, draw: Draw, protocol: Bearings, day: str, path: Path) -> 
     Raises:
         InputError: magnetic bearings without a date or declination.
     """
+    assert frame.crs is not None
     trees = frame.trees.iloc[draw.index].reset_index(drop=True)
     made = trees[["tree_id", "plot_id", "qc_flag", "x", "y", "dbh_cm"]].copy()
     made["stratum"], made["prob"] = draw.stratum, draw.prob
@@ -66,7 +67,7 @@ def walk(frame: Frame, draw: Draw, protocol: Bearings, day: str, path: Path) -> 
     return made
 
 
-def sheets(frame: Frame, trees: pd.DataFrame) -> list[Sheet]:
+def sheets(frame: TreeList, trees: pd.DataFrame) -> list[Sheet]:
     """The form's pages, in the order of the walk."""
     if trees["plot_id"].notna().all():
         centres = {plot.plot_id: plot for plot in frame.plots}
@@ -92,7 +93,7 @@ def sheets(frame: Frame, trees: pd.DataFrame) -> list[Sheet]:
     return made
 
 
-def _order(trees: pd.DataFrame, frame: Frame) -> np.ndarray:
+def _order(trees: pd.DataFrame, frame: TreeList) -> np.ndarray:
     if trees["plot_id"].notna().all():
         names = [plot.plot_id for plot in frame.plots] or sorted(trees["plot_id"].unique())
         rank = trees["plot_id"].map({name: k for k, name in enumerate(names)}).to_numpy(float)
@@ -117,7 +118,7 @@ _DRAWN, _OTHER = "#17753c", "#9aa39d"
 
 
 def make_form(
-    title: str, subtitle: str, frame: Frame, pages: list[Sheet], breast_height_m: float, north: str
+    title: str, subtitle: str, frame: TreeList, pages: list[Sheet], breast_height_m: float, north: str
 ) -> Document:
     """The form; printed, each of its pages begins a sheet of paper. north: what bearings are against."""
     sizes = any(page.trees["about_cm"].notna().any() for page in pages)
@@ -202,7 +203,7 @@ def _rules(breast_height_m: float, north: str, with_plots: bool, sizes: bool) ->
     ]
 
 
-def _draw(frame: Frame, sheet: Sheet) -> bytes:
+def _draw(frame: TreeList, sheet: Sheet) -> bytes:
     """PNG: the map of one page; trees to tape in colour with their numbers, the others grey."""
     from matplotlib import patheffects
 

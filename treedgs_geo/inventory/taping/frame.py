@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,48 +11,31 @@ import pyproj
 
 from ...core.errors import InputError
 from ...core.shown import count_of
-from ..stand.sample import SamplePlot, first_plot, read_sample
-from ..stand.treelist import from_layer, on_the_map, settle_status
+from ..stand.sample import first_plot, read_sample
+from ..stand.treelist import TreeList, from_layer, on_the_map, settle_status
 from ..stand.values import BA
 
 
-@dataclass
-class Frame:
-    """trees: ``tree_id, plot_id`` (None: in no plot), ``x, y, dbh_cm, dbh_se_cm, meas_cm, meas_lo_cm, meas_hi_cm,
-    qc_flag, bh_m`` and ``size`` (basal area, m2; of a stem without a DBH the median). plots: where trees are drawn
-    (empty: everywhere).
-    """
-
-    trees: pd.DataFrame
-    crs: pyproj.CRS
-    plots: list[SamplePlot]
-    notes: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-
-    @property
-    def mark(self) -> str:
-        """Short hash of numbers and diameters: whether a layer is still the one that was drawn from."""
-        text = ";".join(
-            f"{row.tree_id}:{row.dbh_cm:.1f}" for row in self.trees.sort_values("tree_id").itertuples(index=False)
-        )
-        return hashlib.sha256(text.encode()).hexdigest()[:8]
+def mark_of(trees: pd.DataFrame) -> str:
+    """Short hash of numbers and diameters: whether a layer is still the one that was drawn from."""
+    text = ";".join(f"{row.tree_id}:{row.dbh_cm:.1f}" for row in trees.sort_values("tree_id").itertuples(index=False))
+    return hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
-def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
-    """Trees of a layer, without those that are dead; of the plots only, where ``plots`` or the layer name any.
+def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> TreeList:
+    """Trees of a layer, without those that are dead, with their ``size`` (basal area, m2; of a stem without a DBH the
+    median); of the plots only, where ``plots`` or the layer name any.
 
     Raises:
         InputError: not readable, no tree in any plot. CRSError: no CRS, or no projected one in metres.
     """
     path = Path(path)
-    found = from_layer(path, crs)
-    settle_status(found)
-    used = on_the_map(found, path, crs).crs
-    assert used is not None
-    trees = found.trees
-    frame = Frame(trees, used, [], found.notes, found.warnings)
+    frame = from_layer(path, crs)
+    settle_status(frame)
+    on_the_map(frame, path, crs)
+    trees = frame.trees
     if plots is not None:
-        frame.plots = found.plots_searched(read_sample(plots, used), path.name)
+        frame.plots = frame.plots_searched(read_sample(plots, frame.crs), path.name)
         names = np.array([*(plot.plot_id for plot in frame.plots), None], object)
         trees["plot_id"] = names[first_plot(frame.plots, trees[["x", "y"]].to_numpy(float))]
     inside = trees["plot_id"].notna()

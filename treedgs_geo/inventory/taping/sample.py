@@ -23,8 +23,9 @@ from ...stems.quality.priors import BREAST_HEIGHT_M
 from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import LAYER, read_cells
+from ..stand.treelist import TreeList
 from .form import make_form, sheets, walk
-from .frame import Frame, read_frame
+from .frame import mark_of, read_frame
 
 
 def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
@@ -38,6 +39,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     keep_tapes(folder)
     with reporter.stage("read", 0.0, 0.3):
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
+    assert frame.crs is not None
     reporter.tell(frame.warnings, frame.notes)
     with reporter.stage("draw", 0.3, 0.4):
         draw = draw_trees(
@@ -55,7 +57,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
             f"{len(trees)} of {len(frame.trees)} trees, stratified by flag and DBH, seed {settings.seed}; "
             f"{frame.crs.name}. Write what you read into tapes.csv or tapes.gpkg, then run tape-check."
         )
-        table = tape_table(trees, len(frame.trees), frame.mark)
+        table = tape_table(trees, len(frame.trees), mark_of(frame.trees))
         write_field_files(folder, frame, trees, table, subtitle, settings)
     counts = {str(name): int((draw.stratum == name).sum()) for name in sorted(set(draw.stratum))}
     n_plots = trees["plot_id"].nunique()
@@ -92,7 +94,7 @@ def keep_tapes(folder: Path) -> None:
 
 
 def write_field_files(
-    folder: Path, frame: Frame, trees: pd.DataFrame, table: pd.DataFrame, subtitle: str, settings: Any
+    folder: Path, frame: TreeList, trees: pd.DataFrame, table: pd.DataFrame, subtitle: str, settings: Any
 ) -> None:
     """``tapes.csv``, ``tapes.gpkg``, ``tapes.gpx``, ``tape_form.html`` and ``tape_form.pdf``.
 
@@ -130,7 +132,7 @@ def tape_table(trees: pd.DataFrame, n_frame: int, mark: str, design: str = "stra
     return made.round({name: places for name, places in _DECIMALS.items() if name in made})
 
 
-def write_layer(path: Path, table: pd.DataFrame, crs: pyproj.CRS) -> Path:
+def write_layer(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None) -> Path:
     """The layer ``tapes``, styled, with its form."""
     layer = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=crs)
     return layer_files.write_layer(path, OWN_LAYERS, LAYER, layer, "Point")

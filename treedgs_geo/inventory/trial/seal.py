@@ -26,7 +26,7 @@ from ..declination import parse_date
 from ..double_sampling.designs import Draw
 from ..reviewed import reviewed
 from ..taping.form import walk
-from ..taping.frame import read_frame
+from ..taping.frame import mark_of, read_frame
 from ..taping.sample import OWN_LAYERS, keep_tapes, tape_table, write_field_files
 from ..tree_reading import read_trees
 
@@ -61,6 +61,7 @@ def seal_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
                 "ones; give the layer as it was before the review."
             )
         frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
+    assert frame.crs is not None
     reporter.tell(frame.warnings, frame.notes)
     n_all = len(frame.trees)
     n = min(settings.n or n_all, n_all)
@@ -91,7 +92,7 @@ def seal_trial(settings: Any, reporter: Reporter) -> dict[str, Any]:
     record["marks"] = {name: _sha256(value) for name, value in record["sealed"].items()}
     record["seal"] = _sha256(record["marks"])
     with reporter.stage("write", 0.3, 1.0):
-        table = tape_table(trees, n_all, hidden.mark, "simple random")
+        table = tape_table(trees, n_all, mark_of(hidden.trees), "simple random")
         subtitle = (
             f"{n} of {n_all} trees, drawn at random, seed {settings.seed}; {frame.crs.name}. Limit of the mean error: "
             f"{settings.limit_cm:g} cm. Seal: {record['seal'][:16]}. Nobody of the crew looks at the measured "
