@@ -10,7 +10,7 @@ import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pyproj
-from shapely.geometry import Point, Polygon
+from shapely.geometry import Polygon
 
 from ..core.layer_files import add_layer, read_if_there
 from ..stems.quality.crowns import crown_cells
@@ -33,19 +33,16 @@ def circle_table(trees: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
     ``height_m``."""
     measured = trees[trees["dbh_cm"].notna()]
     table = pd.DataFrame({name: measured[name] for name in ("tree_id", "dbh_cm", "dbh_se_cm", "qc_flag", "height_m")})
-    shapes = [
-        Point(x, y).buffer(dbh / 200, _SEGMENTS)
-        for x, y, dbh in zip(measured["x"], measured["y"], measured["dbh_cm"], strict=True)
-    ]
-    return gpd.GeoDataFrame(table, geometry=gpd.GeoSeries(shapes, index=table.index, crs=trees.crs), crs=trees.crs)
+    shapes = gpd.GeoSeries.from_xy(measured["x"], measured["y"], crs=trees.crs)
+    return gpd.GeoDataFrame(table, geometry=shapes.buffer(measured["dbh_cm"] / 200, _SEGMENTS), crs=trees.crs)
 
 
 def section_table(sections: list[dict], crs: pyproj.CRS) -> gpd.GeoDataFrame:
     """Polygons of measured sections. sections: dicts of :data:`SECTION_COLUMNS` and the centre ``x, y``, project
     metres."""
-    table = pd.DataFrame([{k: row[k] for k in SECTION_COLUMNS} for row in sections], columns=list(SECTION_COLUMNS))
-    shapes = [Point(row["x"], row["y"]).buffer(row["d_cm"] / 200, _SEGMENTS) for row in sections]
-    return gpd.GeoDataFrame(table, geometry=gpd.GeoSeries(shapes, crs=crs), crs=crs)
+    table = pd.DataFrame(sections)
+    shapes = gpd.GeoSeries.from_xy(table["x"], table["y"], crs=crs).buffer(table["d_cm"] / 200, _SEGMENTS)
+    return gpd.GeoDataFrame(table[list(SECTION_COLUMNS)], geometry=shapes, crs=crs)
 
 
 #: Name of the table of what refused stems were read as, and its columns. Such a reading is no DBH: it may be off by far

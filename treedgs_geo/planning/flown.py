@@ -10,6 +10,8 @@ import numpy as np
 from ..core.layer_files import read_layer
 
 if TYPE_CHECKING:
+    import geopandas as gpd
+
     from ..stems.quality.tree import Tree
 
 #: Layers of a plan.
@@ -18,15 +20,14 @@ PHOTOS, PLOTS = "plan_photos", "plan_plots"
 SHARE_SLACK, ERROR_SLACK = 0.10, 1.3
 
 
-def read_expected(path: Path) -> dict[str, dict[str, Any]]:
-    """Plot -> what the plan expects of it: ``exp_stems, exp_views, exp_share, exp_err_cm, n_photos``.
+def read_expected(path: Path) -> gpd.GeoDataFrame:
+    """What the plan expects, one row a plot: ``plot_id, exp_stems, exp_views, exp_share, exp_err_cm, n_photos``.
 
     Raises:
         InputError: not a flight plan.
     """
     wanted = ("plot_id", "exp_stems", "exp_views", "exp_share", "exp_err_cm", "n_photos")
-    table = read_layer(path, PLOTS, wanted, "plan-flight")
-    return {str(row["plot_id"]): row.drop("geometry").to_dict() for _, row in table.iterrows()}
+    return read_layer(path, PLOTS, wanted, "plan-flight")
 
 
 def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, Any]:
@@ -43,13 +44,11 @@ def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, A
         InputError: not a flight plan.
     """
     expected = read_expected(path)
-    stems = np.array([float(row["exp_stems"]) for row in expected.values()])
-    weight = stems / max(stems.sum(), 1e-9)
+    stems = expected["exp_stems"]
 
     def mean(name: str) -> float:
-        values = np.array([float(row[name]) if row[name] is not None else np.nan for row in expected.values()])
-        known = np.isfinite(values)
-        return float(np.sum(values[known] * weight[known]) / weight[known].sum()) if known.any() else float("nan")
+        known = expected[name].notna() & (stems > 0)
+        return float(np.average(expected[name][known], weights=stems[known])) if known.any() else np.nan
 
     planned = {
         "photos": len(read_layer(path, PHOTOS, {"photo"}, "plan-flight")),
@@ -59,7 +58,8 @@ def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, A
         "error_cm": round(mean("exp_err_cm"), 3),
     }
     # Plots may have got other names since; trees beside them are none of the plan's.
-    own = [tree for tree in trees if tree.plot_id in expected] or [tree for tree in trees if tree.plot_id] or trees
+    plots = set(expected["plot_id"].astype(str))
+    own = [tree for tree in trees if tree.plot_id in plots] or [tree for tree in trees if tree.plot_id] or trees
     measured = [tree for tree in own if tree.dbh_cm is not None]
     views = [tree.n_views for tree in measured if tree.n_views is not None]
     errors = [tree.dbh_se_cm for tree in measured if tree.dbh_se_cm is not None]

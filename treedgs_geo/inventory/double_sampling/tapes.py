@@ -22,14 +22,8 @@ from .estimators import Tapes, without_unanswered
 #: Layer of the GeoPackage that tape-sample writes.
 LAYER = "tapes"
 #: What is filled in: columns of a diameter or girth -> centimetres of diameter in one of its unit.
-TAPED = {
-    "taped_cm": 1.0,
-    "taped_mm": 0.1,
-    "taped_in": 2.54,
-    "girth_cm": 1 / np.pi,
-    "girth_mm": 0.1 / np.pi,
-    "girth_in": 2.54 / np.pi,
-}
+_CM = {"cm": 1.0, "mm": 0.1, "in": 2.54}
+TAPED = {f"taped_{unit}": cm for unit, cm in _CM.items()} | {f"girth_{unit}": cm / np.pi for unit, cm in _CM.items()}
 #: In front of these: a second tape of the same tree.
 SECOND = "second_"
 #: What a crew writes into ``state`` -> what it means: the tree was taped; no tree stands there; it is dead; it was not

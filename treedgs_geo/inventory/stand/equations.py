@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.column_names import QUANTITIES as BOOK
 from ...core.errors import InputError
 from ...core.tables import read_table
 from .species import Species, species_of
@@ -126,8 +127,7 @@ class Formula:
 
 QUANTITIES = ("volume", "biomass", "height")
 ORIGINS = ("natural", "planted")
-_DBH_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
-_HEIGHT_M = {"m": 1.0, "ft": 0.3048}
+_DBH_CM, _HEIGHT_M = BOOK["dbh"].units, BOOK["height"].units
 #: Where a row says nothing.
 _USUAL = {"origin": "any", "dbh_unit": "cm", "height_unit": "m"}
 #: Result unit -> factor to m3, kg or m.

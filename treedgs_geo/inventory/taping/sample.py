@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import pyogrio
 import pyproj
 
 from ...core import layer_files
@@ -145,23 +145,15 @@ def write_gpx(path: Path, table: pd.DataFrame, name: str) -> Path | None:
     """
     if table["lon"].isna().any():
         return None
-    root = ElementTree.Element(
-        "gpx", {"version": "1.1", "creator": "TreeDGS", "xmlns": "http://www.topografix.com/GPX/1/1"}
+    sizes = table["about_cm"].map(lambda size: ", no DBH" if pd.isna(size) else f", about {size:.0f} cm")
+    plots = table["plot_id"].map(lambda plot: f", plot {plot}" if pd.notna(plot) else "")
+    said = "Tree " + table["tree_id"].astype(str) + plots + (sizes if table["about_cm"].notna().any() else "")
+    points = gpd.GeoDataFrame(
+        {"name": "T" + table["tree_id"].astype(str), "desc": said},
+        geometry=gpd.points_from_xy(table["lon"], table["lat"]),
+        crs=4326,
     )
-    ElementTree.SubElement(ElementTree.SubElement(root, "metadata"), "name").text = _plain(name)
-    shown = table["about_cm"].notna().any()
-    for tree in table.itertuples():
-        point = ElementTree.SubElement(root, "wpt", {"lat": f"{tree.lat:.7f}", "lon": f"{tree.lon:.7f}"})
-        ElementTree.SubElement(point, "name").text = f"T{tree.tree_id}"
-        about = ", no DBH" if pd.isna(tree.about_cm) else f", about {tree.about_cm:.0f} cm"
-        where = f", plot {_plain(str(tree.plot_id))}" if pd.notna(tree.plot_id) else ""
-        ElementTree.SubElement(point, "desc").text = f"Tree {tree.tree_id}{where}{about if shown else ''}"
-    ElementTree.indent(root)
+    options = {"CREATOR": "TreeDGS", "METADATA_NAME": name}
     with atomic_path(path) as temporary:
-        ElementTree.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
+        pyogrio.write_dataframe(points, temporary, driver="GPX", layer="waypoints", dataset_options=options)
     return Path(path)
-
-
-def _plain(text: str) -> str:
-    """Without the control characters that XML cannot hold."""
-    return "".join(letter if letter >= " " else " " for letter in text)
