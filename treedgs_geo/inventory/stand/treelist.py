@@ -300,41 +300,45 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
     pairs, crew, plots = read_layer(path, PAIRS), read_layer(path, FIELD), read_layer(path, PLOTS)
     if pairs["pair_status"].isna().any() or set(pairs["pair_status"]) - set(STATUSES):
         raise InputError(f"{path}: a pair has an unknown status or none; run match-plots again onto this file.")
-    used = pairs[(pairs["pair_status"] != "rejected") & pairs["tree_id"].notna()]
-    rows = {int(tree): k for k, tree in enumerate(found.trees["tree_id"])}
-    known = {(str(r["plot_id"]), str(r["field_id"])): r for _, r in crew.iterrows()}
-    heights = _heights(plots, tally)
-    n_heights, taped, differ = 0, 0, []
-    for _, pair in used.iterrows():
-        key, row = (str(pair["plot_id"]), str(pair["field_id"])), rows.get(int(pair["tree_id"]))
-        if row is None and int(pair["tree_id"]) in found.review.left_out:
-            raise InputError(
-                f"{path}: pairs tree {int(pair['tree_id'])}, which a person rejected or merged since; run match-plots "
-                "again onto this file."
-            )
-        if row is None:
-            raise InputError(
-                f"{path}: pairs tree {int(pair['tree_id'])}, which is not in the tree layer; give the layer "
-                "that was paired, or run match-plots again."
-            )
-        if pair.geometry is not None and not pair.geometry.is_empty:
-            refuse_moved(path, pair, tuple(found.trees.loc[row, ["x", "y"]]))
-        found.trees.loc[row, "paired"] = True
-        partner = known.get(key)
-        if partner is not None:
-            differ += _take(found.trees, row, partner)
-            taped += _tape(found.trees, row, partner["dbh_cm"])
-        height = heights.get(key, np.nan)
-        if pd.isna(found.trees.loc[row, "height_m"]) and pd.notna(height):
-            found.trees.loc[row, "height_m"] = height
-            n_heights += 1
+    used = pairs[(pairs["pair_status"] != "rejected") & pairs["tree_id"].notna()].astype({"tree_id": int})
+    trees = found.trees
+    if (lost := used["tree_id"][~used["tree_id"].isin(trees["tree_id"])].tolist()) and lost[0] in found.review.left_out:
+        raise InputError(
+            f"{path}: pairs tree {lost[0]}, which a person rejected or merged since; run match-plots again onto this "
+            "file."
+        )
+    if lost:
+        raise InputError(
+            f"{path}: pairs tree {lost[0]}, which is not in the tree layer; give the layer that was paired, or run "
+            "match-plots again."
+        )
+    place = trees.set_index("tree_id")[["x", "y"]]
+    for _, pair in used[used.geometry.notna() & ~used.geometry.is_empty].iterrows():
+        refuse_moved(path, pair, tuple(place.loc[pair["tree_id"]]))
+    trees.loc[trees["tree_id"].isin(used["tree_id"]), "paired"] = True
+    key = ["plot_id", "field_id"]
+    crew_knows = _by_key(crew).reindex(columns=[*key, "species", "status", "dbh_cm"])
+    if tally is not None:
+        only = plots["plot_id"].iloc[0] if len(plots) == 1 else None
+        heights = _by_key(tally.assign(plot_id=tally["plot_id"].where(tally["plot_id"].notna(), only)))
+        crew_knows = crew_knows.merge(heights[[*key, "height_m"]], how="left", on=key)
+    theirs = _by_key(used)[[*key, "tree_id"]].merge(crew_knows, on=key).drop_duplicates("tree_id").set_index("tree_id")
+    theirs = theirs.reindex(columns=["species", "status", "dbh_cm", "height_m"], index=trees["tree_id"])
+    theirs = theirs.set_axis(trees.index)
+    differ = _take(trees, theirs)
+    taped = trees["dbh_cm"].isna() & (theirs["dbh_cm"] > 0)
+    trees.loc[taped, "dbh_cm"], trees.loc[taped, "dbh_se_cm"] = theirs["dbh_cm"][taped], TAPE_SE_CM
+    said = trees.loc[taped, "note"].map(lambda note: "" if note is None else f"; {note}")
+    trees.loc[taped, "note"] = "DBH by the field crew" + said
+    higher = trees["height_m"].isna() & theirs["height_m"].notna()
+    trees.loc[higher, "height_m"] = theirs["height_m"][higher].astype(float)
     found.notes.append(
         f"Species and status of {len(used)} trees come from the field crew, by {path.name}"
-        + (f"; {n_heights} heights too." if n_heights else ".")
+        + (f"; {int(higher.sum())} heights too." if higher.any() else ".")
     )
-    if taped:
+    if n_taped := int(taped.sum()):
         found.notes.append(
-            f"{count_of(taped, 'stem')} without a measured DBH {'has' if taped == 1 else 'have'} the crew's "
+            f"{count_of(n_taped, 'stem')} without a measured DBH {'has' if n_taped == 1 else 'have'} the crew's "
             f"(standard error {TAPE_SE_CM:g} cm)."
         )
     if differ:
@@ -351,40 +355,25 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
     found.tallied = _tallied(read_layer(path, MEASURED), crew, set(found.centres))
 
 
-def _heights(plots: pd.DataFrame, tally: pd.DataFrame | None) -> dict[tuple[str, str], float]:
-    """(plot_id, field_id) -> height, m."""
-    if tally is None:
-        return {}
-    only = plots["plot_id"].iloc[0] if len(plots) == 1 else None
-    return {
-        (str(r["plot_id"] if r["plot_id"] is not None else only), str(r["field_id"])): r["height_m"]
-        for _, r in tally.iterrows()
-    }
+def _by_key(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with plot and field tree as texts."""
+    return pd.DataFrame(table).astype({"plot_id": str, "field_id": str})
 
 
-def _take(trees: pd.DataFrame, row: int, partner: pd.Series) -> list[str]:
+def _take(trees: pd.DataFrame, theirs: pd.DataFrame) -> list[str]:
     """The crew's species and status where the layer has none; what differs, in words."""
     differ = []
     rules = {"species": lambda entry: species_of(entry).symbol.upper(), "status": lambda entry: _word(entry) in _DEAD}
     for name, same in rules.items():
-        own, theirs = trees.loc[row, name], partner.get(name)
-        if theirs is None or pd.isna(theirs):
-            continue
-        if own is None:
-            trees.loc[row, name] = theirs
-        elif same(own) != same(theirs):
-            differ.append(f"tree {trees.loc[row, 'tree_id']}: {own}, crew {theirs}")
+        own, crew = trees[name], texts_of(theirs[name])
+        both = own.notna() & crew.notna()
+        differ += [
+            f"tree {tree}: {mine}, crew {other}"
+            for tree, mine, other in zip(trees["tree_id"][both], own[both], crew[both], strict=True)
+            if same(mine) != same(other)
+        ]
+        trees[name] = own.where(own.notna(), crew)
     return differ
-
-
-def _tape(trees: pd.DataFrame, row: int, dbh_cm: float) -> bool:
-    """The crew's DBH for a stem that has none; whether it was taken."""
-    if pd.notna(trees.loc[row, "dbh_cm"]) or not dbh_cm > 0:
-        return False
-    trees.loc[row, ["dbh_cm", "dbh_se_cm"]] = float(dbh_cm), TAPE_SE_CM
-    said = trees.loc[row, "note"]
-    trees.loc[row, "note"] = "DBH by the field crew" + ("" if said is None else f"; {said}")
-    return True
 
 
 def _tallied(measured: pd.DataFrame, crew: pd.DataFrame, placed: set[str]) -> dict[str, float]:
