@@ -315,8 +315,9 @@ def _check_heights(path: Path, xyz: np.ndarray, stations: Stations, reporter: Re
 
 def _marks(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter) -> pd.DataFrame:
     """The rows whose photo is there, with its ``number``."""
-    named = _photos_by_name(stations)
-    numbers = [_photo_number(path, line, photo, stations, named) for line, photo in rows["photo"].items()]
+    names = [PurePosixPath(name.lower()) for name in stations.names]
+    known = pd.DataFrame([(str(name), name.name, name.stem) for name in names], columns=["path", "file", "stem"])
+    numbers = [_photo_number(path, line, photo, stations, known) for line, photo in rows["photo"].items()]
     rows = rows.assign(number=numbers)
     missing, found = rows[rows["number"] < 0], rows[rows["number"] >= 0]
     sizes = {}
@@ -352,28 +353,18 @@ def _marks(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporte
     return found
 
 
-def _photos_by_name(stations: Stations) -> list[dict[str, list[int]]]:
-    """Numbers of the photos by relative name, by file name and by file name without ending, lower case."""
-    found: list[dict[str, list[int]]] = [{}, {}, {}]
-    for i, name in enumerate(stations.names):
-        whole = PurePosixPath(name.lower())
-        for names, key in zip(found, (str(whole), whole.name, whole.stem), strict=True):
-            names.setdefault(key, []).append(i)
-    return found
-
-
-def _photo_number(path: Path, line: int, photo: str, stations: Stations, named: list[dict[str, list[int]]]) -> int:
-    """Number of a row's photo, -1 when it is not there."""
+def _photo_number(path: Path, line: int, photo: str, stations: Stations, known: pd.DataFrame) -> int:
+    """Number of a row's photo, -1 when it is not there. known: its names as a path, a file, and without ending."""
     asked = PurePosixPath(photo.replace("\\", "/").lower())
-    for names, key in zip(named, (str(asked), asked.name, asked.name), strict=True):
-        hits = names.get(key, [])
+    for name, key in (("path", str(asked)), ("file", asked.name), ("stem", asked.name)):
+        hits = np.flatnonzero(known[name] == key)
         if len(hits) > 1:
             raise InputError(
                 f"{path}, line {line}: photo {photo!r} is both {stations.names[hits[0]]} and "
                 f"{stations.names[hits[1]]}; write its folder before it."
             )
-        if hits:
-            return hits[0]
+        if len(hits):
+            return int(hits[0])
     return -1
 
 

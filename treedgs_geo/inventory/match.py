@@ -28,6 +28,9 @@ from .pairs_layer import SNAP_M, Locked, Matched
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.
 _AROUND_M = 3.0
+_FIELD_COLUMNS = [
+    "plot_id", "field_id", "dbh_cm", "status", "species", "x", "y", "x_field", "y_field", "paired", "tree_id",
+]  # fmt: skip
 #: A field tree this near to searched ground stands on it: two maps do not agree to the decimetre, m.
 _RIM_M = 0.5
 
@@ -307,24 +310,18 @@ def _finish(result: Matched, drawn: np.ndarray, without: np.ndarray, near_plot: 
     keys = list(zip(table["plot_id"], table["field_id"].astype(str), strict=True))
     status = {row["plot_id"]: row["status"] for row in result.plots}
     known = {p.plot_id for p in plots}
-    out = pd.DataFrame(
-        {
-            "plot_id": table["plot_id"],
-            "field_id": table["field_id"].astype(str),
-            "dbh_cm": table["dbh_cm"],
-            "status": table.get("status"),
-            "species": table.get("species"),
-            "x": drawn[:, 0],
-            "y": drawn[:, 1],
-            "x_field": table["x"],
-            "y_field": table["y"],
-            "paired": [
-                "yes" if key in by_field else "check" if word == "no" and status.get(key[0]) == "check" else str(word)
-                for key, word in zip(keys, without, strict=True)
-            ],
-            "tree_id": pd.array([by_field.get(key) for key in keys], dtype="Int64"),
-        }
-    )
+    out = table.assign(
+        field_id=table["field_id"].astype(str),
+        x=drawn[:, 0],
+        y=drawn[:, 1],
+        x_field=table["x"],
+        y_field=table["y"],
+        paired=[
+            "yes" if key in by_field else "check" if word == "no" and status.get(key[0]) == "check" else str(word)
+            for key, word in zip(keys, without, strict=True)
+        ],
+        tree_id=pd.array([by_field.get(key) for key in keys], dtype="Int64"),
+    ).reindex(columns=_FIELD_COLUMNS)
     result.field_trees = out[out["plot_id"].isin(known)].reset_index(drop=True)
     measured = result.measured
     measured["plot_id"] = [

@@ -193,9 +193,9 @@ def few_events(found: Estimate, design: Design, weight: np.ndarray, value: np.nd
     up = max(_gamma(1 - tail, mean + more, variance + more**2) - mean, 0.0)
     # Errors that all trees share are no counts: both sides in quadrature (Zou and Donner 2008, Statistics in Medicine
     # 27: 1693-1702).
-    shared = float(stats.norm.ppf(1 - tail)) * found.se_shared
+    shared = float(stats.norm.ppf(1 - tail)) * found.se_common
     low, high = max(mean - float(np.hypot(down, shared)), 0.0), mean + float(np.hypot(up, shared))
-    return replace(found, se=float(np.hypot(np.sqrt(variance), found.se_shared)), df=np.inf, low=low, high=high)
+    return replace(found, se=float(np.hypot(np.sqrt(variance), found.se_common)), df=np.inf, low=low, high=high)
 
 
 def _gamma(share: float, mean: float, variance: float) -> float:

@@ -17,7 +17,12 @@ from .joining import FATES
 
 LAYER = "change"
 OWN_LAYERS = {LAYER: frozenset({"before_id", "after_id", "fate", "growth_cm"})}
-_DECIMALS = {"dbh1_cm": 2, "dbh2_cm": 2, "ba_growth": 5, "x": 3, "y": 3, "dist_m": 3}
+_COLUMNS = (
+    "plot_id", "before_id", "after_id", "fate", "dbh1_cm", "dbh2_cm", "growth_cm", "growth_se", "grow_lo", "grow_hi",
+    "grow_cm_a", "ba_growth", "dist_m", "x", "y",
+)  # fmt: skip
+_DECIMALS = {"ba_growth": 5, **dict.fromkeys(("grow_cm_a", "x", "y", "dist_m"), 3)}
+_DECIMALS |= dict.fromkeys(("dbh1_cm", "dbh2_cm", "growth_cm", "growth_se", "grow_lo", "grow_hi"), 2)
 _LABELS = {
     "growth_cm_a": ("Growth of DBH, survivors", "cm a year"),
     "ba_growth": ("Basal area: growth of survivors", "m²/ha"),
@@ -42,25 +47,10 @@ _COLOURS = {
 
 def change_table(trees: pd.DataFrame, plots: list[str], crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
     """Columns of at most 10 characters, missing NULL."""
-    made = pd.DataFrame(
-        {
-            "plot_id": np.array(plots, object)[trees["plot"].to_numpy(int)],
-            "before_id": pd.array(trees["before_id"], dtype="Int64"),
-            "after_id": pd.array(trees["after_id"], dtype="Int64"),
-            "fate": trees["fate"].to_numpy(object),
-            "dbh1_cm": trees["dbh1_cm"],
-            "dbh2_cm": trees["dbh2_cm"],
-            "growth_cm": trees["growth_cm"].round(2),
-            "growth_se": trees["growth_se"].round(2),
-            "grow_lo": trees["grow_lo"].round(2),
-            "grow_hi": trees["grow_hi"].round(2),
-            "grow_cm_a": trees["growth_cm_a"].round(3),
-            "ba_growth": trees["ba_growth_m2"],
-            "dist_m": trees["dist_m"],
-            "x": trees["x"],
-            "y": trees["y"],
-        }
-    ).round(_DECIMALS)
+    ids = {name: pd.array(trees[name], dtype="Int64") for name in ("before_id", "after_id")}
+    made = trees.assign(plot_id=np.array(plots, object)[trees["plot"].to_numpy(int)], **ids)
+    made = made.rename(columns={"growth_cm_a": "grow_cm_a", "ba_growth_m2": "ba_growth"})[list(_COLUMNS)]
+    made = made.round(_DECIMALS)
     return gpd.GeoDataFrame(made, geometry=gpd.points_from_xy(made["x"], made["y"]), crs=crs)
 
 
