@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -299,7 +300,7 @@ def _from_marks(
             "Timestamp.MRK beside it."
         )
     tracks = [read_pos(path) for path in (files.pos or files.events)]
-    for note in (note for known in (*marks, *tracks) for note in known.notes):
+    for note in chain(*(each.notes for each in marks), *(track.notes for track in tracks)):
         reporter.warn(note)
     if delay_s and not files.pos:
         reporter.warn(

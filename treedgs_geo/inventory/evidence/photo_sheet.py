@@ -12,7 +12,7 @@ from ...stems.photos.images.crops import PhotoStack
 from ...stems.photos.stem_images import StemShown, choose_photos, straightened
 from ...stems.photos.tuned import SEES
 from ...stems.quality.tree import Tree
-from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, shortened
+from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, Colour, shortened
 from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, begin_sheet
 
 #: Most and fewest photos in a row, pixels between them, and the row's place and height.
@@ -152,6 +152,7 @@ def _caption(canvas: Canvas, evidence: PhotoEvidence, v: int, number: int, middl
     shown = evidence.shown
     y = _TOP + _HIGH + 5
     reading, worst = shown.reading_cm[v], shown.worst == v
+    colour: Colour
     if not shown.sees[v]:
         said, colour = "hidden or unclear", FAINT
     elif np.isfinite(reading):
