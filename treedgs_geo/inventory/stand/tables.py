@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -134,26 +134,24 @@ def stock_table(long: Table) -> Table:
     rows = []
     for label in (*long.classes, "all"):
         mine = [r for r in long.rows if (r["class"] == label if label != "all" else r["species"] == "all")]
-        row: dict[str, Any] = {"class": label}
-        for column in columns[1:]:
-            values = [r[column.key] for r in mine]
-            row[column.key] = None if None in values else sum(values)
-        rows.append(row)
+        parts = {column.key: [r[column.key] for r in mine] for column in columns[1:]}
+        rows.append({"class": label, **{key: None if None in part else sum(part) for key, part in parts.items()}})
     return Table("stock_table", "Stand and stock table", columns, rows, long.note, 1)
 
 
 def cross_table(long: Table, units: str, name: str) -> Table:
     """One quantity with classes down and species across (up to six, the rest together)."""
     q = UNITS[units][name]
-    cells = [row for row in long.rows if row["class"] != "all"]
-    sums = {row["species"]: row[q.key] for row in long.rows if row["class"] == "all"}
-    species = sorted({row["species"] for row in cells}, key=lambda s: -(sums.get(s) or sums.get("all") or 0))
+    cells = pd.DataFrame([row for row in long.rows if row["class"] != "all"]).astype({q.key: float})
+    whole = partial(pd.Series.sum, skipna=False)  # what is not known stays so
+    species = cells.groupby("species")[q.key].agg(whole).sort_values(ascending=False, kind="stable").index.tolist()
     shown = species if len(species) <= 6 else species[:5]
-    rows = []
-    for label in long.classes:
-        mine = [row for row in cells if row["class"] == label]
-        rows.append({**dict.fromkeys([*shown, "other", "all"], 0.0), **_cross_row(label, mine, shown, q.key)})
-    rows.append(_cross_row("all", cells, shown, q.key))
+    cells["column"] = cells["species"].where(cells["species"].isin(shown), "other")
+    sums = cells.groupby(["class", "column"])[q.key].agg(whole).unstack(fill_value=0.0)
+    sums = sums.reindex(list(long.classes), fill_value=0.0)
+    sums.loc["all"] = sums.sum(skipna=False)
+    sums["all"] = sums.sum(axis=1, skipna=False)
+    rows = sums.rename_axis("class").reset_index().to_dict("records")
     columns = [Column("class", next(c.heading for c in long.columns if c.key == "class"))]
     columns += [Column(s, species_of(s).label, q.decimals) for s in shown]
     if len(species) > len(shown):
@@ -161,15 +159,6 @@ def cross_table(long: Table, units: str, name: str) -> Table:
     if len(species) > 1:
         columns.append(Column("all", "all", q.decimals))
     return Table(f"{name}_by_class", f"{q.heading} by DBH class and species", columns, rows, "", 1)
-
-
-def _cross_row(label: str, rows: list[dict], shown: list[str], key: str) -> dict[str, Any]:
-    found: dict[str, Any] = {"class": label}
-    for row in rows:
-        for column in (row["species"] if row["species"] in shown else "other", "all"):
-            value = row[key]
-            found[column] = np.nan if value is None else found.get(column, 0.0) + value
-    return found
 
 
 def plots_table(stand: Stand, units: str) -> Table:

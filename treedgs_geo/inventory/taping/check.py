@@ -38,7 +38,7 @@ from ..double_sampling.tapes import SAME_CM, Taped, join, read_taped
 from ..reviewed import TAPE_SE_CM
 from ..stand.treelist import TreeList
 from ..stand.values import BA
-from .frame import mark_of, read_frame
+from .sample import mark_of, read_frame
 
 #: Below this probability a difference of ``ok`` and ``check`` trees is more than chance.
 CHANCE = 0.1

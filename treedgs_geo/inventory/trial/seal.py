@@ -26,8 +26,7 @@ from ..declination import parse_date
 from ..double_sampling.designs import Draw
 from ..reviewed import reviewed
 from ..taping.form import walk
-from ..taping.frame import mark_of, read_frame
-from ..taping.sample import OWN_LAYERS, keep_tapes, tape_table, write_field_files
+from ..taping.sample import OWN_LAYERS, keep_tapes, mark_of, read_frame, tape_table, write_field_files
 from ..tree_reading import read_trees
 
 #: The record of a trial.
