@@ -178,11 +178,8 @@ def in_time(
         return tracks, 0.0
     seconds, sd_s, why = shift.seconds, shift.sd_s, ""
     if abs(abs(seconds) - GPS_UTC_S) < min(NEAR_S, 4 * sd_s + 0.1):
-        seconds, sd_s, why = (
-            float(np.copysign(GPS_UTC_S, seconds)),
-            0.0,
-            " (GPS time was taken for UTC, or the reverse)",
-        )
+        seconds, sd_s = float(np.copysign(GPS_UTC_S, seconds)), 0.0
+        why = " (GPS time was taken for UTC, or the reverse)"
     reporter.warn(
         f"{track.path.name}: its times are {abs(seconds):.2f} s too {'late' if seconds > 0 else 'early'}{why}, by "
         f"{whose}; they were corrected (to {shift.sd_s:.2f} s, {shift.sd_s * shift.speed_m_s:.2f} m along the flight). "

@@ -108,10 +108,8 @@ def _parse_line(line: str) -> dict[str, float]:
     tow = float(start[2])
     if not 0 <= tow < WEEK_S:
         raise ValueError(f"found GPS seconds of week {tow:g}")
-    values = {}
-    for key, pattern in _TAGGED.items():
-        match = pattern.search(line)
-        values[key] = float(match[1]) if match else float("nan")
+    found = {key: pattern.search(line) for key, pattern in _TAGGED.items()}
+    values = {key: float(match[1] if match else "nan") for key, match in found.items()}
     for key in ("N", "E", "V", "Lat", "Lon", "Ellh"):
         if np.isnan(values[key]):
             raise ValueError(f"found no {key} value")

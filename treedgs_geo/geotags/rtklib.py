@@ -174,13 +174,10 @@ def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
         lon, lat, height = _FROM_ECEF.transform(*(base + np.array(rest[:3]) @ _enu_axes(lon0, lat0)))
         values = rest[3:]
         sd = values[2:5] if len(values) >= 5 else sd
-    elif "latitude(d'" in lower:
-        lat, lon, height = _dms(parts[2:5]), _dms(parts[5:8]), rest[6]
-        values = rest[7:]
-        sd = [values[3], values[2], values[4]] if len(values) >= 5 else sd
-    elif "latitude(deg)" in lower:
-        lat, lon, height = rest[:3]
-        values = rest[3:]
+    elif "latitude(d" in lower:
+        sexagesimal = "latitude(d'" in lower
+        lat, lon, height = (_dms(parts[2:5]), _dms(parts[5:8]), rest[6]) if sexagesimal else rest[:3]
+        values = rest[7:] if sexagesimal else rest[3:]
         sd = [values[3], values[2], values[4]] if len(values) >= 5 else sd
     else:
         raise _Unsupported("are not known")

@@ -15,7 +15,7 @@ import pandas as pd
 import pyogrio
 import shapely
 
-from ...core.columns import columns, numbers
+from ...core.columns import columns, line_of, numbers
 from ...core.errors import InputError
 from ...core.folder_lock import one_writer
 from ...core.plausible import refuse_odd_diameters
@@ -72,37 +72,31 @@ def read_decisions(path: Path, dbh_unit: str = "auto") -> list[Decision]:
             f"{path}: found columns {', '.join(table.columns)}; expected tree_id (or x and y) and decision "
             f"({', '.join(DECISIONS)} or {UNDO})."
         )
-    values = {"dbh": dbh_in_cm(path, table, dbh_unit).to_numpy(float)}
-    names = {
-        key: has[own].name for key, own in (("tree", "field_id"), ("x", "easting"), ("y", "northing")) if own in has
-    }
-    for key in ("tree", "x", "y", "same_as"):
-        name = names.get(key, key)
-        values[key] = numbers(path, table, name).to_numpy() if name in table else np.full(len(table), np.nan)
-    found = [_decision(path, table, values, row) for row in range(len(table))]
-    seen: dict[int, int] = {}
-    for decision in found:
-        if decision.tree is None:
-            continue
-        if decision.tree in seen:
-            raise InputError(
-                f"{path}, line {decision.line}: tree {decision.tree} is decided on line {seen[decision.tree]} already; "
-                "give each tree one row."
-            )
-        seen[decision.tree] = decision.line
+    rows = pd.DataFrame({"dbh": dbh_in_cm(path, table, dbh_unit)})
+    for key, own in (("tree", "field_id"), ("x", "easting"), ("y", "northing"), ("same_as", "")):
+        name = has[own].name if own in has else key
+        rows[key] = numbers(path, table, name) if name in table else np.nan
+    for name in ("decision", "note", "by", "at"):
+        rows[name] = table[name].map(text_of) if name in table else ""
+    found = [_decision(path, row) for row in rows.itertuples()]
+    again = rows["tree"].notna() & rows["tree"].duplicated()
+    if again.any():
+        tree = rows["tree"][again].iloc[0]
+        first = line_of(rows["tree"] == tree)
+        raise InputError(
+            f"{path}, {line_of(again)}: tree {tree:.0f} is decided on {first} already; give each tree one row."
+        )
     return found
 
 
-def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], row: int) -> Decision:
-    line, cells = int(table.index[row]), table.iloc[row]
-    where = f"{path}, line {line}"
-    text = {name: text_of(cells.get(name)) for name in ("decision", "note", "by", "at")}
-    dbh, x, y = (known(values[key][row]) for key in ("dbh", "x", "y"))
-    tree, same_as = (_whole(where, name, values[key][row]) for name, key in (("tree_id", "tree"), ("same_as",) * 2))
-    word = text["decision"].lower() or ("dbh" if dbh is not None else "")
+def _decision(path: Path, row: Any) -> Decision:
+    line, where = int(row.Index), f"{path}, line {row.Index}"
+    dbh, x, y = known(row.dbh), known(row.x), known(row.y)
+    tree, same_as = _whole(where, "tree_id", row.tree), _whole(where, "same_as", row.same_as)
+    word = row.decision.lower() or ("dbh" if dbh is not None else "")
     word = _WORDS.get(word, word)
     if word not in DECISIONS and word != UNDO:
-        raise InputError(f"{where}: the decision is {text['decision']!r}, expected {', '.join(DECISIONS)} or {UNDO}.")
+        raise InputError(f"{where}: the decision is {row.decision!r}, expected {', '.join(DECISIONS)} or {UNDO}.")
     if tree is None and (word not in ("stem", "dbh") or x is None or y is None):
         raise InputError(
             f"{where}: has no tree_id; give it (a stem that the layer does not have: decision stem or dbh, with x "
@@ -118,7 +112,7 @@ def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], ro
         raise InputError(f"{where}: a DBH of {dbh:g} cm, expected {MIN_TAPED_CM:g} to {MAX_TAPED_CM:g} cm.")
     word = "dbh" if word == "stem" and dbh is not None else word
     placed = (x, y) if tree is None else (None, None)
-    return Decision(line, word, tree, dbh, same_as, *placed, text["note"], text["by"], text["at"])
+    return Decision(line, word, tree, dbh, same_as, *placed, row.note, row.by, row.at)
 
 
 def _whole(where: str, name: str, value: float) -> int | None:
