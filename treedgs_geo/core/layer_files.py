@@ -28,11 +28,10 @@ def add_layer(
     save_style(path, layer, texts)
 
 
-def write_layer(path: Path, own: OwnLayers, layer: str, table: Any, geometry: str | None = None) -> Path:
+def write_layer(path: Path, own: OwnLayers, layer: str, table: Any, geometry: str | None = None) -> None:
     """A GeoPackage of one layer; layers of others (:func:`.geopackage.atomic_geopackage`) in an existing one stay."""
     with atomic_geopackage(path, own) as temporary:
         add_layer(temporary, layer, table, geometry)
-    return Path(path)
 
 
 def write_shapefile(path: Path, table: Any, geometry: str | None = None) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -98,12 +98,17 @@ def write_report(
     return write_html(path, Document("Tree diameters", summary, blocks, wide=True))
 
 
+def extent(trees: pd.DataFrame, plots: Sequence[Plot]) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) lower left and upper right corner of stems and plots."""
+    centres, radii = np.array([(p.x, p.y) for p in plots]).reshape(-1, 2), np.array([[p.radius_m] for p in plots])
+    every = np.vstack([trees[["x", "y"]].to_numpy(float), *([centres - radii, centres + radii] if len(plots) else [])])
+    return every.min(axis=0), every.max(axis=0)
+
+
 def _map_values(trees: gpd.GeoDataFrame, plots: list[Plot]) -> dict[str, Any]:
     """Of the map: discs grow with DBH, stems without a DBH are hollow, small ones lie on top, so that none is hidden;
     plots are dashed, north is up. In drawing units, y down."""
-    corners = [trees[["x", "y"]].to_numpy(float)]
-    corners += [np.array([[p.x - p.radius_m, p.y - p.radius_m], [p.x + p.radius_m, p.y + p.radius_m]]) for p in plots]
-    low, high = np.vstack(corners).min(axis=0), np.vstack(corners).max(axis=0)
+    low, high = extent(trees, plots)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1.0)
     low, size = middle - half, 2 * half
     scale = (_SIDE - 2 * _FREE) / float(size.max())

@@ -26,7 +26,7 @@ from ..report.blocks import Document, Fragment, known
 from ..report.charts import FLAGS
 from ..report.html import write_html
 from ..stems.quality.reasons import explain
-from .report import address
+from .report import address, extent
 from .side_layers import StemCurves, along
 
 #: Ground shown around the stems and plots, m; cells of the terrain and pixels of its picture along the longer side.
@@ -91,7 +91,8 @@ def write_view(path: Path, stand: Stand) -> Path:
     """
     if is_foreign(path):
         raise OutputError(f"{path}: is there already and was not written by TreeDGS; give the report another name.")
-    low, high = _box(stand)
+    low, high = extent(stand.trees, stand.plots)
+    low, high = low - _BESIDE_M, high + _BESIDE_M
     heights = _grid(stand.ground, low, high)
     level = float(np.nanmin(heights)) if np.isfinite(heights).any() else 0.0
     heights = np.nan_to_num(heights, nan=-9999.0)
@@ -119,16 +120,6 @@ def write_view(path: Path, stand: Stand) -> Path:
     }
     words = "TreeDGS. Drag to turn; wheel or two fingers to come closer; right button to move; click a stem."
     return write_html(path, Document("The stand in 3D", words, [Fragment(texts["stand_view.html"], values)], wide=True))
-
-
-def _box(stand: Stand) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) corners of what is shown."""
-    corners = [stand.trees[["x", "y"]].to_numpy(float)]
-    corners += [
-        np.array([[p.x - p.radius_m, p.y - p.radius_m], [p.x + p.radius_m, p.y + p.radius_m]]) for p in stand.plots
-    ]
-    every = np.vstack(corners)
-    return every.min(axis=0) - _BESIDE_M, every.max(axis=0) + _BESIDE_M
 
 
 def _grid(ground: Callable[..., np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -239,7 +239,7 @@ def write_plan_layers(
     camera: DroneCamera,
     take_off: np.ndarray,
     speed: np.ndarray,
-) -> Path:
+) -> None:
     """Write the layers, styled."""
     flight = plan.flight
     xyz = flight.xyz + [*site.origin, 0.0]
@@ -281,7 +281,6 @@ def write_plan_layers(
         for name, (table, geometry) in tables.items():
             add_layer(temporary, name, table, geometry)
         save_take_off(temporary, take_off + [*site.origin, 0.0], site.datum)
-    return Path(path)
 
 
 def plots_table(plan: JudgedFlight, stems: list[PlotStems], site: PlanSite) -> gpd.GeoDataFrame:

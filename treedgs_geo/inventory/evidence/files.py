@@ -53,11 +53,9 @@ def sheets_folder(folder: Path, run_id: str) -> Iterator[Path]:
             shutil.rmtree(old, ignore_errors=True)
 
 
-def write_sheet(folder: Path, tree: Tree, canvas: Canvas) -> Path:
+def write_sheet(folder: Path, tree: Tree, canvas: Canvas) -> None:
     """One sheet into the folder of its run."""
-    path = folder / f"{tree.tree_id}.jpg"
-    path.write_bytes(canvas.jpeg())
-    return path
+    (folder / f"{tree.tree_id}.jpg").write_bytes(canvas.jpeg())
 
 
 def written_sheets(folder: Path, run_id: str) -> dict[int, Path]:

@@ -69,12 +69,11 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
     return gpd.GeoDataFrame(rows, geometry=points, crs=stand.crs)
 
 
-def write_geopackage(path: Path, stand: Stand) -> Path:
+def write_geopackage(path: Path, stand: Stand) -> None:
     """Both layers, styled where a style exists; other layers of an existing file stay."""
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
         add_layer(temporary, PLOTS, plot_layer(stand), "Unknown")
         add_layer(temporary, TREES, tree_layer(stand), "Point")
-    return Path(path)
 
 
 def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
@@ -101,7 +100,7 @@ def csv_name(table: str) -> str:
     return f"{table if table.startswith('stand_') else f'stand_{table}'}.csv"
 
 
-def write_workbook(path: Path, document: Document) -> Path:
+def write_workbook(path: Path, document: Document) -> None:
     """One sheet a table; numbers as numbers, shown with their decimals."""
     from openpyxl import Workbook
     from openpyxl.styles import Alignment, Font, PatternFill
@@ -140,16 +139,14 @@ def write_workbook(path: Path, document: Document) -> Path:
     book.properties.creator = "TreeDGS"
     with atomic_path(path) as temporary:
         book.save(temporary)
-    return Path(path)
 
 
-def write_csv(path: Path, table: Table) -> Path:
+def write_csv(path: Path, table: Table) -> None:
     """One table; column names are keys with units, missing is empty."""
     keys = [column.key for column in table.columns]
     if any("key" in row for row in table.rows):
         keys.insert(1, "key")
     tables.write_csv(path, pd.DataFrame(table.rows, columns=keys, dtype=object), lineterminator="\n")
-    return Path(path)
 
 
 def _plain(value: Any) -> Any:
@@ -186,14 +183,13 @@ _LIVE, _DEAD = 1, 9
 _LONGEST_ID = 26
 
 
-def write_fvs(path: Path, stand: Stand, year: int | None = None) -> Path:
+def write_fvs(path: Path, stand: Stand, year: int | None = None) -> None:
     """Write the database atomically. year: of the inventory; NULL where it is not known, as the variant, the user's."""
     with atomic_path(path) as temporary, closing(sqlite3.connect(temporary)) as connection, connection:
         for statement in _SCHEMA:
             connection.execute(statement)
         for name, table in _tables(stand, year).items():
             table.to_sql(name, connection, if_exists="append", index=False)
-    return Path(path)
 
 
 def long_names(stand: Stand) -> list[str]:

@@ -12,10 +12,10 @@ import pandas as pd
 import pyogrio
 import pyproj
 
-from ...core import layer_files
 from ...core.crs import project_crs
 from ...core.errors import InputError
 from ...core.files import atomic_path
+from ...core.layer_files import write_layer
 from ...core.progress import Reporter
 from ...core.shown import count_of
 from ...core.tables import write_csv
@@ -145,7 +145,8 @@ def write_field_files(
     """
     (folder / "tapes.gpx").unlink(missing_ok=True)
     write_csv(folder / "tapes.csv", table)
-    write_layer(folder / "tapes.gpkg", table, frame.crs)
+    layer = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=frame.crs)
+    write_layer(folder / "tapes.gpkg", OWN_LAYERS, LAYER, layer, "Point")
     title = f"Trees to tape: {settings.trees.stem}"
     write_gpx(folder / "tapes.gpx", table, title)
     heights = frame.trees["bh_m"].dropna()
@@ -175,19 +176,13 @@ def tape_table(trees: pd.DataFrame, n_frame: int, mark: str, design: str = "stra
     return made.round({name: places for name, places in _DECIMALS.items() if name in made})
 
 
-def write_layer(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None) -> Path:
-    """The layer ``tapes``, styled, with its form."""
-    layer = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=crs)
-    return layer_files.write_layer(path, OWN_LAYERS, LAYER, layer, "Point")
-
-
-def write_gpx(path: Path, table: pd.DataFrame, name: str) -> Path | None:
+def write_gpx(path: Path, table: pd.DataFrame, name: str) -> None:
     """Waypoints (GPX 1.1) in the order of the walk; nothing where the CRS is not tied to the earth.
 
     Sizes are shown where any is known.
     """
     if table["lon"].isna().any():
-        return None
+        return
     sizes = table["about_cm"].map(lambda size: ", no DBH" if pd.isna(size) else f", about {size:.0f} cm")
     plots = table["plot_id"].map(lambda plot: f", plot {plot}" if pd.notna(plot) else "")
     said = "Tree " + table["tree_id"].astype(str) + plots + (sizes if table["about_cm"].notna().any() else "")
@@ -199,4 +194,3 @@ def write_gpx(path: Path, table: pd.DataFrame, name: str) -> Path | None:
     options = {"CREATOR": "TreeDGS", "METADATA_NAME": name}
     with atomic_path(path) as temporary:
         pyogrio.write_dataframe(points, temporary, driver="GPX", layer="waypoints", dataset_options=options)
-    return Path(path)
