@@ -73,8 +73,8 @@ def typed_trees(table: pd.DataFrame) -> pd.DataFrame:
     return typed(table, _INTEGERS, _TEXTS, _DECIMALS, LAYER_DECIMALS)
 
 
-def check_output(path: Path) -> str:
-    """The driver for ``path``, after proving that the layer can be written there (before hours of work).
+def check_output(path: Path) -> None:
+    """Prove that the layer can be written there, before hours of work.
 
     Raises:
         OutputError: unknown suffix, unwritable folder, or a GeoPackage that is being edited or has a foreign layer
@@ -85,7 +85,6 @@ def check_output(path: Path) -> str:
     ensure_writable(path)
     if driver == "GPKG":
         ensure_unlocked(path, OWN_LAYERS)
-    return driver
 
 
 def _driver(path: Path) -> str:

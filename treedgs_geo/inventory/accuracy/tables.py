@@ -113,12 +113,10 @@ def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame
             )
 
 
-def evidence_from_truth(
-    trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str = "plot", gate_m: float = 0.5
-) -> PairsEvidence:
+def evidence_from_truth(trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str) -> PairsEvidence:
     """A tree layer against a simulated or rendered plot's ``truth/trees.csv``
     (:func:`.scores.score_against_truth`)."""
-    accuracy, table = score_against_truth(trees, truth_csv, gate_m=gate_m)
+    accuracy, table = score_against_truth(trees, truth_csv)
     renamed = table.rename(columns={"dbh_true_cm": "reference_cm"}).assign(plot_id=plot_id)
     found = PairsEvidence(evidence_table(renamed), {plot_id: accuracy.n_false}, "true DBH", [])
     return _checked(found, truth_csv)

@@ -160,11 +160,10 @@ def weighted_height(design: Design, rows: pd.DataFrame, values: TreeValues, gaps
     return combine(design, mean, se, np.nan, np.nan, se_missing)
 
 
-def dominant_height(
-    design: Design, rows: pd.DataFrame, values: TreeValues, per_ha: float = DOMINANT_PER_HA
-) -> Estimate:
-    """Mean height of the ``per_ha`` thickest trees a hectare, plot by plot, m; empty when one of them has no height."""
-    heights = plot_dominant(design, rows, values, per_ha)
+def dominant_height(design: Design, rows: pd.DataFrame, values: TreeValues) -> Estimate:
+    """Mean height of the :data:`DOMINANT_PER_HA` thickest trees a hectare, plot by plot, m; empty when one of them has
+    no height."""
+    heights = plot_dominant(design, rows, values)
     used = np.isfinite(heights)
     count = np.bincount(rows["plot"].to_numpy(), rows["weight"].to_numpy(), minlength=design.n)
     if not used.any() or (~used & (count > 0)).any():
@@ -174,17 +173,15 @@ def dominant_height(
     return combine(part, mean, se, np.nan, np.nan)
 
 
-def plot_dominant(
-    design: Design, rows: pd.DataFrame, values: TreeValues, per_ha: float = DOMINANT_PER_HA
-) -> np.ndarray:
-    """(n,) dominant height of each plot: its thickest trees until they stand for ``per_ha``, the last one in part."""
+def plot_dominant(design: Design, rows: pd.DataFrame, values: TreeValues) -> np.ndarray:
+    """(n,) dominant height of each plot: its thickest trees until they stand for so many, the last one in part."""
     found = np.full(design.n, np.nan)
     for k in range(design.n):
         mine = rows[rows["plot"] == k]
         order = np.argsort(-values.dbh[mine["tree"].to_numpy()], kind="stable")
         tree, density = mine["tree"].to_numpy()[order], mine["weight"].to_numpy()[order] / design.areas[k]
         before = np.concatenate([[0.0], np.cumsum(density)[:-1]]) if len(density) else density
-        share = np.clip(per_ha - before, 0.0, density)
+        share = np.clip(DOMINANT_PER_HA - before, 0.0, density)
         if share.sum() > 0:
             # A tree without a height among the thickest: no figure, not the mean of the others.
             found[k] = np.sum(np.where(share > 0, values.height[tree], 0.0) * share) / share.sum()
