@@ -17,6 +17,7 @@ from ..core.errors import OutputError
 from ..core.frames import moved
 from ..core.plots import read_plots
 from ..core.progress import Reporter
+from ..core.shown import some
 from ..inventory import tree_layer
 from ..inventory.searched import SEARCHED, read_searched
 from ..inventory.side_layers import READINGS, add_tables, read_readings
@@ -56,13 +57,15 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     person wrote (species, status, note, decisions) into a plot's layer, or into the merged one that is replaced, goes
     on with its tree; of two decisions the newer one.
     """
-    trees, searched, readings = [], [], []
+    trees, searched, silent, readings = [], [], [], []
     for plot in plots:
         file = Path(plot["folder"]) / TREES
         trees.append(_plot_trees(plot, crs))
         if (read := read_readings(file)) is not None:
             readings.append(read.assign(tree_id=read["tree_id"] + plot["number"] * IDS_PER_PLOT))
-        if (found := read_searched(file)) is not None:
+        if (found := read_searched(file)) is None:
+            silent.append(plot["plot_id"])
+        else:
             searched.append(_searched(found, plot, crs))
     empty = tree_table([], _crs(crs))
     empty["plot_tree"], empty["camp_plot"] = empty["tree_id"], empty["plot_id"]
@@ -72,10 +75,15 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
 
     def beside(geopackage: Path) -> None:
         # What was searched of some plots only would make the others unsearched.
-        parts = {SEARCHED: searched if len(searched) == len(trees) else [], READINGS: readings}
+        parts = {SEARCHED: [] if silent else searched, READINGS: readings}
         add_tables(geopackage, {name: pd.concat(of, ignore_index=True) for name, of in parts.items() if of})
 
     write_table(path, table, beside)
+    if silent and searched and reporter is not None:
+        reporter.warn(
+            f"{path.name} does not say where stems were searched for, since {len(silent)} plots do not "
+            f"({some(silent, 5)}, measured by an older version): measure them again."
+        )
     written.report(reporter)
     return len(table)
 
