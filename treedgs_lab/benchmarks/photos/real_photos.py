@@ -1,0 +1,122 @@
+"""Real photos that we did not make: no diameter is known, but what is of one design is alike, surveyed points have
+their place, and where no tree stands none may come out.
+
+    python -m treedgs_lab.benchmarks.photos.real_photos [SET ...] --data DIR --work DIR [--output FILE]
+
+DIR holds the folders of the sets with their photos in ``images/`` (:data:`SETS` has their public repositories). Every
+other control point of a list is held back as a check point. Stems at a named place (:data:`ALIKE`, within 1 m) are
+compared with each other.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from treedgs_geo.core.files import read_json
+from treedgs_geo.geotags.control import read_control_rows
+from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_lab.benchmarks.processes import words
+from treedgs_lab.benchmarks.records import write_record
+
+_MARKS = Path(__file__).with_name("south_building.csv")
+#: A stem this near a named place is the thing that stands there, metres.
+_NEAR_M = 1.0
+
+
+@dataclass(frozen=True)
+class RealSet:
+    """Public photos. repository: on GitHub. crs: of the run. marks: control points, None for the positions in the
+    photos. places: names of like things and where they stand, (E, N)."""
+
+    repository: str
+    crs: str | None = None
+    marks: Path | None = None
+    places: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+
+
+SETS = {
+    # A court that was walked. Its points are those of a block by COLMAP, levelled by the plane of the cameras, with the
+    # cameras 1.6 m above the ground: the place is invented and the scale a guess, so that ratios alone mean anything.
+    "south_building": RealSet(
+        "sbradley374/gaussian-splat-test", "EPSG:32617", Path(__file__).with_name("south_building.csv")
+    ),
+    "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt")),
+    "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
+}
+
+
+def control(folder: Path, of: RealSet, target: Path) -> list[Any]:
+    """``--gcp`` with a CSV of the set's marks, every other point a check point unless the list says which are."""
+    if of.marks is None:
+        return []
+    crs, rows = read_control_rows(folder / of.marks)
+    if rows["is_check"].isna().all():
+        rows["is_check"] = pd.factorize(rows["label"])[0] % 2 == 1
+    rows["kind"] = np.where(rows["is_check"].astype(bool), "check", "control")
+    rows = rows.rename(columns={"x": "easting", "y": "northing", "z": "height", "sd_e": "sd_h_m", "sd_u": "sd_v_m"})
+    kept = ["label", "easting", "northing", "height", "sd_h_m", "sd_v_m", "photo", "u", "v", "kind"]
+    target.parent.mkdir(parents=True, exist_ok=True)
+    rows[kept].dropna(axis=1).to_csv(target, index=False)
+    return ["--gcp", target, "--crs", of.crs or crs]
+
+
+def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
+    """One set through ``photos-to-dbh``: its block, its trees, and its like things beside each other."""
+    of, trees = SETS[name], work / name / "trees.gpkg"
+    inputs = ["--photos", data / name / "images", *control(data / name, of, work / f"{name}.csv")]
+    more = ["--heights", "none", "--orthophoto", "false", "--log-format", "plain", "--overwrite"]
+    ran = subprocess.run(
+        words("photos-to-dbh", *inputs, "--workspace", work / name, "--output", trees, *more),
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    found: dict[str, Any] = {"set": name, "repository": of.repository, "exit_code": ran.returncode}
+    if (work / name / "sfm" / "report.json").exists():
+        report = read_json(work / name / "sfm" / "report.json")
+        kept = ("photos", "registered", "reprojection_rms_px", "control_rms_e_n_u_m", "check_rms_e_n_u_m")
+        found |= {key: report[key] for key in kept if key in report}
+    if ran.returncode:
+        said = [line for line in ran.stderr.strip().splitlines() if line.strip()]
+        return found | {"said": said[-1] if said else ""}
+    layer = read_trees(trees)
+    columns = ["tree_id", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "qc_reason"]
+    rows = layer[columns].assign(e=layer.geometry.x.round(2), n=layer.geometry.y.round(2))
+    found |= {"trees": len(rows), "with_dbh": int(rows["dbh_cm"].notna().sum())}
+    found["ok"] = int(((rows["qc_flag"] == "ok") & rows["dbh_cm"].notna()).sum())
+    found["alike"] = {kind: _alike(rows, places) for kind, places in of.places.items()}
+    found["stems"] = rows.round(2).astype(object).where(rows.notna(), None).to_dict("records")
+    return found
+
+
+def _alike(rows: pd.DataFrame, places: list[tuple[float, float]]) -> dict[str, Any]:
+    """Diameters of things of one design over their mean, and whether each interval holds that."""
+    measured = rows[rows["dbh_cm"].notna()]
+    away = np.hypot(*(measured[["e", "n"]].to_numpy()[:, None] - np.array(places)).transpose(2, 0, 1))
+    own = measured.iloc[[int(k) for k in away.argmin(axis=0)[away.min(axis=0) < _NEAR_M]]]
+    mean = float(own["dbh_cm"].mean())
+    holds = (own["dbh_lo_cm"] <= mean) & (own["dbh_hi_cm"] >= mean)
+    over = (own["dbh_cm"] / mean).round(4).tolist()
+    return {"there": len(places), "measured": len(own), "over_mean": over, "interval_holds_mean": int(holds.sum())}
+
+
+def main() -> None:
+    """Run the sets, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sets", nargs="*", default=list(SETS), help="all, or some of " + ", ".join(SETS))
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--output", type=Path)
+    known = parser.parse_args()
+    runs = [measure(name, known.data, known.work) for name in known.sets]
+    print(pd.DataFrame(runs).drop(columns="stems", errors="ignore").to_string(index=False))
+    write_record(known.output, {"runs": runs}, seeds=[0])
+
+
+if __name__ == "__main__":
+    main()
