@@ -211,8 +211,8 @@ def moved(xy: np.ndarray, source: pyproj.CRS | None, target: pyproj.CRS | None) 
     return np.column_stack(pyproj.Transformer.from_crs(source, target, always_xy=True).transform(*np.asarray(xy).T))
 
 
-def own_degrees(crs: pyproj.CRS, x: float, y: float) -> tuple[float, float] | None:
-    """Longitude and latitude of a place on the datum of ``crs``; ``None`` where that is not tied to the earth."""
+def own_degrees(crs: pyproj.CRS | None, x: float, y: float) -> tuple[float, float] | None:
+    """Longitude and latitude of a place on the datum of ``crs``; ``None`` where none is tied to the earth."""
     datum = None if crs is None else crs.geodetic_crs
     return None if datum is None else tuple(moved(np.array([[x, y]]), crs, datum.to_2d())[0].tolist())
 

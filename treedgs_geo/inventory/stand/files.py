@@ -274,5 +274,5 @@ def _trees(stand: Stand, plot_names: np.ndarray) -> pd.DataFrame:
 
 def _lonlat(stand: Stand, x: float, y: float) -> tuple[float, float]:
     """Degrees; NaN without a place on the earth."""
-    found = own_degrees(stand.crs, x, y) if stand.crs is not None and np.isfinite(x) else None
+    found = own_degrees(stand.crs, x, y) if np.isfinite(x) else None
     return (np.nan, np.nan) if found is None else (round(found[0], 6), round(found[1], 6))

@@ -1,18 +1,17 @@
-"""Real photos that we did not make: no diameter is known, but what is of one design is alike, surveyed points have
-their place, and where no tree stands none may come out.
+"""Real photos that we did not make: no diameter is known, but surveyed points have their place, where no tree stands
+none may come out, and what is of one design should be alike.
 
     python -m treedgs_lab.benchmarks.photos.real_photos [SET ...] --data DIR --work DIR [--output FILE]
 
 DIR holds the folders of the sets with their photos in ``images/`` (:data:`SETS` has their public repositories). Every
-other control point of a list is held back as a check point. Stems at a named place (:data:`ALIKE`, within 1 m) are
-compared with each other.
+other control point of a list is held back as a check point.
 """
 
 from __future__ import annotations
 
 import argparse
 import subprocess
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,27 +25,22 @@ from treedgs_lab.benchmarks.processes import words
 from treedgs_lab.benchmarks.records import write_record
 
 _MARKS = Path(__file__).with_name("south_building.csv")
-#: A stem this near a named place is the thing that stands there, metres.
-_NEAR_M = 1.0
 
 
 @dataclass(frozen=True)
 class RealSet:
     """Public photos. repository: on GitHub. crs: of the run. marks: control points, None for the positions in the
-    photos. places: names of like things and where they stand, (E, N)."""
+    photos."""
 
     repository: str
     crs: str | None = None
     marks: Path | None = None
-    places: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
 
 
 SETS = {
     # A court that was walked. Its points are those of a block by COLMAP, levelled by the plane of the cameras, with the
     # cameras 1.6 m above the ground: the place is invented and the scale a guess, so that ratios alone mean anything.
-    "south_building": RealSet(
-        "sbradley374/gaussian-splat-test", "EPSG:32617", Path(__file__).with_name("south_building.csv")
-    ),
+    "south_building": RealSet("sbradley374/gaussian-splat-test", "EPSG:32617", _MARKS),
     "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt")),
     "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
 }
@@ -89,20 +83,8 @@ def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
     rows = layer[columns].assign(e=layer.geometry.x.round(2), n=layer.geometry.y.round(2))
     found |= {"trees": len(rows), "with_dbh": int(rows["dbh_cm"].notna().sum())}
     found["ok"] = int(((rows["qc_flag"] == "ok") & rows["dbh_cm"].notna()).sum())
-    found["alike"] = {kind: _alike(rows, places) for kind, places in of.places.items()}
     found["stems"] = rows.round(2).astype(object).where(rows.notna(), None).to_dict("records")
     return found
-
-
-def _alike(rows: pd.DataFrame, places: list[tuple[float, float]]) -> dict[str, Any]:
-    """Diameters of things of one design over their mean, and whether each interval holds that."""
-    measured = rows[rows["dbh_cm"].notna()]
-    away = np.hypot(*(measured[["e", "n"]].to_numpy()[:, None] - np.array(places)).transpose(2, 0, 1))
-    own = measured.iloc[[int(k) for k in away.argmin(axis=0)[away.min(axis=0) < _NEAR_M]]]
-    mean = float(own["dbh_cm"].mean())
-    holds = (own["dbh_lo_cm"] <= mean) & (own["dbh_hi_cm"] >= mean)
-    over = (own["dbh_cm"] / mean).round(4).tolist()
-    return {"there": len(places), "measured": len(own), "over_mean": over, "interval_holds_mean": int(holds.sum())}
 
 
 def main() -> None:
