@@ -30,17 +30,18 @@ _MARKS = Path(__file__).with_name("south_building.csv")
 @dataclass(frozen=True)
 class RealSet:
     """Public photos. repository: on GitHub. crs: of the run. marks: control points, None for the positions in the
-    photos."""
+    photos. options: of ``photos-to-dbh``."""
 
     repository: str
     crs: str | None = None
     marks: Path | None = None
+    options: tuple[str, ...] = ()
 
 
 SETS = {
     # A court that was walked. Its points are those of a block by COLMAP, levelled by the plane of the cameras, with the
     # cameras 1.6 m above the ground: the place is invented and the scale a guess, so that ratios alone mean anything.
-    "south_building": RealSet("sbradley374/gaussian-splat-test", "EPSG:32617", _MARKS),
+    "south_building": RealSet("sbradley374/gaussian-splat-test", "EPSG:32617", _MARKS, ("--max-dbh-cm", "200")),
     "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt")),
     "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
 }
@@ -65,7 +66,7 @@ def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
     """One set through ``photos-to-dbh``: its block, its trees, and its like things beside each other."""
     of, trees = SETS[name], work / name / "trees.gpkg"
     inputs = ["--photos", data / name / "images", *control(data / name, of, work / f"{name}.csv")]
-    more = ["--heights", "none", "--orthophoto", "false", "--log-format", "plain", "--overwrite"]
+    more = [*of.options, "--heights", "none", "--orthophoto", "false", "--log-format", "plain", "--overwrite"]
     ran = subprocess.run(
         words("photos-to-dbh", *inputs, "--workspace", work / name, "--output", trees, *more),
         stderr=subprocess.PIPE, text=True,
