@@ -173,9 +173,11 @@ def test_a_ground_that_the_photos_contradict_is_reported_and_widens_the_interval
     assert not right["qc_reason"].fillna("").str.contains("no_ground").any()
 
 
-def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):
+def test_another_breast_height_and_thickest_stem_keep_the_cameras(finished, simulated_plot, tmp_path, capsys):
     shutil.copytree(finished / "work", tmp_path / "work")
-    assert main(chain_arguments(simulated_plot, tmp_path, bh_m="1.30", output=str(tmp_path / "trees.shp"))) == 0
+    asked = {"bh_m": "1.30", "max_dbh_cm": "20", "output": str(tmp_path / "trees.shp")}
+    assert main(chain_arguments(simulated_plot, tmp_path, **asked)) == 0
     assert "reconstruct: unchanged" in capsys.readouterr().err
     trees = read_trees(tmp_path / "trees.shp")
     assert (trees["bh_m"] == 1.30).all() and len(trees)
+    assert read_trees(finished / "trees.gpkg")["dbh_cm"].max() > 20 and not (trees["dbh_cm"] > 20).any()

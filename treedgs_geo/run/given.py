@@ -283,7 +283,7 @@ def _fit(points: list[_Point], job: PhotoJob, rows: list[Held], gone: list[Tree]
             "the file and run photos-to-dbh once without --at."
         )
     given = given_stems(np.array([point.xy for point in points]), site, job.settings.field_error_m)
-    options = replace(job.preset.stems, bh_m=job.settings.bh_m)
+    options = job.preset.stems
     known = _counting(job, [row for row in rows if all(row is not point.row for point in points)])
     found = fits_again(site.views, site.ground, site.area, options, kept.looks, given, known, reporter)
     for point, fit in zip(points, found, strict=True):

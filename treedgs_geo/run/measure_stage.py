@@ -79,6 +79,7 @@ def _measure_key(job: PhotoJob) -> Key:
         "preset": asked.preset,
         "stem_network": asked.stem_network,
         "bh_m": asked.bh_m,
+        "max_dbh_cm": asked.max_dbh_cm,
         "seed": asked.seed,
         "plots": circles(job.place.area),
         "scale_sd": _scale_sd(job.block),
@@ -103,19 +104,19 @@ def _measure_outputs(job: PhotoJob) -> list[Path]:
 
 def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     """Stems and diameters by the route asked for, with the errors that the whole run adds to each."""
-    asked, site, preset = job.settings, job.place, job.preset
+    asked, site, options = job.settings, job.place, job.preset.stems
     field = field_stems(job)
     given = None if field is None else given_stems(field.xy, site, asked.field_error_m)
     if is_published(asked):
         found = published_route(site, job.block.points, Published.of(asked), job.path, reporter)
     else:
-        found = photo_route(site, preset, asked.bh_m, reporter, given)
+        found = photo_route(site, options, reporter, given)
     trees = with_run_errors(job, found.trees)
     write_json(job.path(KEPT_TREES), [asdict(tree) for tree in trees])
     write_fits(job.path(names.FITS), found.kept)
     facts = found.facts
     if field is not None and given is not None:
-        answers = answers_of(field, given, site, found.kept.fits, trees, preset.stems.margin_m)
+        answers = answers_of(field, given, site, found.kept.fits, trees, options.margin_m)
         write_answers(job.path(names.FIELD_STEMS), answers)
         facts = facts | {"field_stems": report_answers(answers, asked.field_stems, reporter)}
     return {"fit": _route(asked), "stems": len(trees), **facts}

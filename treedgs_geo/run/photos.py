@@ -62,7 +62,8 @@ ORTHOPHOTO = Stage(
 def job_of(settings: PhotosToDbhSettings, reporter: Reporter) -> PhotoJob:
     """A photo run that has not begun."""
     preset = CHAIN_PRESETS[settings.preset]
-    preset = replace(preset, stems=replace(preset.stems, stem_network=settings.stem_network))
+    of_stems = {name: getattr(settings, name) for name in ("bh_m", "max_dbh_cm", "stem_network")}
+    preset = replace(preset, stems=replace(preset.stems, **of_stems))
     return PhotoJob(settings, preset, reporter, Steps(None, reporter, {}))
 
 

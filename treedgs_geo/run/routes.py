@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..core.progress import Reporter
 from ..stems.photos.fit_records import KeptFits
+from ..stems.photos.options import PhotoStemOptions
 from ..stems.photos.route import search_photos
 from ..stems.photos.targeted_fit import GivenStems
 from ..stems.photos.trees import trees_of_photo_fits
 from ..stems.quality.tree import Tree
 from .context import Site
-from .presets import Preset
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,8 @@ class Found:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None = None) -> Found:
+def photo_route(site: Site, options: PhotoStemOptions, reporter: Reporter, given: GivenStems | None = None) -> Found:
     """Stems found and fitted straight in the photos. given: stems known to stand there."""
-    options = replace(preset.stems, bh_m=bh_m)
     with reporter.placed(site.frame):
         searched = search_photos(site.views, site.ground, site.area, options, reporter, given)
     return Found(trees_of_photo_fits(searched.fits, site.frame), KeptFits(searched.fits, searched.looks))

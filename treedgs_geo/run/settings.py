@@ -10,6 +10,7 @@ from ..core.settings import TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
+from ..stems.photos.options import PhotoStemOptions
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 from ..stems.splats.options import dense_option, device_option, time_limit_option
 
@@ -123,6 +124,13 @@ class PhotosToDbhSettings(PhotoInputs):
         unit="m",
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
+    )
+    max_dbh_cm: float = param(
+        PhotoStemOptions.max_dbh_cm,
+        help="Thickest stem that is looked for; thicker ones are refused as too large.",
+        unit="cm",
+        minimum=20,
+        maximum=500,
     )
     sheets: str = sheets_option("as the preset: those to check with fast, all otherwise")
     heights: str = param(

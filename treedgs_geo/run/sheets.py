@@ -66,7 +66,7 @@ def add_sheets(job: PhotoJob, trees: list[Tree], reporter: Reporter) -> None:
 def draw_sheets(job: PhotoJob, trees: list[Tree], folder: Path, reporter: Reporter) -> int:
     """Sheets of trees of the workspace into a folder; returns how many. Trouble with one is a warning."""
     site, fits = job.place, fits_by_id(job.space).fits
-    options = replace(job.preset.stems, bh_m=job.settings.bh_m)
+    options = job.preset.stems
     done = 0
     for piece, members in _by_piece(site, trees, fits, options):
         _, stack = photos_of(site.views, site.ground, piece, options, reporter)

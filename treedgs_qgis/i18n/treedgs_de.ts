@@ -1920,6 +1920,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Brusthöhe über dem Boden.</translation>
     </message>
     <message>
+      <source>Max DBH [cm]</source>
+      <translation>Größter BHD [cm]</translation>
+    </message>
+    <message>
+      <source>Thickest stem that is looked for; thicker ones are refused as too large.</source>
+      <translation>Dickster Stamm, nach dem gesucht wird; dickere werden als too_large abgelehnt.</translation>
+    </message>
+    <message>
       <source>Evidence sheets (a picture a tree)</source>
       <translation>Belegblätter (ein Bild je Baum)</translation>
     </message>
@@ -2102,10 +2110,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>thinner stems are refused as too small</source>
       <translation>dünnere Stämme werden als zu klein verworfen</translation>
-    </message>
-    <message>
-      <source>Max DBH [cm]</source>
-      <translation>Größter BHD [cm]</translation>
     </message>
     <message>
       <source>thicker stems are refused as too large</source>

@@ -1918,6 +1918,14 @@ cero.&lt;/p&gt;
       <translation>Altura del pecho sobre el suelo.</translation>
     </message>
     <message>
+      <source>Max DBH [cm]</source>
+      <translation>DAP máximo [cm]</translation>
+    </message>
+    <message>
+      <source>Thickest stem that is looked for; thicker ones are refused as too large.</source>
+      <translation>El fuste más grueso que se busca; los más gruesos se rechazan como too_large.</translation>
+    </message>
+    <message>
       <source>Evidence sheets (a picture a tree)</source>
       <translation>Hojas de evidencia (una imagen por árbol)</translation>
     </message>
@@ -2100,10 +2108,6 @@ cero.&lt;/p&gt;
     <message>
       <source>thinner stems are refused as too small</source>
       <translation>los troncos más finos se rechazan</translation>
-    </message>
-    <message>
-      <source>Max DBH [cm]</source>
-      <translation>DAP máximo [cm]</translation>
     </message>
     <message>
       <source>thicker stems are refused as too large</source>

@@ -195,7 +195,7 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     named = job.get("preset")
     preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]))
     began = time.perf_counter()
-    trees = photo_route(site, preset, preset.stems.bh_m, Reporter()).trees
+    trees = photo_route(site, preset.stems, Reporter()).trees
     seconds = time.perf_counter() - began
     used, camera = min(len(site.views), preset.stems.max_views), site.views[0].camera
     return {
