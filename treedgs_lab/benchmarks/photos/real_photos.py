@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,24 +24,35 @@ from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_lab.benchmarks.processes import words
 from treedgs_lab.benchmarks.records import write_record
 
-_MARKS = Path(__file__).with_name("south_building.csv")
+_MARKS, _THINGS = (Path(__file__).with_name(f"south_building{name}.csv") for name in ("", "_things"))
 
 
 @dataclass(frozen=True)
 class RealSet:
     """Public photos. repository: on GitHub. crs: of the run. marks: control points, None for the positions in the
-    photos. options: of ``photos-to-dbh``."""
+    photos. things: plots of what stands there, KIND or KIND_NUMBER, those of a kind of one design. options: of
+    ``photos-to-dbh``. folder: of the photos, another one than the set's name; half: every other photo, from this one
+    on."""
 
     repository: str
     crs: str | None = None
     marks: Path | None = None
+    things: Path | None = None
     options: tuple[str, ...] = ()
+    folder: str = ""
+    half: int | None = None
 
 
+# A court that was walked. Its points are those of a block by COLMAP, levelled by the plane of the cameras, with the
+# cameras 1.6 m above the ground: the place is invented and the scale a guess, so that ratios alone mean anything.
+# Things are measured above the hedge that hides the trunk's foot.
+_COURT = RealSet(
+    "sbradley374/gaussian-splat-test", "EPSG:32617", _MARKS, _THINGS, ("--max-dbh-cm", "130", "--bh-m", "2.5")
+)
 SETS = {
-    # A court that was walked. Its points are those of a block by COLMAP, levelled by the plane of the cameras, with the
-    # cameras 1.6 m above the ground: the place is invented and the scale a guess, so that ratios alone mean anything.
-    "south_building": RealSet("sbradley374/gaussian-splat-test", "EPSG:32617", _MARKS, ("--max-dbh-cm", "200")),
+    "south_building": _COURT,
+    "south_building_1_3_5": replace(_COURT, folder="south_building", half=0),
+    "south_building_2_4_6": replace(_COURT, folder="south_building", half=1),
     "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt")),
     "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
 }
@@ -62,10 +73,44 @@ def control(folder: Path, of: RealSet, target: Path) -> list[Any]:
     return ["--gcp", target, "--crs", of.crs or crs]
 
 
+def photos_of(folder: Path, half: int | None, target: Path) -> Path:
+    """The photos, or a folder of links to every other one."""
+    if half is None:
+        return folder
+    target.mkdir(parents=True, exist_ok=True)
+    for photo in sorted(folder.iterdir())[half::2]:
+        (target / photo.name).unlink(missing_ok=True)
+        (target / photo.name).symlink_to(photo.resolve())
+    return target
+
+
+def like_things(layer: pd.DataFrame) -> list[dict[str, Any]]:
+    """One row a kind of things: in how many places one is measured, their mean and standard deviation."""
+    inside = layer[layer["plot_id"].fillna("") != ""]
+    rows = []
+    for kind, own in inside.groupby(inside["plot_id"].str.split("_").str[0]):
+        dbh = own["dbh_cm"].dropna()
+        rows.append(
+            {
+                "kind": kind,
+                "trees": len(own),
+                "with_dbh": len(dbh),
+                "ok": int((own["qc_flag"] == "ok").sum()),
+                "mean_cm": dbh.mean(),
+                "sd_cm": dbh.std(),
+                "se_cm": own["dbh_se_cm"].mean(),
+            }
+        )
+    return pd.DataFrame(rows).round(2).astype(object).where(lambda table: table.notna(), None).to_dict("records")
+
+
 def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
     """One set through ``photos-to-dbh``: its block, its trees, and its like things beside each other."""
     of, trees = SETS[name], work / name / "trees.gpkg"
-    inputs = ["--photos", data / name / "images", *control(data / name, of, work / f"{name}.csv")]
+    folder = data / (of.folder or name)
+    photos = photos_of(folder / "images", of.half, work / f"{name}_photos")
+    inputs = ["--photos", photos, *control(folder, of, work / f"{name}.csv")]
+    inputs += [] if of.things is None else ["--plots", of.things]
     more = [*of.options, "--heights", "none", "--orthophoto", "false", "--log-format", "plain", "--overwrite"]
     ran = subprocess.run(
         words("photos-to-dbh", *inputs, "--workspace", work / name, "--output", trees, *more),
@@ -80,7 +125,9 @@ def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
         said = [line for line in ran.stderr.strip().splitlines() if line.strip()]
         return found | {"said": said[-1] if said else ""}
     layer = read_trees(trees)
-    columns = ["tree_id", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "qc_reason"]
+    columns = ["tree_id", "plot_id", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "qc_reason"]
+    if of.things is not None:
+        found["things"] = like_things(layer)
     rows = layer[columns].assign(e=layer.geometry.x.round(2), n=layer.geometry.y.round(2))
     found |= {"trees": len(rows), "with_dbh": int(rows["dbh_cm"].notna().sum())}
     found["ok"] = int(((rows["qc_flag"] == "ok") & rows["dbh_cm"].notna()).sum())
@@ -97,7 +144,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path)
     known = parser.parse_args()
     runs = [measure(name, known.data, known.work) for name in known.sets]
-    print(pd.DataFrame(runs).drop(columns="stems", errors="ignore").to_string(index=False))
+    print(pd.DataFrame(runs).drop(columns=["stems", "things"], errors="ignore").to_string(index=False))
     write_record(known.output, {"runs": runs}, seeds=[0])
 
 
