@@ -136,7 +136,8 @@ def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
         check_published(settings(tmp_path, device="cuda"))
     monkeypatch.setattr("torch.cuda.is_available", lambda: True)
     check_published(settings(tmp_path, device="cuda"))
-    assert published_plot.Published.of(settings(tmp_path, device="cuda")).scene.device == "cuda"
+    asked = published_plot.Published.of(settings(tmp_path, device="cuda", max_dbh_cm=150.0))
+    assert (asked.scene.device, asked.max_dbh_cm) == ("cuda", 150.0)
 
 
 def test_without_warp_a_gpu_says_what_to_install(tmp_path, monkeypatch):

@@ -85,11 +85,12 @@ def check_torch(device: str = "cpu") -> None:
 @dataclass(frozen=True, kw_only=True)
 class Published:
     """What a run of the published method is asked for. scene: of the fit. dense: points to start from, else our own
-    stereo. bh_m: breast height."""
+    stereo. bh_m: breast height. max_dbh_cm: thicker stems are refused."""
 
     scene: SceneOptions
     dense: Path | None = None
     bh_m: float = BREAST_HEIGHT_M
+    max_dbh_cm: float = MeasureOptions.max_dbh_cm
 
     @classmethod
     def of(cls, settings: PhotosToDbhSettings) -> Published:
@@ -99,7 +100,7 @@ class Published:
             device=settings.device,
             seed=settings.seed,
         )
-        return cls(scene=scene, dense=settings.dense, bh_m=settings.bh_m)
+        return cls(scene=scene, dense=settings.dense, bh_m=settings.bh_m, max_dbh_cm=settings.max_dbh_cm)
 
 
 def published_route(
@@ -143,7 +144,8 @@ def trees_of_gaussians(
     clock.append(time.process_time())
     with reporter.stage("segment stems", 0.9, 0.97):
         height = height_above_ground(cloud.xyz, site.dtm)
-        stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
+        searched = SegmentOptions(source="splat", max_dbh_cm=asked.max_dbh_cm)
+        stems = find_stems(cloud, site.dtm, searched, reporter, height=height)
         tree_id = Labeller(stems)(cloud.xyz, height)
         if path is not None:
             labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
@@ -152,7 +154,12 @@ def trees_of_gaussians(
     clock.append(time.process_time())
     with reporter.stage("measure stems", 0.97, 1.0):
         options = MeasureOptions(
-            weights="opacity", method="paper", bh_m=asked.bh_m, source="splat", seed=asked.scene.seed
+            weights="opacity",
+            method="paper",
+            bh_m=asked.bh_m,
+            max_dbh_cm=asked.max_dbh_cm,
+            source="splat",
+            seed=asked.scene.seed,
         )
         trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
     clock.append(time.process_time())

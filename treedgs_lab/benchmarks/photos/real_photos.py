@@ -87,21 +87,12 @@ def photos_of(folder: Path, half: int | None, target: Path) -> Path:
 def like_things(layer: pd.DataFrame) -> list[dict[str, Any]]:
     """One row a kind of things: in how many places one is measured, their mean and standard deviation."""
     inside = layer[layer["plot_id"].fillna("") != ""]
-    rows = []
-    for kind, own in inside.groupby(inside["plot_id"].str.split("_").str[0]):
-        dbh = own["dbh_cm"].dropna()
-        rows.append(
-            {
-                "kind": kind,
-                "trees": len(own),
-                "with_dbh": len(dbh),
-                "ok": int((own["qc_flag"] == "ok").sum()),
-                "mean_cm": dbh.mean(),
-                "sd_cm": dbh.std(),
-                "se_cm": own["dbh_se_cm"].mean(),
-            }
-        )
-    return pd.DataFrame(rows).round(2).astype(object).where(lambda table: table.notna(), None).to_dict("records")
+    kinds = inside.assign(kind=inside["plot_id"].str.split("_").str[0], is_ok=inside["qc_flag"] == "ok").groupby("kind")
+    found = kinds.agg(
+        trees=("tree_id", "size"), with_dbh=("dbh_cm", "count"), ok=("is_ok", "sum"),
+        mean_cm=("dbh_cm", "mean"), sd_cm=("dbh_cm", "std"), se_cm=("dbh_se_cm", "mean"),
+    )  # fmt: skip
+    return found.round(2).reset_index().astype(object).where(lambda table: table.notna(), None).to_dict("records")
 
 
 def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
