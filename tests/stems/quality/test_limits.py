@@ -113,8 +113,8 @@ def test_a_photo_fit_meets_the_table_s_limits():
     ("name", "amounts"),
     [
         ("photos", ({"kish": 10}, {"kish": 4.5}, {"kish": 2})),
-        ("residual", ({"rms_px": 0.49}, {"rms_px": 0.57}, {"rms_px": 0.64})),
-        ("section", ({"oval": 0.02}, {"oval": 0.065}, {"oval": 0.15})),
+        ("residual", ({"rms_px": 0.49}, {"rms_px": 0.55}, {"rms_px": 0.64})),
+        ("section", ({"oval": 0.02}, {"oval": 0.11}, {"oval": 0.22})),
     ],
 )
 def test_a_predictor_flags_and_then_refuses_by_itself_and_is_the_reason(name, amounts):
@@ -135,7 +135,7 @@ def test_predictors_add_up_in_log_odds_and_what_is_not_known_is_none():
     assert odds(oval=0.04) - odds() == pytest.approx(PREDICTORS["section"].weight * 0.8)
     # A silhouette of another width and other explanations flag a stem together only, and refuse it where both are many.
     silhouettes = [{"outline_cm": 29.0}, {"outline_cm": 35.0}, {"outline_cm": 39.0}]
-    shares = [{"sure": 1.0}, {"sure": 0.5}, {"sure": 0.2}]
+    shares = [{"sure": 1.0}, {"sure": 0.9}, {"sure": 0.2}]
     both = [judged(contrast=2.0, **wide, **share)[:2] for wide, share in zip(silhouettes, shares, strict=True)]
     assert both == [("ok", ()), ("check", ("disagree", "ambiguous")), ("reject", ("disagree", "ambiguous"))]
     assert judged(contrast=2.0, **silhouettes[1])[0] == judged(contrast=2.0, outline_cm=29.0, **shares[1])[0] == "ok"

@@ -125,7 +125,7 @@ class Evidence:
             "residual": (self.rms_px - 0.49) / 0.05,
             "outline": np.minimum(off / 0.1, 3.0),
             "section": self.oval / 0.05,
-            "explanations": 1 - self.sure,
+            "explanations": math.log(max(1 - self.sure, 0.01) / 0.01),
         }
         return {name: max(float(np.nan_to_num(amount)), 0.0) for name, amount in found.items()}
 

@@ -304,18 +304,21 @@ class Predictor(NamedTuple):
 
 #: Log odds that a diameter is not the stem's (more than 8 % and 2 cm off, or no stem there) where nothing speaks
 #: against it.
-INTERCEPT = -6.9
-#: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over fits of 24 plots,
-#: one in sixteen of them wrong (``docs/results/wrong_diameters.json``). Edge score, silhouette, directions, coarse fit,
-#: taper, companions and the ground seen made it hardly better on plots left out, or worse.
+INTERCEPT = -6.3
+#: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over 826 fits of blind
+#: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Edge score,
+#: silhouette, directions, coarse fit, taper, companions and the ground seen made it hardly better on plots left out, or
+#: worse.
 PREDICTORS = {
-    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3.5),
-    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 1.9),
-    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 1.0),
-    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 2.4),
+    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.9),
+    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.8),
+    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.7),
+    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.3),
     "explanations": Predictor(
-        "ambiguous", "probability of other explanations with another diameter (selection.py)", 2.1
+        "ambiguous",
+        "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
+        0.7,
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
-WRONG_CHECK, WRONG_REJECT = 0.02, 0.1
+WRONG_CHECK, WRONG_REJECT = 0.02, 0.2

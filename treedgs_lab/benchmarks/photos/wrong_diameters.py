@@ -4,11 +4,11 @@
 
 DIR: a folder of plots with their truth, and of their workspaces of ``photos-to-dbh``: NAME and NAME_ws. A workspace
 keeps the fits, those that were refused too.
-``weights``: a logistic regression over the plots that set them, none negative (copied to
-``treedgs_geo.stems.quality.limits.PREDICTORS`` by hand; a test compares). ``set``, ``held``: fits by the probability of
-a wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
-RMSE of the others; of the plots that set the weights each by those of all others. A diameter is wrong that is off by
-more than 8 % and 2 cm, or where nothing stands.
+``weights``: a logistic regression over the plots that set them, none negative; its prior are the library's own, which
+earlier plots gave (copied to ``treedgs_geo.stems.quality.limits.PREDICTORS`` by hand; a test compares). ``set``,
+``held``: fits by the probability of a wrong diameter (``from`` it on), how many are wrong and how many should be, false
+ones (nothing stands there) and the RMSE of the others; of the plots that set the weights each by those of all others.
+A diameter is wrong that is off by more than 8 % and 2 cm, or where nothing stands.
 """
 
 from __future__ import annotations
@@ -30,8 +30,12 @@ from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
 
-#: Ridge of the regression: of 0.3, 1, 2 and 4 the best on plots left out.
-WRONG_SHARE, WRONG_CM, RIDGE = 0.08, 2.0, 0.3
+#: A diameter is wrong that is off by more than both.
+WRONG_SHARE, WRONG_CM = 0.08, 2.0
+#: Inverse variance of the prior of the intercept and of each weight: about what the 800 fits say that set it.
+PRIOR = 10.0
+#: Intercept and weights of the library, log odds.
+OWN = np.array([INTERCEPT, *(predictor.weight for predictor in PREDICTORS.values())])
 BINS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 
@@ -57,18 +61,18 @@ def fits_of(workspace: Path) -> pd.DataFrame:
     return rows[~np.isnan(true_cm) | (cdist(found, truth.anything).min(axis=1) > MATCH_M)].reset_index(drop=True)
 
 
-def regression(fits: pd.DataFrame) -> np.ndarray:
-    """(1 + predictors,) intercept and weights, log odds."""
+def regression(fits: pd.DataFrame, prior: np.ndarray = OWN) -> np.ndarray:
+    """(1 + predictors,) intercept and weights, log odds. prior: the same before these fits."""
     amount, wrong = fits[list(PREDICTORS)].to_numpy(), fits["wrong"].to_numpy(float)
 
     def loss(b: np.ndarray) -> tuple[float, np.ndarray]:
         odds = b[0] + amount @ b[1:]
         off = expit(odds) - wrong
-        value = np.logaddexp(0, odds).sum() - wrong @ odds + 0.5 * RIDGE * (b[1:] ** 2).sum()
-        return value, np.r_[off.sum(), amount.T @ off + RIDGE * b[1:]]
+        value = np.logaddexp(0, odds).sum() - wrong @ odds + 0.5 * PRIOR * ((b - prior) ** 2).sum()
+        return value, np.r_[off.sum(), amount.T @ off] + PRIOR * (b - prior)
 
     bounds = [(None, None), *[(0.0, None)] * len(PREDICTORS)]
-    return minimize(loss, np.r_[-4.0, np.ones(len(PREDICTORS))], jac=True, bounds=bounds).x
+    return minimize(loss, prior, jac=True, bounds=bounds).x
 
 
 def probabilities(fits: pd.DataFrame, weights: np.ndarray) -> np.ndarray:
@@ -115,7 +119,7 @@ def main() -> int:
         "intercept": float(weights[0]),
         "weights": dict(zip(PREDICTORS, weights[1:].tolist(), strict=True)),
         "set": calibration(setting, left_out),
-        "held": calibration(held, probabilities(held, np.array([INTERCEPT, *(d.weight for d in PREDICTORS.values())]))),
+        "held": calibration(held, probabilities(held, OWN)),
     }
     write_record(args.output, record)
     return 0
