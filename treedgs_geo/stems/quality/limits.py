@@ -304,7 +304,7 @@ class Predictor(NamedTuple):
 
 #: Log odds that a diameter is not the stem's (more than 8 % and 2 cm off, or no stem there) where nothing speaks
 #: against it.
-INTERCEPT = -6.3
+INTERCEPT = -6.4
 #: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over 826 fits of blind
 #: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Edge score,
 #: silhouette, directions, coarse fit, taper, companions and the ground seen made it hardly better on plots left out, or
@@ -317,7 +317,7 @@ PREDICTORS = {
     "explanations": Predictor(
         "ambiguous",
         "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
-        0.7,
+        0.5,
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
