@@ -46,8 +46,8 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
         _write_points(target, header, added) as write,
     ):
         for points in records:
-            xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
-            mask, values = step(xyz, _reader(points))
+            xyz = np.column_stack([points.x, points.y, points.z])
+            mask, values = step(xyz, lambda name, points=points: np.asarray(points[name]))
             kept = points if mask is None else points[mask]
             out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
             for name in kept.array.dtype.names:
@@ -73,10 +73,6 @@ def _write_points(target: Path, header: Any, added: Iterable[str]) -> Iterator[C
         yield las.write_points
 
 
-def _reader(points: Any) -> Callable[[str], np.ndarray]:
-    return lambda name: np.asarray(points[name])
-
-
 @contextmanager
 def _records(
     source: Path, target: Path, added: dict[str, str], crs: pyproj.CRS | None
@@ -86,9 +82,8 @@ def _records(
     if has_no_layout(source):
         pieces = iter_without_layout(source, LOCAL, False, _CHUNK)
         first = next(pieces)
-        header = new_header(
-            target, replace(first, crs=crs), {name[:32]: "float64" for name in first.attributes} | added
-        )
+        kinds = {name[:32]: "float64" for name in first.attributes} | added
+        header = new_header(target, replace(first, crs=crs), kinds)
         header.scales, header.offsets = np.full(3, 1e-4), np.floor(np.median(first.xyz, axis=0))
         yield header, (_record(piece, header) for piece in itertools.chain([first], pieces))
         return

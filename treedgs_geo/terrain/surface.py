@@ -7,7 +7,7 @@ from numba import njit
 from scipy.spatial import cKDTree
 
 from ..core.machine import in_threads, require_memory
-from ..pointcloud.cloud import extent, slices
+from ..pointcloud.cloud import by_key, extent, slices
 from .dtm import Dtm, grid_over
 
 #: Positions that a thread answers at once.
@@ -139,15 +139,7 @@ def _lowest(z, key):  # pragma: no cover - compiled
 @njit(cache=True)
 def _quantiles(z, key, quantile):  # pragma: no cover - compiled
     """Index of the point at a quantile of ``z`` among those that share a key (small integers), by key."""
-    starts = np.zeros(key.max() + 2, np.int64)
-    for k in key:
-        starts[k + 1] += 1
-    starts = np.cumsum(starts)
-    place = starts.copy()
-    order = np.empty(len(key), np.uint32)
-    for m in range(len(key)):
-        order[place[key[m]]] = m
-        place[key[m]] += 1
+    order, starts = by_key(key, key.max() + 1)
     chosen = np.empty(len(starts) - 1, np.int64)
     count = 0
     for k in range(len(starts) - 1):

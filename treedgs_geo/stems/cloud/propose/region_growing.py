@@ -70,8 +70,7 @@ class Search:
                 fits += zip(*grow(some, weight, xy + radius * step, h, *limits), strict=True)
         grown = []
         for vector, covariance, sigma in fits:
-            x, y, dx, dy, r, taper, _, _ = vector.tolist()
-            cone = Cone(x, y, dx, dy, r, taper, float(h), float(sigma), covariance)
+            cone = Cone(*vector.tolist()[:6], float(h), float(sigma), covariance)
             grown.append(_solid_radius(cone, points, weights) if sensor.solid else cone)
         return grown
 
@@ -111,5 +110,4 @@ def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) ->
     usable = r > 0.03
     if not usable.any():
         return cone
-    best = float(r[usable][np.argmax(mass[usable] / r[usable])])
-    return replace(cone, r=best)
+    return replace(cone, r=float(r[usable][np.argmax(mass[usable] / r[usable])]))
