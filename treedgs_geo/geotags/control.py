@@ -177,16 +177,8 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
         f"{path.name}: {int((~check[chosen]).sum())} control and {int(check[chosen].sum())} check points, {len(marks)} "
         "marks."
     )
-    return ControlPoints(
-        kept.tolist(),
-        xyz[chosen],
-        sd[chosen],
-        check[chosen],
-        kept.get_indexer(marks["label"]),
-        marks["number"].to_numpy(int),
-        marks[PIXEL].to_numpy(float),
-        bars,
-    )
+    point, photo, pixels = kept.get_indexer(marks["label"]), marks["number"].to_numpy(int), marks[PIXEL].to_numpy(float)
+    return ControlPoints(kept.tolist(), xyz[chosen], sd[chosen], check[chosen], point, photo, pixels, bars)
 
 
 def _bars(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter) -> ScaleBars | None:
@@ -217,13 +209,8 @@ def _bars(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter
     order = [(bar, label) for bar in whole for label in ends.loc[bar].index]
     point = pd.Index(order).get_indexer(pd.MultiIndex.from_frame(marks[["bar", "label"]]))
     reporter.info(f"{path.name}: {len(whole)} known lengths, {len(marks)} marks of their ends.")
-    return ScaleBars(
-        whole,
-        ends.loc[order[::2], "length"].to_numpy(float),
-        point,
-        marks["number"].to_numpy(int),
-        marks[PIXEL].to_numpy(float),
-    )
+    length_m = ends.loc[order[::2], "length"].to_numpy(float)
+    return ScaleBars(whole, length_m, point, marks["number"].to_numpy(int), marks[PIXEL].to_numpy(float))
 
 
 def _labels(path: Path, rows: pd.DataFrame) -> list[str]:
@@ -283,14 +270,12 @@ def _check_distance(path: Path, points: pd.DataFrame, xyz: np.ndarray, stations:
     worst = int(np.argmax(away))
     if not len(placed) or away[worst] <= MAX_AWAY_M:
         return
-    hint = ""
-    if np.isfinite(xyz).all():
-        zone = zone_that_fits(
-            stations.crs,
-            xyz[:, :2],
-            lambda xy: bool(max(np.linalg.norm(placed - place, axis=1).min() for place in xy) <= MAX_AWAY_M),
-        )
-        hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, all would lie there)" if zone is not None else ""
+
+    def is_near(xy: np.ndarray) -> bool:
+        return bool(max(np.linalg.norm(placed - place, axis=1).min() for place in xy) <= MAX_AWAY_M)
+
+    zone = zone_that_fits(stations.crs, xyz[:, :2], is_near) if np.isfinite(xyz).all() else None
+    hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, all would lie there)" if zone is not None else ""
     raise InputError(
         f"{path}, line {points['line'].iloc[worst]}: point {points.index[worst]!r} lies {away[worst] / 1000:.0f} km "
         f"from the nearest photo, expected it under the flight{hint}; check the coordinates, their order and their CRS."

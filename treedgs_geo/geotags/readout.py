@@ -84,10 +84,6 @@ def _readout(photo: Photo) -> Readout:
     is_tele = abs(photo.focal_mm / _MECHANICAL_MM.get(model, np.nan) - 1) > 0.05
     if model in _MECHANICAL_MM and not (rolling or is_tele or photo.exposure_s < _MECHANICAL_S):
         return Readout(0.0, _ELECTRONIC_S, f"mechanical shutter of the {photo.model} (data sheet)")
-    return _from_table(photo, model)
-
-
-def _from_table(photo: Photo, model: str) -> Readout:
     megapixels = photo.taken_px[0] * photo.taken_px[1] / 1e6
     steps = _MILLISECONDS.get(model, ((0, _ELECTRONIC_MS[model]),) if model in _ELECTRONIC_MS else ())
     figures = [ms for least, ms in steps if megapixels >= least]

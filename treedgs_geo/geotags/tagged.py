@@ -72,22 +72,11 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
             batch = wanted[first : first + _BATCH]
             lines: list[str] = []
             for i in batch:
-                copy = folder / stations.names[i]
+                source, copy = stations.paths[i].resolve(), folder / stations.names[i]
                 copy.parent.mkdir(parents=True, exist_ok=True)
-                lines += [
-                    *_tags(stations, i, places[i], geographic),
-                    "-o",
-                    str(copy),
-                    str(stations.paths[i].resolve()),
-                    "-execute",
-                ]
-            done = subprocess.run(
-                [program, *_QUIETLY, "-charset", "filename=utf8"],
-                input="\n".join(lines) + "\n",
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+                lines += [*_tags(stations, i, places[i], geographic), "-o", str(copy), str(source), "-execute"]
+            command, asked = [program, *_QUIETLY, "-charset", "filename=utf8"], "\n".join(lines) + "\n"
+            done = subprocess.run(command, input=asked, capture_output=True, text=True, check=False)
             lost = [stations.names[i] for i in batch if not (folder / stations.names[i]).exists()]
             if lost:
                 said = (done.stderr.strip().splitlines() or ["no message"])[0][:160]

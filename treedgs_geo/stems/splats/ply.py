@@ -113,10 +113,6 @@ def read_field(path: Path, frame: LocalFrame | None = None) -> GaussianField:
         raise InputError(
             f"{path}: is in another local frame than the reconstruction beside it; run the step that wrote it again."
         )
-    return GaussianField(
-        columns("x", "y", "z"),
-        columns("rot_0", "rot_1", "rot_2", "rot_3"),
-        columns("scale_0", "scale_1", "scale_2"),
-        rows["opacity"].astype(np.float32),
-        0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2"),
-    )
+    means, quaternions = columns("x", "y", "z"), columns("rot_0", "rot_1", "rot_2", "rot_3")
+    log_scales, colours = columns("scale_0", "scale_1", "scale_2"), 0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2")
+    return GaussianField(means, quaternions, log_scales, rows["opacity"].astype(np.float32), colours)
