@@ -185,13 +185,9 @@ def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.nda
 
 
 def _numbers(
-    plots: list[SamplePlot],
-    settings: PlanFlightSettings,
-    canopy: Canopy | None,
-    trees: tuple | None,
-    searched: BaseGeometry | None,
-    notes: list[str],
-) -> StandNumbers:
+    plots: list[SamplePlot], settings: PlanFlightSettings, canopy: Canopy | None, trees: tuple | None,
+    searched: BaseGeometry | None, notes: list[str],
+) -> StandNumbers:  # fmt: skip
     """The stand's numbers: as given, else from what was measured."""
     names = ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m")
     found: dict[str, float | None] = {name: getattr(settings, name) for name in names}
@@ -240,8 +236,6 @@ def _datum(settings: PlanFlightSettings, dtm: Dtm | None) -> str:
 
 def _require_ground(site: PlanSite, settings: PlanFlightSettings) -> None:
     """Every plot lies on the terrain model."""
-    if site.dtm is None:
-        return
     for target in site.targets:
         if not site.known(np.vstack([target.centre, target.rim(30)])).all():
             place = target.centre + site.origin
@@ -355,7 +349,7 @@ def canopy_of_cloud(path: Path, crs: pyproj.CRS, dtm: Dtm | None, centres: np.nd
     xyz, height = cloud.xyz[use], height[use]
     if len(height) < 500 or (height > 2).sum() < 100:
         raise InputError(f"{path}: {len(height)} points about the plots, expected a forest; check cloud, DTM and CRS.")
-    col, row = (np.floor((xyz[:, k] - low[k]) / _CELL_M).astype(int) for k in (0, 1))
+    col, row = np.floor((xyz[:, :2] - low) / _CELL_M).astype(int).T
     shape = tuple(int(np.ceil((high[k] - low[k]) / _CELL_M)) for k in (1, 0))
     keep = (row >= 0) & (col >= 0) & (row < shape[0]) & (col < shape[1])
     top = np.full(shape, -np.inf)

@@ -270,13 +270,13 @@ def _iter_las(
         with contextlib.closing(ahead(pieces)) as pieces_ahead:
             for points in pieces_ahead:
                 stored = (np.ascontiguousarray(points.array[axis]) for axis in "XYZ")
-                xyz = _placed(*stored, np.array(points.scales), np.array(points.offsets))
+                xyz = placed(*stored, np.array(points.scales), np.array(points.offsets))
                 values = {name: np.asarray(points[name]) for name in names}
                 yield _clip(PointCloud(xyz, own, values, header), bounds)
 
 
 @njit(cache=True, nogil=True)
-def _placed(x, y, z, scale, offset):  # pragma: no cover - compiled
+def placed(x, y, z, scale, offset):  # pragma: no cover - compiled
     """(N, 3) coordinates of whole numbers as LAS stores them."""
     xyz = np.empty((len(x), 3))
     for m in range(len(x)):

@@ -41,10 +41,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
     source, target = Path(source), Path(target)
     check_cloud_output(target)
     written = 0
-    with (
-        _records(source, target, added, crs) as (header, records),
-        _write_points(target, header, added) as write,
-    ):
+    with _records(source, target, added, crs) as (header, records), _write_points(target, header, added) as write:
         for points in records:
             xyz = np.column_stack([points.x, points.y, points.z])
             mask, values = step(xyz, lambda name, points=points: np.asarray(points[name]))

@@ -54,31 +54,22 @@ class GroundLayer:
     open: np.ndarray
 
     @classmethod
-    def over(cls, low: np.ndarray, high: np.ndarray) -> GroundLayer:
-        """No points yet, over the box of (2,) ``low`` and ``high``."""
-        corner = np.floor(np.asarray(low, float)[:2] / CELL_M) * CELL_M
-        cols, rows = np.floor((np.asarray(high, float)[:2] - corner) / CELL_M).astype(int) + 1
-        ground, above = np.zeros((2, rows, cols), np.int32)
-        return cls(corner, ground, above, np.ones((rows, cols), bool))
-
-    @classmethod
     def of(cls, xyz: np.ndarray, dtm: Dtm) -> GroundLayer:
-        """Counted from (N, 3) points and the ground model that was made from them."""
-        layer = cls.over(*extent(xyz[:, :2]))
-        for part in slices(len(xyz)):
-            layer.add(xyz[part], xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1]))
-        return layer
-
-    def add(self, xyz: np.ndarray, height: np.ndarray) -> None:
-        """Count (N, 3) more points with their (N,) heights above the model, metres (NaN is not counted)."""
-        with np.errstate(invalid="ignore"):
-            low = np.flatnonzero((height > -LAYER_M) & (height < ABOVE_M))
-        rows, cols = self.ground.shape
-        col, row = np.clip(np.floor((xyz[low, :2] - self.corner) / CELL_M).astype(np.int64), 0, (cols - 1, rows - 1)).T
-        at_ground = height[low] < LAYER_M
-        for counts, chosen in ((self.ground, at_ground), (self.above, ~at_ground)):
-            cell = row[chosen] * counts.shape[1] + col[chosen]
-            counts += np.bincount(cell, minlength=counts.size).reshape(counts.shape).astype(counts.dtype)
+        """Counted from (N, 3) points and the ground model that was made from them; unknown heights are not counted."""
+        least, most = extent(xyz[:, :2])
+        corner = np.floor(least / CELL_M) * CELL_M
+        cols, rows = np.floor((most - corner) / CELL_M).astype(int) + 1
+        counts = np.zeros((2, rows * cols), np.int32)
+        for points in (xyz[part] for part in slices(len(xyz))):
+            height = points[:, 2] - dtm.height(*points[:, :2].T)
+            with np.errstate(invalid="ignore"):
+                low = np.flatnonzero((height > -LAYER_M) & (height < ABOVE_M))
+            cell = np.floor((points[low, :2] - corner) / CELL_M).astype(np.int64)
+            col, row = np.clip(cell, 0, (cols - 1, rows - 1)).T
+            at_ground = height[low] < LAYER_M
+            for kind, chosen in enumerate((at_ground, ~at_ground)):
+                counts[kind] += np.bincount((row * cols + col)[chosen], minlength=rows * cols).astype(np.int32)
+        return cls(corner, *counts.reshape(2, rows, cols), np.ones((rows, cols), bool))
 
     @property
     def area_m2(self) -> float:

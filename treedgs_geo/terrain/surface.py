@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pyproj
 from numba import njit
 from scipy.spatial import cKDTree
 
@@ -17,11 +18,7 @@ _CELL_BYTES = 80
 
 
 def local_ground(
-    query_xy: np.ndarray,
-    points: np.ndarray,
-    neighbours: int = 40,
-    bandwidth_m: float = 1.0,
-    noise_m: float = 0.02,
+    query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40, bandwidth_m: float = 1.0, noise_m: float = 0.02
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ground height at (Q, 2) positions from (N, 3) ground candidates.
 
@@ -160,7 +157,7 @@ def grid_ground(
     noise_m: float = 0.02,
     reach_m: float = 10.0,
     bounds: tuple[np.ndarray, np.ndarray] | None = None,
-    crs=None,
+    crs: pyproj.CRS | None = None,
 ) -> Dtm:
     """(N, 3) ground points -> a :class:`Dtm` over their extent (or ``bounds`` = xy minimum, xy maximum).
 

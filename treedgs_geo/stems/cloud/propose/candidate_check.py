@@ -68,14 +68,10 @@ def best_stem(
 
 
 def weigh(
-    cone: Cone,
-    band: np.ndarray,
-    sensor: Sensor,
-    options: SegmentOptions,
-    noise_m: float | None = None,
-    need: int | None = None,
+    cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, noise_m: float = 0.0, need: int = 0
 ) -> ConeEvidence:
-    """The evidence for a cone in the (N, 3) points of the band around it; noise_m: instead of the sensor's."""
+    """The evidence for a cone in the (N, 3) points of the band around it. noise_m: instead of the sensor's, need:
+    points that make a row, instead of what the sensor needs; 0 = these."""
     rows = int(np.ceil((options.fitted_m[1] - options.low_m) / ROW_M))
     need = need or (1 if sensor.least_points < 30 else 4)
     about = cone.vector, cone.h_ref, tolerance(cone, sensor), noise_m or sensor.noise_m, sensor.solid

@@ -275,17 +275,16 @@ LEAST_RINGS, MAX_TRIED = 2, 60
 
 def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> float | None:
     """Spread of the bark of the clearest ring among the cones fitted to (N, 3) points; ``None`` where none is one."""
-    best: tuple[float, float] | None = None
+    clear = []
     for cone in cones:
         if cone.sigma > MAX_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
             continue
         seen = weigh(cone, near, sensor, options, cone.sigma, 1)
         if seen.points < sensor.least_points or seen.row_share < MIN_ROWS or seen.arc_deg < MIN_ARC_DEG:
             continue
-        stray = seen.inside + seen.outside
-        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE and (best is None or stray < best[0]):
-            best = stray, cone.sigma
-    return None if best is None else best[1]
+        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE:
+            clear.append((seen.inside + seen.outside, cone))
+    return min(clear, key=lambda ring: ring[0])[1].sigma if clear else None
 
 
 def measured_noise(search: Search, candidates: np.ndarray, least: int) -> float | None:
