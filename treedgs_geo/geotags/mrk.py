@@ -87,8 +87,8 @@ def read_mrk(path: Path) -> Marks:
         # The receiver wrote the old week number past midnight on Saturday.
         gps = gps + WEEK_S * np.concatenate([[0], np.cumsum(np.diff(gps) < -WEEK_S / 2)])
     offset, sd = table[["E", "N", "V"]].to_numpy() * [1, 1, -1] / 1000, table[["sd_e", "sd_n", "sd_u"]].to_numpy()
-    place = (table[name].to_numpy() for name in ("Lon", "Lat", "Ellh"))
-    return Marks(path, index, gps, offset, *place, sd, table["Q"].fillna(-1).to_numpy(int), tuple(notes))
+    lon, lat, height = (table[name].to_numpy() for name in ("Lon", "Lat", "Ellh"))
+    return Marks(path, index, gps, offset, lon, lat, height, sd, table["Q"].fillna(-1).to_numpy(int), tuple(notes))
 
 
 def _parse_line(line: str) -> dict[str, float]:

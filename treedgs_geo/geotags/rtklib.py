@@ -100,8 +100,10 @@ def read_pos(path: Path) -> Trajectory:
     if re.match(r"\s*%\s*JST\b", header):
         table[:, 0] -= 9 * 3600.0  # Japan standard time is UTC + 9 h
     table, notes = _in_order(path, table)
+    gps_s, lon_deg, lat_deg, height_m, quality = table[:, :5].T
     velocity = table[:, 8:11] if np.isfinite(table[:, 8:11]).all() else np.zeros((0, 3))
-    return Trajectory(path, *table[:, :4].T, table[:, 4].astype(int), table[:, 5:8], datum, velocity, notes)
+    sd = table[:, 5:8]
+    return Trajectory(path, gps_s, lon_deg, lat_deg, height_m, quality.astype(int), sd, datum, velocity, notes)
 
 
 def _in_order(path: Path, table: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -17,7 +17,8 @@ class Nearby:
 
     def __init__(self, points: np.ndarray, cell_m: float = _CELL_M) -> None:
         self.points = np.ascontiguousarray(points, dtype=float)
-        self.low, high = extent(self.points[:, :2]) if len(points) else (np.zeros(2), np.zeros(2))
+        low, high = extent(self.points[:, :2]) if len(points) else (np.zeros(2), np.zeros(2))
+        self.low: np.ndarray = low
         self.cell_m = cell_m
         while np.prod(np.floor((high - self.low) / self.cell_m) + 1) > max(_MOST_CELLS, 4 * len(points)):
             self.cell_m *= 2

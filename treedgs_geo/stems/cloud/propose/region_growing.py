@@ -70,7 +70,8 @@ class Search:
                 fits += zip(*grow(some, weight, xy + radius * step, h, *limits), strict=True)
         grown = []
         for vector, covariance, sigma in fits:
-            cone = Cone(*vector.tolist()[:6], float(h), float(sigma), covariance)
+            x, y, dx, dy, r, taper, _, _ = vector.tolist()
+            cone = Cone(x, y, dx, dy, r, taper, float(h), float(sigma), covariance)
             grown.append(_solid_radius(cone, points, weights) if sensor.solid else cone)
         return grown
 
