@@ -199,7 +199,9 @@ def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
             sd[i, 2] = UNKNOWN_HEIGHT_SD_M
     names, paths, utc = [p.name for p in photos], [p.path for p in photos], np.array([p.time_s for p in photos])
     said = np.array([(p.yaw_deg, p.pitch_deg, p.roll_deg, p.relative_altitude_m) for p in photos]).reshape(-1, 4)
-    return Stations(names, paths, xyz, sd, quality, utc, split_flights(names, utc), *said.T.copy(), crs)
+    yaw, pitch, roll, above = said.T.copy()
+    flight = split_flights(names, utc)
+    return Stations(names, paths, xyz, sd, quality, utc, flight, yaw, pitch, roll, above, crs)
 
 
 def _grade(flag: float, sd: np.ndarray, otherwise: str) -> tuple[str, np.ndarray]:

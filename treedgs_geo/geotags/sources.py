@@ -41,7 +41,7 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
         _sort_in(geotags, found, always=True)
         if found.rinex:
             found.rinex = [path for path in _files(geotags.parent) if _is_rinex(path)]
-        beside = (geotags.parent, photos, photos.parent)
+        beside: tuple[Path, ...] = (geotags.parent, photos, photos.parent)
     elif geotags.is_dir():
         for path in _files(geotags):
             _sort_in(path, found)

@@ -44,7 +44,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
     with _records(source, target, added, crs) as (header, records), _write_points(target, header, added) as write:
         for points in records:
             xyz = np.column_stack([points.x, points.y, points.z])
-            mask, values = step(xyz, lambda name, points=points: np.asarray(points[name]))
+            mask, values = step(xyz, _reader(points))
             kept = points if mask is None else points[mask]
             out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
             for name in kept.array.dtype.names:
@@ -68,6 +68,10 @@ def _write_points(target: Path, header: Any, added: Iterable[str]) -> Iterator[C
         return
     with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as las:
         yield las.write_points
+
+
+def _reader(points: Any) -> Callable[[str], np.ndarray]:
+    return lambda name: np.asarray(points[name])
 
 
 @contextmanager

@@ -69,7 +69,8 @@ class GroundLayer:
             at_ground = height[low] < LAYER_M
             for kind, chosen in enumerate((at_ground, ~at_ground)):
                 counts[kind] += np.bincount((row * cols + col)[chosen], minlength=rows * cols).astype(np.int32)
-        return cls(corner, *counts.reshape(2, rows, cols), np.ones((rows, cols), bool))
+        ground, above = counts.reshape(2, rows, cols)
+        return cls(corner, ground, above, np.ones((rows, cols), bool))
 
     @property
     def area_m2(self) -> float:

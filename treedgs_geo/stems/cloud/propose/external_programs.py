@@ -185,8 +185,9 @@ def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
             if any(h.startswith("format ascii") for h in head):
                 rows = np.loadtxt(stream, [(name, float) for name in names], ndmin=1, max_rows=count or None)
             else:
-                order = ">" if big else "<"
-                kinds = [(name, np.dtype(TYPES.get(kind, kind)).newbyteorder(order)) for kind, name in fields]
+                kinds = [
+                    (name, np.dtype(TYPES.get(kind, kind)).newbyteorder(">" if big else "<")) for kind, name in fields
+                ]
                 rows = np.fromfile(stream, np.dtype(kinds), count)
         except (ValueError, IndexError, TypeError) as problem:
             raise OutputError(f"{path.name}: cannot be read ({problem}); run the segmenter again.") from None
