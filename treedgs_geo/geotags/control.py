@@ -3,8 +3,6 @@ marked points; their files: ODM's ``gcp_list.txt`` and CSV, one row for each poi
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -23,7 +21,7 @@ from ..core.number_cells import as_number
 from ..core.progress import Reporter
 from ..core.shown import shorten
 from ..core.tables import numbered_lines, read_heading, read_table, refuse_other_formats
-from .stations import Stations
+from .stations import Stations, digest_of
 from .tables import crs_of_line
 
 #: Standard deviation of a point for which the file gives none, E, N, U metres: RTK GNSS on a pole, and pricking.
@@ -83,11 +81,9 @@ class ControlPoints:
 
     def digest(self) -> str:
         """Short hash over places, accuracies, use, lengths and marks."""
-        digest = hashlib.sha256(json.dumps([self.labels, self.is_check.tolist()]).encode())
         lengths = () if self.bars is None else (self.bars.length_m, self.bars.point, self.bars.photo, self.bars.pixels)
-        for values in (self.xyz, self.sd_m, self.point, self.photo, self.pixels, *lengths):
-            digest.update(np.ascontiguousarray(values, float).tobytes())
-        return digest.hexdigest()[:16]
+        known = (self.xyz, self.sd_m, self.point, self.photo, self.pixels, *lengths)
+        return digest_of([self.labels, self.is_check.tolist()], *known)
 
 
 def are_spread(xyz: np.ndarray) -> bool:

@@ -27,7 +27,6 @@ _MILLISECONDS: dict[str, tuple[tuple[float, float], ...]] = {
     "mavic2-enterprise-advanced": ((0, 31),), "zenmuse z30": ((0, 8),), "xt701": ((0, 25),), "xt705": ((0, 30),),
     "xl724": ((0, 29),), "anafi": ((0, 39),), "e90": ((0, 44),), "hero4 black": ((0, 30),), "hero8 black": ((0, 17),),
 }  # fmt: skip
-_ODM = "OpenDroneMap's table of readout times"
 #: Cameras with a mechanical shutter that closes over all rows (makers' data sheets), and the focal length of the camera
 #: that has it, mm: the tele cameras of the same drones have none. NaN: any lens.
 _MECHANICAL_MM = {
@@ -90,4 +89,4 @@ def _readout(photo: Photo) -> Readout:
     if not figures:
         return Readout(np.nan, np.nan, f"unknown: no figure for {photo.model or 'a camera without a name'}")
     seconds = figures[-1] / 1000
-    return Readout(seconds, TABLE_SD * seconds, f"{_ODM} ({photo.model})")
+    return Readout(seconds, TABLE_SD * seconds, f"OpenDroneMap's table of readout times ({photo.model})")

@@ -53,7 +53,8 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
     else:
         raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
     if not found.mrk and (found.pos or found.events or found.rinex):
-        found.mrk = next(filter(None, map(_marks, beside)), [])
+        marks = ([path for path in _files(folder) if path.suffix.lower() == ".mrk"] for folder in beside)
+        found.mrk = next(filter(None, marks), [])
     if not (found.mrk or found.pos or found.events or found.tables or found.rinex):
         raise GeotagError(
             f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, RINEX, or a table with the columns name, lat, "
@@ -77,10 +78,6 @@ def _files(folder: Path) -> list[Path]:
         return sorted(p for p in Path(folder).iterdir() if p.is_file() and not p.name.startswith("."))
     except OSError:
         return []
-
-
-def _marks(folder: Path) -> list[Path]:
-    return [path for path in _files(folder) if path.suffix.lower() == ".mrk"]
 
 
 def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:

@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyproj
@@ -33,6 +33,14 @@ _NUMBERS = {
 }  # fmt: skip
 #: The columns by which a layer of that name is known as ours.
 OWN_LAYERS = {LAYER: frozenset({"name", "path", "quality", "sd_e_m", "utc_unix"})}
+
+
+def digest_of(texts: list[Any], *numbers: np.ndarray) -> str:
+    """Short hash of texts and arrays."""
+    digest = hashlib.sha256(json.dumps(texts).encode())
+    for values in numbers:
+        digest.update(np.ascontiguousarray(values, float).tobytes())
+    return digest.hexdigest()[:16]
 
 
 def are_precise(xyz: np.ndarray, sd: np.ndarray) -> bool:
@@ -90,11 +98,9 @@ class Stations:
 
     def digest(self) -> str:
         """Short hash over all that is known of the photos' places and directions."""
-        digest = hashlib.sha256(json.dumps([self.names, self.quality, self.crs.to_wkt()]).encode())
         turned = (self.yaw_deg, self.pitch_deg, self.roll_deg)
-        for values in (self.xyz, self.sd, self.utc, self.flight, *turned, self.relative_altitude_m, self.velocity_m_s):
-            digest.update(np.ascontiguousarray(values, float).tobytes())
-        return digest.hexdigest()[:16]
+        known = (self.xyz, self.sd, self.utc, self.flight, *turned, self.relative_altitude_m, self.velocity_m_s)
+        return digest_of([self.names, self.quality, self.crs.to_wkt()], *known)
 
     def counts(self) -> dict[str, int]:
         """Number of photos per quality."""

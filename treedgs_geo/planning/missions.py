@@ -175,8 +175,7 @@ def _lines(
 
 def _places(length: float, step: float) -> np.ndarray:
     """Places over a length, at most a step apart, an even number of steps about its middle."""
-    count = max(2, int(np.ceil(length / step)) + 1)
-    return np.linspace(0, length, count)
+    return np.linspace(0, length, max(2, int(np.ceil(length / step)) + 1))
 
 
 def sees(flight: PlanFlight, targets: list[Target], ground: Ground, camera: DroneCamera) -> np.ndarray:

@@ -234,7 +234,7 @@ def write_plan_layers(
     path: Path, plan: JudgedFlight, stems: list[PlotStems], site: PlanSite, camera: DroneCamera, take_off: np.ndarray,
     speed: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the layers, styled."""
+    """Write the layers, styled; with them the take-off, project coordinates, and what its height refers to."""
     flight = plan.flight
     xyz = flight.xyz + [*site.origin, 0.0]
     photos = pd.DataFrame(
@@ -270,7 +270,10 @@ def write_plan_layers(
         add_layer(temporary, PLOTS, plots_table(plan, stems, site), "Polygon")
         add_layer(temporary, LINE, line, "LineString Z")
         add_layer(temporary, PHOTOS, places, "Point Z")
-        save_take_off(temporary, take_off + [*site.origin, 0.0], site.datum)
+        place = [round(float(v), 3) for v in take_off + [*site.origin, 0.0]]
+        text = json.dumps({"take_off": place, "heights": site.datum})
+        with closing(sqlite3.connect(temporary)) as connection, connection:
+            connection.execute("UPDATE gpkg_contents SET description = ? WHERE table_name = ?", (text, PHOTOS))
 
 
 def plots_table(plan: JudgedFlight, stems: list[PlotStems], site: PlanSite) -> gpd.GeoDataFrame:
@@ -313,10 +316,3 @@ def footprints(plan: JudgedFlight, site: PlanSite, camera: DroneCamera) -> tuple
         prints.append(Polygon(spots[:4]))
         gsd[k] = 100 * flight.above_m[k] / down[4] / camera.focal_px
     return prints, gsd
-
-
-def save_take_off(path: Path, place: np.ndarray, datum: str) -> None:
-    """Keep the take-off with the layers: project coordinates, height, what it refers to."""
-    text = json.dumps({"take_off": [round(float(v), 3) for v in place], "heights": datum})
-    with closing(sqlite3.connect(path)) as connection, connection:
-        connection.execute("UPDATE gpkg_contents SET description = ? WHERE table_name = ?", (text, PHOTOS))

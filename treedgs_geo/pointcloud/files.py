@@ -54,9 +54,13 @@ def describe_cloud(path: Path) -> About:
         InputError: missing or not a cloud. MissingComponentError: E57 without pye57.
     """
     path = _there(path)
-    if has_no_layout(path):
-        count = count_e57(path) if is_e57(path) else path.stat().st_size // 20
+    if is_e57(path):
+        with _opened(path) as file:
+            # Those without a return among them.
+            count = sum(int(file.get_header(scan).point_count) for scan in range(file.scan_count))
         return About(count, np.zeros(3), np.full(3, np.inf))
+    if has_no_layout(path):
+        return About(path.stat().st_size // 20, np.zeros(3), np.full(3, np.inf))
     with open_reader(path) as reader:
         header = reader.header
         said = header.mins, header.maxs, header.scales, header.offsets
@@ -299,16 +303,6 @@ _COLOURS = {"colorRed": "red", "colorGreen": "green", "colorBlue": "blue"}
 def is_e57(path: Path) -> bool:
     """True for an E57 file, by its ending."""
     return Path(path).suffix.lower() == ".e57"
-
-
-def count_e57(path: Path) -> int:
-    """How many points all scans hold by their headers, those without a return among them.
-
-    Raises:
-        InputError, MissingComponentError: as :func:`iter_e57`.
-    """
-    with _opened(path) as file:
-        return sum(int(file.get_header(scan).point_count) for scan in range(file.scan_count))
 
 
 def iter_e57(path: Path, crs: str | None, need_crs: bool, chunk_points: int) -> Iterator[PointCloud]:

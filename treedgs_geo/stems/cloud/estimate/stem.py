@@ -22,7 +22,7 @@ from ...quality.findings import Findings
 from ...quality.limits import judge
 from ...quality.priors import BREAST_HEIGHT_M, USUAL_TAPER
 from ..propose.options import SegmentOptions
-from ..propose.segment import search_points
+from ..propose.segment import search_tile, without_doubles
 from ..propose.sensors import Sensor
 from .rings import Inside, Rings, inner_face, kurtosis, without_waves
 from .surface_quality import ROUNDNESS, Bark, FittedStem, diameter_errors, girth_factor, uneven_ring
@@ -99,8 +99,8 @@ def measure_points(
         return refuse("few_points", points=len(points))
     cone = start
     if cone is None:
-        found = search_points(points, weights, sensor, options)
-        stem = max(found, key=lambda stem: stem.seen.score, default=None)
+        stems = without_doubles(search_tile(points, weights, sensor, options, follow=False))
+        stem = max(stems, key=lambda stem: stem.seen.score, default=None)
         if stem is None:
             return refuse("not_round", points=len(points))
         cone, sensor = stem.cone, sensor.at_noise(stem.noise_m or 0.0)
@@ -245,7 +245,10 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, cautious_cm)
     flat, (beside, remarks) = 0.0, _remarks(fitted, sensor, bh_m, dbh_cm)
     if not sensor.solid:
-        measured["kurtosis"] = kurtosis(_round(fitted), bark.noise_m)
+        # Without its waves: an oval stem is no flat ring.
+        inside = fitted.points[(fitted.points[:, 2] >= fitted.window[0]) & (fitted.points[:, 2] <= fitted.window[1])]
+        off = without_waves(fitted.cone.residuals(inside), fitted.cone.azimuths(inside))
+        measured["kurtosis"] = kurtosis(off, bark.noise_m)
         # The bark may lie anywhere in a ring that does not heap up in its middle.
         flat = FLAT_SE * 200 * bark.noise_m if judge("points", {"kurtosis": measured["kurtosis"]}).reasons else 0.0
     settings = {
@@ -280,12 +283,6 @@ def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> 
     parts = UNEVEN_SE * 200 * thick_m * bool(one_sided.found), TOUCHED_SE * too_thick_cm * bool(touched.found)
     pole = judge("points", {"narrows_at_most_cm_m": narrows_cm_m + 2 * se_cm_m})
     return float(np.hypot(*parts)), one_sided + touched + pole
-
-
-def _round(fitted: FittedStem) -> np.ndarray:
-    """(W,) distances of the window's points from the bark without its waves: an oval stem is no flat ring."""
-    inside = fitted.points[(fitted.points[:, 2] >= fitted.window[0]) & (fitted.points[:, 2] <= fitted.window[1])]
-    return without_waves(fitted.cone.residuals(inside), fitted.cone.azimuths(inside))
 
 
 def _quantities(

@@ -145,13 +145,6 @@ def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions)
     return "tls" if len(band) / len(np.unique(cell[:, 0] * (high[1] - low[1] + 1) + cell[:, 1])) > 120 else "uls"
 
 
-def search_points(
-    points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions | None = None
-) -> list[ConeStem]:
-    """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
-    return without_doubles(search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
-
-
 def search_tile(
     points: np.ndarray,
     weights: np.ndarray | None,
