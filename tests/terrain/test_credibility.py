@@ -85,8 +85,7 @@ def test_sparse_and_shaded_ground_is_still_ground(cloud):
 
 
 def test_no_points_and_unknown_heights_are_no_evidence():
-    layer = GroundLayer.over(np.zeros(2), np.full(2, 10.0))
-    layer.add(np.full((50, 3), 5.0), np.full(50, np.nan))
+    layer = GroundLayer.of(np.tile(np.linspace(0, 10, 50)[:, None], (1, 3)), flat_ground(np.full((11, 3), 1000.0)))
     assert (
         layer.ground.sum() == 0
         and layer.se_m(np.array([[5.0, 5.0], [-40.0, 3.0]]), flat_ground(np.zeros((11, 3)))).tolist()

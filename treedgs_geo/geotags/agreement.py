@@ -59,32 +59,23 @@ def check_agreement(
             f"{source}: its positions are {np.median(exif[known]):.0f} m (median) from the GPS positions in the "
             f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}."
         )
-    # The nearest witness counts, where there is one.
-    height = np.nan_to_num(
-        np.fmin.reduce(
-            [
-                np.abs(stations.xyz[:, 2] - marked[:, 2]),
-                _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
-                _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
-            ]
-        )
-    )
+    witnesses = [
+        np.abs(stations.xyz[:, 2] - marked[:, 2]),
+        _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
+        _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
+    ]
+    # The nearest counts, where there is one.
+    height = np.nan_to_num(np.fmin.reduce(witnesses))
     if stations.is_placed.any():
         _note_heights(stations, own, np.where(off_m[:, None] > 0, np.nan, marked), source, reporter)
-    found = replace(
-        stations,
-        xyz=stations.xyz.copy(),
-        sd=stations.sd.copy(),
-        quality=list(stations.quality),
-        notes=list(stations.notes or [""] * len(stations)),
-    )
-    away = np.fmax(across, height)
-    jumped = off_m > 0
-    far = np.fmax(away, off_m) > MAX_DISTANCE_M
-    lost = far & ~(jumped & own.is_placed)
-    _replace_jumped(found, own, off_m, jumped & ~lost, source, reporter)
-    _set_aside(found, lost, np.fmax(away, off_m), reporter)
-    _widen(found, (away > DISTRUST_M) & ~lost & ~jumped, away, reporter)
+    notes = list(stations.notes or [""] * len(stations))
+    found = replace(stations, xyz=stations.xyz.copy(), sd=stations.sd.copy(), quality=[*stations.quality], notes=notes)
+    away, jumped = np.fmax(across, height), off_m > 0
+    lost = (np.fmax(away, off_m) > MAX_DISTANCE_M) & ~(jumped & own.is_placed)
+    _replace_jumped(found, own, off_m, np.flatnonzero(jumped & ~lost), source, reporter)
+    _set_aside(found, np.flatnonzero(lost), np.fmax(away, off_m), reporter)
+    precise = np.array([quality in ("fix", "float") for quality in found.quality], bool)
+    _widen(found, np.flatnonzero((away > DISTRUST_M) & ~lost & ~jumped & precise), away, reporter)
     return found
 
 
@@ -116,10 +107,9 @@ def _within_flight(difference: np.ndarray, stations: Stations, off_m: np.ndarray
 
 
 def _replace_jumped(
-    found: Stations, own: Stations, off_m: np.ndarray, chosen: np.ndarray, source: Path, reporter: Reporter
+    found: Stations, own: Stations, off_m: np.ndarray, rows: np.ndarray, source: Path, reporter: Reporter
 ) -> None:
     """Photos taken where the path had jumped: their own GPS where that is better, else the path with its jump."""
-    rows = np.flatnonzero(chosen)
     if not len(rows):
         return
     sure = found.is_placed & own.is_placed & (off_m == 0)
@@ -144,8 +134,7 @@ def _replace_jumped(
     )
 
 
-def _set_aside(found: Stations, lost: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
-    rows = np.flatnonzero(lost)
+def _set_aside(found: Stations, rows: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
     if not len(rows):
         return
     reporter.warn(
@@ -157,8 +146,7 @@ def _set_aside(found: Stations, lost: np.ndarray, away: np.ndarray, reporter: Re
         found.quality[i], found.notes[i] = "none", f"geotag {away[i]:.0f} m from the photo's own position"
 
 
-def _widen(found: Stations, chosen: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
-    rows = np.flatnonzero(chosen & np.array([quality in ("fix", "float") for quality in found.quality]))
+def _widen(found: Stations, rows: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
     if not len(rows):
         return
     reporter.warn(
@@ -195,12 +183,9 @@ def _note_heights(stations: Stations, own: Stations, marked: np.ndarray, source:
 
 def _geoid_m(stations: Stations) -> float:
     """Sea level above the ellipsoid at the flight (EGM96); NaN where PROJ's grid is not installed."""
-    flat = horizontal(stations.crs)
     try:
-        place = pyproj.Transformer.from_crs(flat, "EPSG:4326", always_xy=True).transform(
-            *np.nanmedian(stations.xyz[:, :2], axis=0)
-        )
-        points = np.array([[*place, 0.0]])
+        to_degrees = pyproj.Transformer.from_crs(horizontal(stations.crs), "EPSG:4326", always_xy=True)
+        points = np.array([[*to_degrees.transform(*np.nanmedian(stations.xyz[:, :2], axis=0)), 0.0]])
         return -float(transform(pyproj.CRS("EPSG:4979"), pyproj.CRS("EPSG:4326+5773"), points, "geotags")[0, 2])
     except (CRSError, pyproj.exceptions.ProjError):
         return float("nan")

@@ -3,8 +3,6 @@ marked points; their files: ODM's ``gcp_list.txt`` and CSV, one row for each poi
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -23,7 +21,7 @@ from ..core.number_cells import as_number
 from ..core.progress import Reporter
 from ..core.shown import shorten
 from ..core.tables import numbered_lines, read_heading, read_table, refuse_other_formats
-from .stations import Stations
+from .stations import Stations, digest_of
 from .tables import crs_of_line
 
 #: Standard deviation of a point for which the file gives none, E, N, U metres: RTK GNSS on a pole, and pricking.
@@ -83,11 +81,9 @@ class ControlPoints:
 
     def digest(self) -> str:
         """Short hash over places, accuracies, use, lengths and marks."""
-        digest = hashlib.sha256(json.dumps([self.labels, self.is_check.tolist()]).encode())
         lengths = () if self.bars is None else (self.bars.length_m, self.bars.point, self.bars.photo, self.bars.pixels)
-        for values in (self.xyz, self.sd_m, self.point, self.photo, self.pixels, *lengths):
-            digest.update(np.ascontiguousarray(values, float).tobytes())
-        return digest.hexdigest()[:16]
+        known = (self.xyz, self.sd_m, self.point, self.photo, self.pixels, *lengths)
+        return digest_of([self.labels, self.is_check.tolist()], *known)
 
 
 def are_spread(xyz: np.ndarray) -> bool:
@@ -177,16 +173,8 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
         f"{path.name}: {int((~check[chosen]).sum())} control and {int(check[chosen].sum())} check points, {len(marks)} "
         "marks."
     )
-    return ControlPoints(
-        kept.tolist(),
-        xyz[chosen],
-        sd[chosen],
-        check[chosen],
-        kept.get_indexer(marks["label"]),
-        marks["number"].to_numpy(int),
-        marks[PIXEL].to_numpy(float),
-        bars,
-    )
+    point, photo, pixels = kept.get_indexer(marks["label"]), marks["number"].to_numpy(int), marks[PIXEL].to_numpy(float)
+    return ControlPoints(kept.tolist(), xyz[chosen], sd[chosen], check[chosen], point, photo, pixels, bars)
 
 
 def _bars(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter) -> ScaleBars | None:
@@ -217,13 +205,8 @@ def _bars(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporter
     order = [(bar, label) for bar in whole for label in ends.loc[bar].index]
     point = pd.Index(order).get_indexer(pd.MultiIndex.from_frame(marks[["bar", "label"]]))
     reporter.info(f"{path.name}: {len(whole)} known lengths, {len(marks)} marks of their ends.")
-    return ScaleBars(
-        whole,
-        ends.loc[order[::2], "length"].to_numpy(float),
-        point,
-        marks["number"].to_numpy(int),
-        marks[PIXEL].to_numpy(float),
-    )
+    length_m = ends.loc[order[::2], "length"].to_numpy(float)
+    return ScaleBars(whole, length_m, point, marks["number"].to_numpy(int), marks[PIXEL].to_numpy(float))
 
 
 def _labels(path: Path, rows: pd.DataFrame) -> list[str]:
@@ -283,14 +266,12 @@ def _check_distance(path: Path, points: pd.DataFrame, xyz: np.ndarray, stations:
     worst = int(np.argmax(away))
     if not len(placed) or away[worst] <= MAX_AWAY_M:
         return
-    hint = ""
-    if np.isfinite(xyz).all():
-        zone = zone_that_fits(
-            stations.crs,
-            xyz[:, :2],
-            lambda xy: bool(max(np.linalg.norm(placed - place, axis=1).min() for place in xy) <= MAX_AWAY_M),
-        )
-        hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, all would lie there)" if zone is not None else ""
+
+    def is_near(xy: np.ndarray) -> bool:
+        return bool(max(np.linalg.norm(placed - place, axis=1).min() for place in xy) <= MAX_AWAY_M)
+
+    zone = zone_that_fits(stations.crs, xyz[:, :2], is_near) if np.isfinite(xyz).all() else None
+    hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, all would lie there)" if zone is not None else ""
     raise InputError(
         f"{path}, line {points['line'].iloc[worst]}: point {points.index[worst]!r} lies {away[worst] / 1000:.0f} km "
         f"from the nearest photo, expected it under the flight{hint}; check the coordinates, their order and their CRS."

@@ -53,18 +53,9 @@ def marks_of_events(path: Path, reporter: Reporter) -> Marks:
         f"{path.name}: without the drone's MRK the offset from antenna to camera is unknown and taken as zero "
         "(0.1 to 0.3 m on DJI drones)."
     )
-    count = len(track.gps_s)
-    return Marks(
-        path,
-        np.arange(1, count + 1),
-        track.gps_s,
-        np.zeros((count, 3)),
-        track.lon_deg,
-        track.lat_deg,
-        track.height_m,
-        track.sd,
-        np.full(count, -1),
-    )
+    count, place = len(track.gps_s), (track.lon_deg, track.lat_deg, track.height_m)
+    index, unknown = np.arange(1, count + 1), np.full(count, -1)
+    return Marks(path, index, track.gps_s, np.zeros((count, 3)), *place, track.sd, unknown)
 
 
 def assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, list[int]]]:
@@ -98,9 +89,9 @@ def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
     first, last = gps_to_utc(marks.gps_s[[0, -1]])
     inside = []
     for i in left:
-        time = photos[i].utc if np.isfinite(photos[i].utc) else photos[i].local_time
-        zone = 0.0 if np.isfinite(photos[i].utc) else np.round((time - (first + last) / 2) / 900) * 900
-        if first - 5 <= time - zone <= last + 5:
+        local = not np.isfinite(photos[i].utc)
+        zone = np.round((photos[i].time_s - (first + last) / 2) / 900) * 900 if local else 0.0
+        if first - 5 <= photos[i].time_s - zone <= last + 5:
             inside.append(i)
     return inside
 
@@ -129,14 +120,12 @@ def antenna_at(
         for track in tracks
     ]
     covered = [np.isfinite(solution.xyz[:, 0]) for solution in solutions]
-    if len(tracks) > 1:
-        both = np.sum(covered, axis=0) > 1
-        if both.any():
-            double = [track.path.name for track, mask in zip(tracks, covered, strict=True) if mask.any()]
-            raise GeotagError(
-                f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
-                "keep only the one to use, or name it with --geotags."
-            )
+    if (np.sum(covered, axis=0) > 1).any():
+        double = [track.path.name for track, mask in zip(tracks, covered, strict=True) if mask.any()]
+        raise GeotagError(
+            f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); keep only the "
+            "one to use, or name it with --geotags."
+        )
     found = Interpolated.nothing(len(rows))
     for solution, mask in zip(solutions, covered, strict=True):
         found.put(mask, Interpolated(*(values[mask] for values in solution)))

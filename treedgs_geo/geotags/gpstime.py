@@ -45,8 +45,7 @@ def describe_utc(unix_s: float) -> str:
 
 def parse_datetime_unix(text: str) -> float:
     """``2026:03:12 10:15:02[.25]``, ``2026/03/12 ...`` or ISO 8601 without zone -> seconds as if it were UTC; NaN if
-    not a date.
-    """
+    not a date."""
     cleaned = text.strip().rstrip("Z").replace("T", " ").replace("/", ":").replace("-", ":")
     try:
         date, _, clock = cleaned.partition(" ")

@@ -79,25 +79,16 @@ def read_mrk(path: Path) -> Marks:
         raise GeotagError(f"{path}: exposure number {doubled} appears twice; give the unedited file of one flight.")
     if table["week"].isna().any():
         raise GeotagError(
-            f"{path}: has no [GPS week] column, so the date of its times is unknown; "
-            "give the MRK as the drone wrote it."
+            f"{path}: has no [GPS week] column, so the date of its times is unknown; give the MRK as the drone wrote "
+            "it."
         )
     gps = week_tow_to_gps(table["week"], table["tow"])
     if (np.diff(gps) < -WEEK_S / 2).any():
         # The receiver wrote the old week number past midnight on Saturday.
         gps = gps + WEEK_S * np.concatenate([[0], np.cumsum(np.diff(gps) < -WEEK_S / 2)])
-    return Marks(
-        path,
-        index,
-        gps,
-        table[["E", "N", "V"]].to_numpy() * [1, 1, -1] / 1000,
-        table["Lon"].to_numpy(),
-        table["Lat"].to_numpy(),
-        table["Ellh"].to_numpy(),
-        table[["sd_e", "sd_n", "sd_u"]].to_numpy(),
-        table["Q"].fillna(-1).to_numpy(int),
-        tuple(notes),
-    )
+    offset, sd = table[["E", "N", "V"]].to_numpy() * [1, 1, -1] / 1000, table[["sd_e", "sd_n", "sd_u"]].to_numpy()
+    lon, lat, height = (table[name].to_numpy() for name in ("Lon", "Lat", "Ellh"))
+    return Marks(path, index, gps, offset, lon, lat, height, sd, table["Q"].fillna(-1).to_numpy(int), tuple(notes))
 
 
 def _parse_line(line: str) -> dict[str, float]:

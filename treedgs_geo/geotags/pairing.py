@@ -136,7 +136,7 @@ def _evidence(photos: list[Photo], marks: Marks) -> _Evidence:
     middle = np.nanmedian(degrees, axis=0) if np.isfinite(degrees).any() else np.zeros(2)
     metres = 111200.0 * np.array([np.cos(np.radians(middle[1])), 1.0])
     place = np.array([(photo.lon_deg, photo.lat_deg) for photo in photos])
-    times = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
+    times = np.array([photo.time_s for photo in photos])
     own = _Side(times, (place - middle) * metres, np.array([photo.sequence for photo in photos]))
     marked = _Side(gps_to_utc(marks.gps_s), (degrees - middle) * metres, marks.index)
     return _Evidence(own, marked, not all(np.isfinite(photo.utc) for photo in photos))
@@ -177,11 +177,8 @@ def _likeliest(seen: _Evidence) -> tuple[np.ndarray, _Shared]:
     best = max(total for total, _ in tried)
     weights = np.array([np.exp(total - best) for total, _ in tried])
     weights /= weights.sum()
-    together = sum(
-        weight * _sum_up(_gains(seen, shared))[1]
-        for weight, (_, shared) in zip(weights, tried, strict=True)
-        if weight > 0.001
-    )
+    likely = [(weight, shared) for weight, (_, shared) in zip(weights, tried, strict=True) if weight > 0.001]
+    together = sum(weight * _sum_up(_gains(seen, shared))[1] for weight, shared in likely)
     return _rows(together, NO_DOUBT), tried[int(weights.argmax())][1]
 
 
@@ -233,9 +230,8 @@ def _gains(seen: _Evidence, shared: _Shared) -> np.ndarray:
     """(N, M) natural logarithm of how much more likely a photo and a mark look alike as a pair than as strangers."""
     gain = np.zeros((len(seen.photos.time_s), len(seen.marks.time_s)), np.float32)
     if np.isfinite(shared.clock_s):
-        gain += np.nan_to_num(
-            _time_gain(seen.photos.time_s[:, None] - shared.clock_s - seen.marks.time_s, shared.clock_sd)
-        )
+        off_s = seen.photos.time_s[:, None] - shared.clock_s - seen.marks.time_s
+        gain += np.nan_to_num(_time_gain(off_s, shared.clock_sd))
     if seen.knows_places:
         east, north = (seen.photos.place - shared.offset).T[..., None] - seen.marks.place.T[:, None]
         gain += np.nan_to_num(_place_gain(np.hypot(east, north), shared.place_sd))

@@ -68,6 +68,11 @@ class Photo:
     taken_px: tuple[int, int] = (0, 0)
 
     @property
+    def time_s(self) -> float:
+        """Unix seconds of the exposure in UTC, or where its zone is unknown as the camera clock says."""
+        return self.utc if np.isfinite(self.utc) else self.local_time
+
+    @property
     def has_position(self) -> bool:
         """True when EXIF or XMP gives a longitude and latitude."""
         return bool(np.isfinite(self.lon_deg) and np.isfinite(self.lat_deg))
@@ -104,9 +109,7 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
     if np.isnan(utc):
         utc = local - _zone_s(_text(details.get(36881) or details.get(36880) or ""))
     lon, lat, height_m = _position(gps, dji)
-    yaw, pitch, roll = (as_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
-    if np.isnan(pitch):
-        yaw, pitch, roll = gimbal_angles(pix4d, uses_dji_pitch([pix4d]))
+    yaw, pitch, roll = _angles(dji, pix4d, uses_dji_pitch([pix4d]))
     taken, number = _taken_px(details, width, height), _SEQUENCE.search(path.stem)
     return Photo(
         name=name or path.name,
@@ -145,13 +148,9 @@ def list_photos(folder: Path) -> list[Path]:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder}: is not a folder; give the folder that holds the drone photos.")
-    found = sorted(
-        p
-        for p in folder.rglob("*")
-        if p.suffix.lower() in PHOTO_SUFFIXES and p.is_file() and not p.name.startswith(".")
-    )
+    pictures = sorted(p for p in folder.rglob("*") if p.suffix.lower() in PHOTO_SUFFIXES and not p.name.startswith("."))
     ours = {record.parent for record in folder.rglob("run.json")} - {folder}
-    found = [p for p in found if ours.isdisjoint(p.parents)]
+    found = [p for p in pictures if p.is_file() and ours.isdisjoint(p.parents)]
     if not found:
         others = Counter(p.suffix.lower() for p in folder.rglob("*") if p.suffix.lower() in _OTHER_PICTURES)
         if others:
@@ -199,20 +198,20 @@ def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
             f"Left out {len(odd)} of {len(photos)} pictures that are not from the main camera "
             f"({usual[0] or 'unknown'}, {usual[1]} x {usual[2]} px): {shorten(odd)}."
         )
-    return _with_camera_angles([photo for photo in photos if photo.name not in set(odd)])
+    photos = [photo for photo in photos if photo.name not in set(odd)]
+    # What the Camera angles mean is decided for all photos together.
+    as_dji = uses_dji_pitch([photo.pix4d for photo in photos])
+    angles = [_angles(photo.dji, photo.pix4d, as_dji) for photo in photos]
+    return [
+        replace(photo, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
+        for photo, (yaw, pitch, roll) in zip(photos, angles, strict=True)
+    ]
 
 
-def _with_camera_angles(photos: list[Photo]) -> list[Photo]:
-    """What the ``Camera`` angles mean is decided for all photos together."""
-    if not uses_dji_pitch([photo.pix4d for photo in photos]):
-        return photos
-    found = []
-    for photo in photos:
-        if np.isnan(as_number(photo.dji.get("GimbalPitchDegree"))):
-            yaw, pitch, roll = gimbal_angles(photo.pix4d, True)
-            photo = replace(photo, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
-        found.append(photo)
-    return found
+def _angles(dji: dict[str, str], pix4d: dict[str, str], as_dji: bool) -> tuple[float, float, float]:
+    """Yaw, pitch and roll of the gimbal, degrees: DJI's own, or by the ``Camera`` fields."""
+    yaw, pitch, roll = (as_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
+    return gimbal_angles(pix4d, as_dji) if np.isnan(pitch) else (yaw, pitch, roll)
 
 
 def _unreadable(path: Path, problem: Exception) -> str:
@@ -237,14 +236,12 @@ def _unreadable(path: Path, problem: Exception) -> str:
 
 
 def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:
-    """Longitude, latitude, height: XMP's decimal degrees where they are good, else EXIF. NaN where absent or
-    impossible.
-    """
+    """Longitude, latitude, height: XMP's decimal degrees where they are good, else EXIF; NaN without a possible one."""
     lat, lon = as_number(dji.get("GpsLatitude")), as_number(dji.get("GpsLongitude", dji.get("GpsLongtitude")))
     if not _plausible(lon, lat):
         lat, lon = _degrees(gps.get(2), gps.get(1), "S"), _degrees(gps.get(4), gps.get(3), "W")
     if not _plausible(lon, lat):
-        return float("nan"), float("nan"), float("nan")
+        return np.nan, np.nan, np.nan
     height = as_number(dji.get("AbsoluteAltitude"))
     if np.isnan(height):
         height = as_number(gps.get(6)) * (-1 if gps.get(5) in (b"\x01", 1) else 1)
@@ -394,7 +391,7 @@ def gimbal_angles(fields: dict[str, str], as_dji: bool) -> tuple[float, float, f
     yaw, pitch, roll = (as_number(fields.get(key)) for key in ("Yaw", "Pitch", "Roll"))
     roll = 0.0 if np.isnan(roll) else roll
     if not np.isfinite([yaw, pitch]).all() or abs(pitch) > 180:
-        return float("nan"), float("nan"), float("nan")
+        return np.nan, np.nan, np.nan
     if as_dji:
         return yaw, pitch, roll
     if "_sensefly" in fields:
@@ -407,9 +404,8 @@ def gimbal_angles(fields: dict[str, str], as_dji: bool) -> tuple[float, float, f
     body = turn @ nod @ tilt @ np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
     down = float(np.clip(-body[2, 0], -1, 1))
     if abs(down) > 1 - 1e-9:  # straight down: yaw and roll are one angle
-        return float(np.degrees(np.arctan2(-body[0, 1], body[1, 1]))), float(np.degrees(np.arcsin(down))), 0.0
-    return (
-        float(np.degrees(np.arctan2(body[1, 0], body[0, 0]))),
-        float(np.degrees(np.arcsin(down))),
-        float(np.degrees(np.arctan2(body[2, 1], body[2, 2]))),
-    )
+        turned = np.arctan2(-body[0, 1], body[1, 1]), np.arcsin(down), 0.0
+    else:
+        turned = np.arctan2(body[1, 0], body[0, 0]), np.arcsin(down), np.arctan2(body[2, 1], body[2, 2])
+    yaw, pitch, roll = np.degrees(turned).tolist()
+    return yaw, pitch, roll

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pyproj
 
 from ..core.children import find_program
 from ..core.errors import GeotagError, MissingComponentError
 from ..core.progress import Reporter
+from .rtklib import FROM_ECEF
 
 #: Elevation mask (degrees): what PPK software uses for drones.
 _MASK_DEG = 15
@@ -99,10 +99,8 @@ def solve(files: list[Path], base: Path | None, base_position: str | None, folde
         raise GeotagError(
             f"{rover.path}: rnx2rtkp did not finish ({problem}); run the PPK by hand and give the .pos."
         ) from None
-    rows = []
-    if target.exists():
-        rows = [line for line in target.read_text(errors="replace").splitlines() if line and not line.startswith("%")]
-    if done.returncode or not rows:
+    lines = target.read_text(errors="replace").splitlines() if target.exists() else []
+    if done.returncode or not any(line and not line.startswith("%") for line in lines):
         said = (done.stderr.strip().splitlines() or ["no message"])[-1][-160:]
         raise GeotagError(
             f"{rover.path}: rnx2rtkp found no position against {station.path.name} ({said}); check that "
@@ -156,9 +154,7 @@ def _base_position(station: Rinex, given: str | None, reporter: Reporter) -> tup
         raise GeotagError(
             f"{station.path}: its header has no base position; give it with --base-position 'lat, lon, h'."
         )
-    lon, lat, height = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True).transform(
-        *station.approx_ecef
-    )
+    lon, lat, height = FROM_ECEF.transform(*station.approx_ecef)
     reporter.warn(
         f"{station.path.name}: the base position is taken from the RINEX header ({lat:.8f}, {lon:.8f}, {height:.3f} "
         "m); receivers often write one that is metres off, and every photo shifts with it: give the surveyed one with "

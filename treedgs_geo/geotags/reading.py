@@ -133,14 +133,10 @@ def read_stations(
                     with atomic_path(keep_solution) as temporary:
                         shutil.copyfile(solution, temporary)
             elif files.rinex:
-                reporter.info(
-                    f"{files.rinex[0].name}: RINEX left alone, the solution {files.pos[0].name} is there."
-                    if files.pos
-                    else f"{files.rinex[0].name}: RINEX left alone."
-                )
-            stations, track, marked = _from_marks(
-                stations, found, files, project, source, camera_delay_ms / 1000, reporter
-            )
+                why = f", the solution {files.pos[0].name} is there" if files.pos else ""
+                reporter.info(f"{files.rinex[0].name}: RINEX left alone{why}.")
+            delay_s = camera_delay_ms / 1000
+            stations, track, marked = _from_marks(stations, found, files, project, source, delay_s, reporter)
     check_place(project, stations.xyz, str(files.tables[0] if files.tables else geotags), reporter, photos=True)
     stations = check_agreement(stations, written, marked, track.off_m, Path(geotags), reporter)
     if not stations.is_placed.any():
@@ -178,11 +174,9 @@ def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> l
     kept = [photo for photo in photos if photo.path not in defects]
     if not kept:
         reasons = sorted(set(defects.values()))
-        advice = (
-            "write 8-bit JPEGs with the brightness stretched, keeping the EXIF"
-            if "16 bits" in reasons[0]
-            else "look at them, copy broken ones again from the drone, and fly again if it was the camera"
-        )
+        advice = "look at them, copy broken ones again from the drone, and fly again if it was the camera"
+        if "16 bits" in reasons[0]:
+            advice = "write 8-bit JPEGs with the brightness stretched, keeping the EXIF"
         raise InputError(
             f"{folder}: none of its {len(photos)} photos is usable (each {' or '.join(reasons)}); {advice}."
         )
@@ -192,8 +186,7 @@ def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> l
 def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
     """Positions as the photos say them; EXIF names no height datum, so heights stay as they are."""
     flat = horizontal(crs)
-    xyz = np.full((len(photos), 3), np.nan)
-    sd = np.full((len(photos), 3), np.nan)
+    xyz, sd = np.full((2, len(photos), 3), np.nan)
     quality = ["none"] * len(photos)
     no_height = not any(np.isfinite(photo.height_m) for photo in photos)
     for i, photo in enumerate(photos):
@@ -204,21 +197,11 @@ def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
         quality[i], sd[i] = _grade(photo.rtk_flag, photo.sd, "exif")
         if no_height:
             sd[i, 2] = UNKNOWN_HEIGHT_SD_M
-    utc = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
-    return Stations(
-        [p.name for p in photos],
-        [p.path for p in photos],
-        xyz,
-        sd,
-        quality,
-        utc,
-        split_flights([p.name for p in photos], utc),
-        np.array([p.yaw_deg for p in photos]),
-        np.array([p.pitch_deg for p in photos]),
-        np.array([p.roll_deg for p in photos]),
-        np.array([p.relative_altitude_m for p in photos]),
-        crs,
-    )
+    names, paths, utc = [p.name for p in photos], [p.path for p in photos], np.array([p.time_s for p in photos])
+    said = np.array([(p.yaw_deg, p.pitch_deg, p.roll_deg, p.relative_altitude_m) for p in photos]).reshape(-1, 4)
+    yaw, pitch, roll, above = said.T.copy()
+    flight = split_flights(names, utc)
+    return Stations(names, paths, xyz, sd, quality, utc, flight, yaw, pitch, roll, above, crs)
 
 
 def _grade(flag: float, sd: np.ndarray, otherwise: str) -> tuple[str, np.ndarray]:
@@ -349,8 +332,8 @@ def _from_marks(
         first, last = gps_to_utc(track.gps_s[[0, -1]])
         raise GeotagError(
             f"{track.path}: covers {describe_utc(first)} to {describe_utc(last)}, but the exposures of "
-            f"{each.path.name} start at "
-            f"{describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this flight."
+            f"{each.path.name} start at {describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this "
+            "flight."
         )
     flight, quality = split_flights(stations.names, utc), found.quality.tolist()
     stations = replace(stations, xyz=found.xyz, sd=found.sd, quality=quality, utc=utc, flight=flight)

@@ -27,7 +27,6 @@ _MILLISECONDS: dict[str, tuple[tuple[float, float], ...]] = {
     "mavic2-enterprise-advanced": ((0, 31),), "zenmuse z30": ((0, 8),), "xt701": ((0, 25),), "xt705": ((0, 30),),
     "xl724": ((0, 29),), "anafi": ((0, 39),), "e90": ((0, 44),), "hero4 black": ((0, 30),), "hero8 black": ((0, 17),),
 }  # fmt: skip
-_ODM = "OpenDroneMap's table of readout times"
 #: Cameras with a mechanical shutter that closes over all rows (makers' data sheets), and the focal length of the camera
 #: that has it, mm: the tele cameras of the same drones have none. NaN: any lens.
 _MECHANICAL_MM = {
@@ -84,14 +83,10 @@ def _readout(photo: Photo) -> Readout:
     is_tele = abs(photo.focal_mm / _MECHANICAL_MM.get(model, np.nan) - 1) > 0.05
     if model in _MECHANICAL_MM and not (rolling or is_tele or photo.exposure_s < _MECHANICAL_S):
         return Readout(0.0, _ELECTRONIC_S, f"mechanical shutter of the {photo.model} (data sheet)")
-    return _from_table(photo, model)
-
-
-def _from_table(photo: Photo, model: str) -> Readout:
     megapixels = photo.taken_px[0] * photo.taken_px[1] / 1e6
     steps = _MILLISECONDS.get(model, ((0, _ELECTRONIC_MS[model]),) if model in _ELECTRONIC_MS else ())
     figures = [ms for least, ms in steps if megapixels >= least]
     if not figures:
         return Readout(np.nan, np.nan, f"unknown: no figure for {photo.model or 'a camera without a name'}")
     seconds = figures[-1] / 1000
-    return Readout(seconds, TABLE_SD * seconds, f"{_ODM} ({photo.model})")
+    return Readout(seconds, TABLE_SD * seconds, f"OpenDroneMap's table of readout times ({photo.model})")

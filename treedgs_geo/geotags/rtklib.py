@@ -100,18 +100,10 @@ def read_pos(path: Path) -> Trajectory:
     if re.match(r"\s*%\s*JST\b", header):
         table[:, 0] -= 9 * 3600.0  # Japan standard time is UTC + 9 h
     table, notes = _in_order(path, table)
-    return Trajectory(
-        path,
-        table[:, 0],
-        table[:, 1],
-        table[:, 2],
-        table[:, 3],
-        table[:, 4].astype(int),
-        table[:, 5:8],
-        datum,
-        table[:, 8:11] if np.isfinite(table[:, 8:11]).all() else np.zeros((0, 3)),
-        notes,
-    )
+    gps_s, lon_deg, lat_deg, height_m, quality = table[:, :5].T
+    velocity = table[:, 8:11] if np.isfinite(table[:, 8:11]).all() else np.zeros((0, 3))
+    sd = table[:, 5:8]
+    return Trajectory(path, gps_s, lon_deg, lat_deg, height_m, quality.astype(int), sd, datum, velocity, notes)
 
 
 def _in_order(path: Path, table: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -163,15 +155,15 @@ def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
     lower = header.lower()
     sd = [np.nan] * 3
     if "x-ecef" in lower:
-        lon, lat, height = _FROM_ECEF.transform(rest[0], rest[1], rest[2])
+        lon, lat, height = FROM_ECEF.transform(rest[0], rest[1], rest[2])
         values = rest[3:]
         if len(values) >= 5:
             sd = _sd_enu(values[2:8], _enu_axes(lon, lat))
     elif "baseline" in lower:
         if base is None:
             raise _Unsupported("are a baseline, and no 'ref pos' line gives the base station's position")
-        lon0, lat0, _ = _FROM_ECEF.transform(*base)
-        lon, lat, height = _FROM_ECEF.transform(*(base + np.array(rest[:3]) @ _enu_axes(lon0, lat0)))
+        lon0, lat0, _ = FROM_ECEF.transform(*base)
+        lon, lat, height = FROM_ECEF.transform(*(base + np.array(rest[:3]) @ _enu_axes(lon0, lat0)))
         values = rest[3:]
         sd = values[2:5] if len(values) >= 5 else sd
     elif "latitude(d" in lower:
@@ -192,13 +184,9 @@ def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
 def _enu_axes(lon_deg: float, lat_deg: float) -> np.ndarray:
     """(3, 3): east, north and up as ECEF unit vectors, one a row."""
     lon, lat = np.radians(lon_deg), np.radians(lat_deg)
-    return np.array(
-        [
-            [-np.sin(lon), np.cos(lon), 0.0],
-            [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)],
-            [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)],
-        ]
-    )
+    east = [-np.sin(lon), np.cos(lon), 0.0]
+    north = [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)]
+    return np.array([east, north, [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]])
 
 
 def _sd_enu(columns: list[float], axes: np.ndarray) -> list[float]:
@@ -219,7 +207,7 @@ def _base_ecef(text: str) -> np.ndarray | None:
     return np.array(numbers) if 6.2e6 < float(np.linalg.norm(numbers)) < 6.5e6 else None
 
 
-_FROM_ECEF = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
+FROM_ECEF = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
 _TO_ECEF = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
 
 

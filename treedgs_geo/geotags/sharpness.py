@@ -20,17 +20,20 @@ BLUR_FLOOR = 0.09
 MAX_READERS = 4
 
 
-def measure_detail(path: Path) -> tuple[float, float]:
-    """Spread of grey values (0..255) and sharpness of one photo.
+def measure_detail(path: Path) -> tuple[float, float] | None:
+    """Spread of grey values (0..255) and sharpness of one photo; ``None`` of what is no picture.
 
     Sharpness: energy of one-pixel differences over that of four-pixel differences, at full resolution, in the
     sharpest of nine windows of 384 px; it does not depend on contrast, and little on the scene.
     """
-    with Image.open(path) as image:
-        # DCT scaling by 2 halves decoding time on large photos and still shows blur of 2 px and more.
-        if image.width > 3000:
-            image.draft("L", (image.width // 2, image.height // 2))
-        grey = np.asarray(image.convert("L"), np.float32)
+    try:
+        with Image.open(path) as image:
+            # DCT scaling by 2 halves decoding time on large photos and still shows blur of 2 px and more.
+            if image.width > 3000:
+                image.draft("L", (image.width // 2, image.height // 2))
+            grey = np.asarray(image.convert("L"), np.float32)
+    except (OSError, SyntaxError, ValueError):
+        return None
     size = min(384, grey.shape[0], grey.shape[1])
     ratios = []
     for top in np.linspace(0, grey.shape[0] - size, 3).astype(int):
@@ -46,7 +49,7 @@ def measure_detail(path: Path) -> tuple[float, float]:
 def find_defects(paths: list[Path]) -> dict[Path, str]:
     """Photos to leave out, with the reason."""
     with ThreadPoolExecutor(min(MAX_READERS, os.cpu_count() or 1)) as readers:
-        measured = dict(zip(paths, readers.map(_detail, paths), strict=True))
+        measured = dict(zip(paths, readers.map(measure_detail, paths), strict=True))
     found = {path: "cannot be decoded" for path, seen in measured.items() if seen is None}
     detail = {path: seen for path, seen in measured.items() if seen is not None}
     for path, (spread, _) in detail.items():
@@ -58,14 +61,6 @@ def find_defects(paths: list[Path]) -> dict[Path, str]:
         if path not in found and value < max(BLUR_FRACTION * usual, BLUR_FLOOR):
             found[path] = "is blurred"
     return found
-
-
-def _detail(path: Path) -> tuple[float, float] | None:
-    """:func:`measure_detail`; ``None`` for what is no picture."""
-    try:
-        return measure_detail(path)
-    except (OSError, SyntaxError, ValueError):
-        return None
 
 
 def is_16_bit(path: Path) -> bool:

@@ -41,9 +41,7 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
         _sort_in(geotags, found, always=True)
         if found.rinex:
             found.rinex = [path for path in _files(geotags.parent) if _is_rinex(path)]
-        if (found.pos or found.events or found.rinex) and not found.mrk:
-            for folder in dict.fromkeys((geotags.parent, photos, photos.parent)):
-                found.mrk = found.mrk or _marks(folder)
+        beside: tuple[Path, ...] = (geotags.parent, photos, photos.parent)
     elif geotags.is_dir():
         for path in _files(geotags):
             _sort_in(path, found)
@@ -51,10 +49,12 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
             for path in _files(below):
                 if path.suffix.lower() in (".mrk", ".pos") or _is_rinex(path):
                     _sort_in(path, found)
-        if not found.mrk and (found.pos or found.events or found.rinex):
-            found.mrk = _marks(photos)
+        beside = (photos,)
     else:
         raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
+    if not found.mrk and (found.pos or found.events or found.rinex):
+        marks = ([path for path in _files(folder) if path.suffix.lower() == ".mrk"] for folder in beside)
+        found.mrk = next(filter(None, marks), [])
     if not (found.mrk or found.pos or found.events or found.tables or found.rinex):
         raise GeotagError(
             f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, RINEX, or a table with the columns name, lat, "
@@ -78,10 +78,6 @@ def _files(folder: Path) -> list[Path]:
         return sorted(p for p in Path(folder).iterdir() if p.is_file() and not p.name.startswith("."))
     except OSError:
         return []
-
-
-def _marks(folder: Path) -> list[Path]:
-    return [path for path in _files(folder) if path.suffix.lower() == ".mrk"]
 
 
 def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:

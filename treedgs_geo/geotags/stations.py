@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyproj
@@ -16,7 +16,6 @@ from ..core.layer_files import read_layer, write_layer
 from .gpstime import describe_utc
 
 if TYPE_CHECKING:
-    import geopandas
     import geopandas as gpd
 
 #: How a position was found, best first.
@@ -26,9 +25,22 @@ VELOCITY_SOURCES = ("track", "xmp", "photos", "unknown")
 #: Geotags with a standard error (three axes) below this level a block, and may start one, metres.
 PRECISE_GEOTAG_M = 0.5
 LAYER = "stations"
-_VELOCITY = ("v_e_m_s", "v_n_m_s", "v_u_m_s")
+_SD, _VELOCITY = ("sd_e_m", "sd_n_m", "sd_u_m"), ("v_e_m_s", "v_n_m_s", "v_u_m_s")
+#: Columns of other numbers, and what they are of :class:`Stations`.
+_NUMBERS = {
+    "utc_unix": "utc", "flight": "flight", "yaw_deg": "yaw_deg", "pitch_deg": "pitch_deg", "roll_deg": "roll_deg",
+    "rel_alt_m": "relative_altitude_m",
+}  # fmt: skip
 #: The columns by which a layer of that name is known as ours.
 OWN_LAYERS = {LAYER: frozenset({"name", "path", "quality", "sd_e_m", "utc_unix"})}
+
+
+def digest_of(texts: list[Any], *numbers: np.ndarray) -> str:
+    """Short hash of texts and arrays."""
+    digest = hashlib.sha256(json.dumps(texts).encode())
+    for values in numbers:
+        digest.update(np.ascontiguousarray(values, float).tobytes())
+    return digest.hexdigest()[:16]
 
 
 def are_precise(xyz: np.ndarray, sd: np.ndarray) -> bool:
@@ -43,12 +55,11 @@ class Stations:
 
     names: photo paths relative to the photo folder, with ``/``. xyz: (N, 3) camera in the project CRS, metres, NaN = no
     position. sd: (N, 3) E, N, U metres. quality: one of :data:`QUALITIES` each. utc: (N,) Unix seconds, NaN unknown.
-    flight: (N,) int,
-    0-based. yaw_deg (from TRUE north, clockwise), pitch_deg (-90 = straight down), roll_deg: (N,) gimbal, NaN unknown.
-    relative_altitude_m: (N,) above take-off, NaN unknown. notes: why a photo's position is not what its geotag said,
-    empty text for the others; an empty list where nothing was checked. velocity_m_s: (N, 3) of the camera at the
-    exposure along E, N, U of the project CRS, NaN unknown (also when not given). velocity_source: where each comes
-    from, one of :data:`VELOCITY_SOURCES`; an empty list where nobody looked.
+    flight: (N,) int, 0-based. yaw_deg (from TRUE north, clockwise), pitch_deg (-90 = straight down), roll_deg: (N,)
+    gimbal, NaN unknown. relative_altitude_m: (N,) above take-off, NaN unknown. notes: why a photo's position is not
+    what its geotag said, empty text for the others; an empty list where nothing was checked. velocity_m_s: (N, 3) of
+    the camera at the exposure along E, N, U of the project CRS, NaN unknown (also when not given). velocity_source:
+    where each comes from, one of :data:`VELOCITY_SOURCES`; an empty list where nobody looked.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -87,11 +98,9 @@ class Stations:
 
     def digest(self) -> str:
         """Short hash over all that is known of the photos' places and directions."""
-        digest = hashlib.sha256(json.dumps([self.names, self.quality, self.crs.to_wkt()]).encode())
         turned = (self.yaw_deg, self.pitch_deg, self.roll_deg)
-        for values in (self.xyz, self.sd, self.utc, self.flight, *turned, self.relative_altitude_m, self.velocity_m_s):
-            digest.update(np.ascontiguousarray(values, float).tobytes())
-        return digest.hexdigest()[:16]
+        known = (self.xyz, self.sd, self.utc, self.flight, *turned, self.relative_altitude_m, self.velocity_m_s)
+        return digest_of([self.names, self.quality, self.crs.to_wkt()], *known)
 
     def counts(self) -> dict[str, int]:
         """Number of photos per quality."""
@@ -112,18 +121,11 @@ def write_stations(path: Path, stations: Stations) -> None:
             "name": stations.names,
             "path": [str(p.resolve()) for p in stations.paths],
             "quality": stations.quality,
-            "sd_e_m": stations.sd[:, 0],
-            "sd_n_m": stations.sd[:, 1],
-            "sd_u_m": stations.sd[:, 2],
+            **dict(zip(_SD, stations.sd.T, strict=True)),
             "utc": [describe_utc(t)[:-4] if np.isfinite(t) else None for t in stations.utc],
-            "utc_unix": stations.utc,
-            "flight": stations.flight.astype(int),
-            "yaw_deg": stations.yaw_deg,
-            "pitch_deg": stations.pitch_deg,
-            "roll_deg": stations.roll_deg,
-            "rel_alt_m": stations.relative_altitude_m,
+            **{column: getattr(stations, name) for column, name in _NUMBERS.items()},
             "note": [note or None for note in stations.notes or [""] * len(stations)],
-            **{name: stations.velocity_m_s[:, axis] for axis, name in enumerate(_VELOCITY)},
+            **dict(zip(_VELOCITY, stations.velocity_m_s.T, strict=True)),
             "v_source": stations.velocity_source or ["unknown"] * len(stations),
         },
         geometry=geometry,
@@ -138,11 +140,7 @@ def read_stations_table(path: Path) -> gpd.GeoDataFrame:
     Raises:
         InputError: missing file, layer or columns.
     """
-    wanted = [
-        "name", "path", "quality", "sd_e_m", "sd_n_m", "sd_u_m", "utc_unix", "flight", "yaw_deg", "pitch_deg",
-        "roll_deg", "rel_alt_m",
-    ]  # fmt: skip
-    frame = read_layer(path, LAYER, wanted, "'treedgs geotag'")
+    frame = read_layer(path, LAYER, ["name", "path", "quality", *_SD, *_NUMBERS], "'treedgs geotag'")
     if frame.crs is None:
         raise InputError(f"{path}: layer 'stations' lacks its CRS; run 'treedgs geotag' again.")
     return frame
@@ -160,25 +158,22 @@ def read_stations_layer(path: Path) -> Stations:
     def column(name: str) -> np.ndarray:
         return frame[name].to_numpy(dtype=float, na_value=np.nan)
 
+    known = [column(name) if name in frame.columns else np.full(len(frame), np.nan) for name in _VELOCITY]
+    numbers = {name: column(of) for of, name in _NUMBERS.items()}
     return Stations(
-        frame["name"].tolist(),
-        [Path(p) for p in frame["path"]],
-        xyz.reshape(-1, 3),
-        np.column_stack([column("sd_e_m"), column("sd_n_m"), column("sd_u_m")]),
-        frame["quality"].tolist(),
-        column("utc_unix"),
-        column("flight").astype(int),
-        column("yaw_deg"),
-        column("pitch_deg"),
-        column("roll_deg"),
-        column("rel_alt_m"),
-        pyproj.CRS(frame.crs),
-        _texts(frame, "note", ""),
-        np.column_stack([column(name) if name in frame.columns else np.full(len(frame), np.nan) for name in _VELOCITY]),
-        _texts(frame, "v_source", "unknown"),
+        names=frame["name"].tolist(),
+        paths=[Path(p) for p in frame["path"]],
+        xyz=xyz.reshape(-1, 3),
+        sd=np.column_stack([column(name) for name in _SD]),
+        quality=frame["quality"].tolist(),
+        crs=pyproj.CRS(frame.crs),
+        notes=_texts(frame, "note", ""),
+        velocity_m_s=np.column_stack(known),
+        velocity_source=_texts(frame, "v_source", "unknown"),
+        **{**numbers, "flight": numbers["flight"].astype(int)},
     )
 
 
-def _texts(frame: geopandas.GeoDataFrame, name: str, empty: str) -> list[str]:
+def _texts(frame: gpd.GeoDataFrame, name: str, empty: str) -> list[str]:
     """A column of texts; an empty list where the layer has none."""
     return [text if isinstance(text, str) else empty for text in frame[name]] if name in frame.columns else []

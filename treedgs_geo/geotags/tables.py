@@ -23,8 +23,7 @@ _COLUMNS = ("photo", "lat", "lon", "altitude", "easting", "northing", "sd_e", "s
 @dataclass(frozen=True)
 class NamedPositions:
     """Camera positions by file name (without folders), K of them: xyz (K, 3) project metres, sd (K, 3) E, N, U metres
-    or NaN.
-    """
+    or NaN."""
 
     path: Path
     names: list[str]
@@ -96,15 +95,13 @@ def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tup
         )
     if geographic:
         xyz = lonlat_to_project(crs, xyz[:, 0], xyz[:, 1], xyz[:, 2], frame)
-    sd = np.full((len(table), 3), np.nan)
-    for k, key in enumerate(("sd_e", "sd_n", "sd_u")):
-        if key in has:
-            sd[:, k] = numbers(path, table, has[key].name)
+    unknown = np.full(len(table), np.nan)
+    sd = [numbers(path, table, has[key].name) if key in has else unknown for key in ("sd_e", "sd_n", "sd_u")]
     bare = table[has["photo"].name].isna()
     if bare.any():
         raise GeotagError(f"{path}, {line_of(bare)}: has no photo; complete or delete the row.")
     names = [Path(name.replace("\\", "/")).name for name in table[has["photo"].name]]
-    return [(name, values) for name, values in zip(names, np.hstack([xyz, sd]).tolist(), strict=True)]
+    return [(name, values) for name, values in zip(names, np.column_stack([xyz, *sd]).tolist(), strict=True)]
 
 
 def _read_geo_txt(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:

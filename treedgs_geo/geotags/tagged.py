@@ -66,28 +66,22 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
         raise OutputError(
             f"{target}: the copies need {size / 1e9:.1f} GB, more than is free there; choose another disk."
         )
-    places = _geographic(stations, geographic, str(target))
+    # Longitude, latitude, ellipsoidal height; NaN where unplaced.
+    if stations.crs.is_compound:
+        places = transform(stations.crs, geographic.to_3d(), stations.xyz, str(target))
+    else:
+        flat = moved(stations.xyz[:, :2], stations.crs, geographic.to_2d())
+        places = np.column_stack([flat, stations.xyz[:, 2]])
     with atomic_folder(target) as folder:
         for first in range(0, len(wanted), _BATCH):
             batch = wanted[first : first + _BATCH]
             lines: list[str] = []
             for i in batch:
-                copy = folder / stations.names[i]
+                source, copy = stations.paths[i].resolve(), folder / stations.names[i]
                 copy.parent.mkdir(parents=True, exist_ok=True)
-                lines += [
-                    *_tags(stations, i, places[i], geographic),
-                    "-o",
-                    str(copy),
-                    str(stations.paths[i].resolve()),
-                    "-execute",
-                ]
-            done = subprocess.run(
-                [program, *_QUIETLY, "-charset", "filename=utf8"],
-                input="\n".join(lines) + "\n",
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+                lines += [*_tags(stations, i, places[i], geographic), "-o", str(copy), str(source), "-execute"]
+            command, asked = [program, *_QUIETLY, "-charset", "filename=utf8"], "\n".join(lines) + "\n"
+            done = subprocess.run(command, input=asked, capture_output=True, text=True, check=False)
             lost = [stations.names[i] for i in batch if not (folder / stations.names[i]).exists()]
             if lost:
                 said = (done.stderr.strip().splitlines() or ["no message"])[0][:160]
@@ -100,13 +94,6 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
     if left:
         reporter.warn(f"{left} photos have no position and were not copied to {target.name}.")
     return len(wanted)
-
-
-def _geographic(stations: Stations, geographic: pyproj.CRS, where: str) -> np.ndarray:
-    """(N, 3) longitude, latitude, ellipsoidal height; NaN where unplaced."""
-    if stations.crs.is_compound:
-        return transform(stations.crs, geographic.to_3d(), stations.xyz, where)
-    return np.column_stack([moved(stations.xyz[:, :2], stations.crs, geographic.to_2d()), stations.xyz[:, 2]])
 
 
 def _tags(stations: Stations, i: int, place: np.ndarray, geographic: pyproj.CRS) -> list[str]:

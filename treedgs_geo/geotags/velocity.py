@@ -46,14 +46,9 @@ MAX_CHANGE_M_S, MAX_CHANGE = 0.3, 0.1
 
 
 def turned_to_grid(enu: np.ndarray, convergence_deg: float) -> np.ndarray:
-    """(N, 3) vectors in true east, north, up -> the axes of the project grid, which is turned by the meridian
-    convergence.
-    """
-    angle = np.radians(convergence_deg)
-    east, north, up = enu.T
-    return np.column_stack(
-        [east * np.cos(angle) - north * np.sin(angle), north * np.cos(angle) + east * np.sin(angle), up]
-    )
+    """(N, 3) vectors in true east, north, up -> the axes of the project grid, turned by the meridian convergence."""
+    (east, north, up), c, s = enu.T, np.cos(np.radians(convergence_deg)), np.sin(np.radians(convergence_deg))
+    return np.column_stack([east * c - north * s, north * c + east * s, up])
 
 
 def path_velocities(
@@ -117,11 +112,8 @@ def with_velocities(stations: Stations, photos: list[Photo], track: np.ndarray) 
     """
     velocity, source = np.full((len(stations), 3), np.nan), ["unknown"] * len(stations)
     believed = np.where(stations.is_placed[:, None], track, np.nan)
-    for name, found in (
-        ("track", believed),
-        ("xmp", _of_drone(photos, stations.crs)),
-        ("photos", _of_neighbours(stations)),
-    ):
+    ways = {"track": believed, "xmp": _of_drone(photos, stations.crs), "photos": _of_neighbours(stations)}
+    for name, found in ways.items():
         new = np.isfinite(found).all(axis=1) & ~np.isfinite(velocity).all(axis=1)
         velocity[new] = found[new]
         source = [name if use else old for use, old in zip(new, source, strict=True)]
@@ -133,9 +125,8 @@ def _of_drone(photos: list[Photo], crs: pyproj.CRS) -> np.ndarray:
 
     All zero in several photos means that nobody wrote them: a drone that stands in the air reads tenths.
     """
-    ned = np.array([[as_number(photo.dji.get(f"Flight{axis}Speed")) for axis in "XYZ"] for photo in photos]).reshape(
-        -1, 3
-    )
+    ned = np.array([[as_number(photo.dji.get(f"Flight{axis}Speed")) for axis in "XYZ"] for photo in photos])
+    ned = ned.reshape(-1, 3)
     ned[np.linalg.norm(ned, axis=1) > MAX_SPEED_M_S] = np.nan
     known = np.isfinite(ned).all(axis=1)
     placed = np.array([photo.has_position for photo in photos], bool)
@@ -231,9 +222,8 @@ def _jumps(times: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     known = np.isfinite(beside).any(axis=0).all(axis=1)
     usual[known] = np.nanmedian(beside[:, known], axis=0)
     excess = moved - usual * dt[:, None]
-    fast = (np.linalg.norm(moved[:, :2], axis=1) > MAX_SPEED_M_S * dt + NOISE_M) | (
-        np.abs(moved[:, 2]) > MAX_CLIMB_M_S * dt + NOISE_M
-    )
+    fast = np.linalg.norm(moved[:, :2], axis=1) > MAX_SPEED_M_S * dt + NOISE_M
+    fast |= np.abs(moved[:, 2]) > MAX_CLIMB_M_S * dt + NOISE_M
     near = known & (longest <= NEAR_S)
     hard = near & (np.linalg.norm(excess, axis=1) > MAX_ACCELERATION_M_S2 * longest**2 + NOISE_M)
     bad, noisy = fast | hard, np.linalg.norm(excess, axis=1) > NOISE_M

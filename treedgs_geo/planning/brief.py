@@ -122,12 +122,11 @@ def checklist(
 
 def sun_text(sun: SunDay) -> str:
     """The hours with enough sun, UTC, and how high it gets."""
-    top = sun.elevation_deg[sun.noon]
-    day = (sun.utc[sun.noon]).date().isoformat()
+    top, noon = sun.elevation_deg[sun.noon], sun.utc[sun.noon]
+    day = noon.date().isoformat()
     if not sun.windows:
         return f"on {day} it stays below {LOWEST_SUN_DEG:.0f}° (highest {top:.0f}°): fly around noon, or under overcast"
     hours = " and ".join(f"{begin:%H:%M} to {end:%H:%M}" for begin, end in sun.windows)
-    noon = sun.utc[sun.noon]
     around = max(abs((edge - noon).total_seconds()) / 3600 for window in sun.windows for edge in window)
     return (
         f"on {day} above {LOWEST_SUN_DEG:.0f}° from {hours} UTC, {around:.1f} h either side of the highest sun "

@@ -196,8 +196,14 @@ def choose(
         return plans, refused
 
     plans, refused = search(settings)
+    if not plans and not refused:
+        raise InputError(
+            f"--plots: no flight of fewer than {MAX_PHOTOS} photos shows them; plan the plots in groups that lie near "
+            "one another."
+        )
     if not plans:
-        raise InputError(_nothing_safe(refused, settings, search))
+        option, why, advice = _against(refused, settings, search)
+        raise InputError(f"--{option.replace('_', '-')}: {why}; {advice}.")
     good = _good(plans, settings)
     if not good:
         raise InputError(_unreachable(plans, refused, settings, search))
@@ -228,8 +234,7 @@ def _good(plans: list[JudgedFlight], settings: PlanFlightSettings) -> list[Judge
 def _row(plan: JudgedFlight) -> tuple[str, str, int, float, float, int, float]:
     heights = " + ".join(f"{height:.0f} m" for height in plan.flight.heights_m)
     where = f"{heights}, {plan.flight.tilt_deg:.0f}°"
-    found = plan.outcome
-    costs = plan.budget
+    found, costs = plan.outcome, plan.budget
     return plan.flight.pattern, where, costs.photos, found.share, found.error_cm, costs.batteries, costs.minutes
 
 
@@ -249,16 +254,6 @@ def with_more(plan: JudgedFlight, plans: list[JudgedFlight], dbh_m: np.ndarray, 
         left.remove(best)
         clear, gsd = (np.column_stack([a, b[:, best]]) for a, b in ((clear, pool.clear), (gsd, pool.gsd_cm)))
     return outcome(curves, clear, gsd, dbh_m)
-
-
-def _nothing_safe(refused: Refused, settings: PlanFlightSettings, search: Search) -> str:
-    if not refused:
-        return (
-            f"--plots: no flight of fewer than {MAX_PHOTOS} photos shows them; plan the plots in groups that lie near "
-            "one another."
-        )
-    option, why, advice = _against(refused, settings, search)
-    return f"--{option.replace('_', '-')}: {why}; {advice}."
 
 
 def _against(refused: Refused, settings: PlanFlightSettings, search: Search) -> tuple[str, str, str]:

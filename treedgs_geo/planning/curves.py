@@ -37,12 +37,8 @@ class Curves:
 
     def chance(self, views: np.ndarray, width_px: np.ndarray) -> np.ndarray:
         """Chance that a stem with so many clear views, so wide in pixels, is measured."""
-        logit = (
-            self.intercept
-            + self.views * np.log(np.asarray(views) + 0.5)
-            + self.width * np.log(np.asarray(width_px) / 10)
-        )
-        return 1 / (1 + np.exp(-logit))
+        of_views, of_width = np.log(np.asarray(views) + 0.5), np.log(np.asarray(width_px) / 10)
+        return 1 / (1 + np.exp(-(self.intercept + self.views * of_views + self.width * of_width)))
 
     def error_cm(self, views: np.ndarray, gsd_cm: np.ndarray) -> np.ndarray:
         """Standard error of a measured stem."""

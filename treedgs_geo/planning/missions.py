@@ -118,8 +118,7 @@ def orbits(
             reach = height * np.tan(np.radians(tilt_deg))
             turn = heading_deg + 360 * (np.arange(each) + level / max(len(heights), 1)) / each
             for angle in turn:
-                way = np.array([np.sin(np.radians(angle)), np.cos(np.radians(angle))])
-                rows.append((*(target.centre - reach * way), height, angle, tilt_deg - 90, leg))
+                rows.append((*(target.centre - reach * axes(angle)[0]), height, angle, tilt_deg - 90, leg))
             leg += 1
         for tie in _TIES:
             place = target.centre + 0.7 * target.radius_m * np.array(tie) @ axes(heading_deg)
@@ -169,20 +168,14 @@ def _lines(
     found = []
     for number, line in enumerate(lines):
         away = number % 2 == 1
-        yaw = (heading + 180 * away) % 360
-        found.append(
-            [
-                (np.array([stop + (back if away else -back), line]) @ turn, yaw)
-                for stop in (stops[::-1] if away else stops)
-            ]
-        )
+        yaw, along = (heading + 180 * away) % 360, stops[::-1] + back if away else stops - back
+        found.append([(np.array([place, line]) @ turn, yaw) for place in along])
     return found
 
 
 def _places(length: float, step: float) -> np.ndarray:
     """Places over a length, at most a step apart, an even number of steps about its middle."""
-    count = max(2, int(np.ceil(length / step)) + 1)
-    return np.linspace(0, length, count)
+    return np.linspace(0, length, max(2, int(np.ceil(length / step)) + 1))
 
 
 def sees(flight: PlanFlight, targets: list[Target], ground: Ground, camera: DroneCamera) -> np.ndarray:

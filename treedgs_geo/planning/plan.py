@@ -105,9 +105,8 @@ def take_off_of(site: PlanSite, text: str | None) -> np.ndarray:
         try:
             east, north = (float(part) for part in text.split(","))
         except ValueError:
-            raise InputError(
-                f"--take-off: found {text!r}, expected easting,northing like 611337.2,3718451.6."
-            ) from None
+            wanted = "easting,northing like 611337.2,3718451.6"
+            raise InputError(f"--take-off: found {text!r}, expected {wanted}.") from None
         place = np.array([east, north]) - site.origin
         away = min(float(np.hypot(*(target.centre - place))) for target in site.targets)
         if away > 5000:
@@ -232,15 +231,10 @@ _FLATTEST_DEG = 80.0
 
 
 def write_plan_layers(
-    path: Path,
-    plan: JudgedFlight,
-    stems: list[PlotStems],
-    site: PlanSite,
-    camera: DroneCamera,
-    take_off: np.ndarray,
+    path: Path, plan: JudgedFlight, stems: list[PlotStems], site: PlanSite, camera: DroneCamera, take_off: np.ndarray,
     speed: np.ndarray,
-) -> None:
-    """Write the layers, styled."""
+) -> None:  # fmt: skip
+    """Write the layers, styled; with them the take-off, project coordinates, and what its height refers to."""
     flight = plan.flight
     xyz = flight.xyz + [*site.origin, 0.0]
     photos = pd.DataFrame(
@@ -268,19 +262,18 @@ def write_plan_layers(
         for leg in np.unique(flight.leg)
         if (flight.leg == leg).sum() > 1
     ]
-    tables = {
-        FOOTPRINTS: (
-            gpd.GeoDataFrame({"photo": photos["photo"], "gsd_cm": gsd.round(2)}, geometry=prints, crs=site.crs),
-            "Polygon",
-        ),
-        PLOTS: (plots_table(plan, stems, site), "Polygon"),
-        LINE: (gpd.GeoDataFrame(ways, geometry="geometry", crs=site.crs), "LineString Z"),
-        PHOTOS: (gpd.GeoDataFrame(photos, geometry=gpd.points_from_xy(*xyz.T), crs=site.crs), "Point Z"),
-    }
+    shown = gpd.GeoDataFrame({"photo": photos["photo"], "gsd_cm": gsd.round(2)}, geometry=prints, crs=site.crs)
+    line = gpd.GeoDataFrame(ways, geometry="geometry", crs=site.crs)
+    places = gpd.GeoDataFrame(photos, geometry=gpd.points_from_xy(*xyz.T), crs=site.crs)
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
-        for name, (table, geometry) in tables.items():
-            add_layer(temporary, name, table, geometry)
-        save_take_off(temporary, take_off + [*site.origin, 0.0], site.datum)
+        add_layer(temporary, FOOTPRINTS, shown, "Polygon")
+        add_layer(temporary, PLOTS, plots_table(plan, stems, site), "Polygon")
+        add_layer(temporary, LINE, line, "LineString Z")
+        add_layer(temporary, PHOTOS, places, "Point Z")
+        place = [round(float(v), 3) for v in take_off + [*site.origin, 0.0]]
+        text = json.dumps({"take_off": place, "heights": site.datum})
+        with closing(sqlite3.connect(temporary)) as connection, connection:
+            connection.execute("UPDATE gpkg_contents SET description = ? WHERE table_name = ?", (text, PHOTOS))
 
 
 def plots_table(plan: JudgedFlight, stems: list[PlotStems], site: PlanSite) -> gpd.GeoDataFrame:
@@ -291,18 +284,16 @@ def plots_table(plan: JudgedFlight, stems: list[PlotStems], site: PlanSite) -> g
         mine = owner == plot.plot_id
         weight = found.chance[mine]
         draws = max(1, sum(one.plot_id == plot.plot_id for one in stems))
-        seen = plan.clear[mine].any(axis=0) if mine.any() else np.zeros(len(plan.flight), bool)
+        expected = float(site.numbers.stems_per_ha * plot.area_ha) if site.mapped is None else mine.sum() / draws
         rows.append(
             {
                 "plot_id": str(plot.plot_id),
                 "radius_m": round(target.radius_m, 2),
-                "exp_stems": round(
-                    float(site.numbers.stems_per_ha * plot.area_ha) if site.mapped is None else mine.sum() / draws, 1
-                ),
+                "exp_stems": round(expected, 1),
                 "exp_views": round(float(found.expected[mine].mean()), 2) if mine.any() else np.nan,
                 "exp_share": round(float(weight.mean()), 3) if mine.any() else np.nan,
                 "exp_err_cm": round(weighted_median(found.error[mine], weight), 3),
-                "n_photos": int(seen.sum()),
+                "n_photos": int(plan.clear[mine].any(axis=0).sum()),
                 "geometry": plot.outline,
             }
         )
@@ -325,10 +316,3 @@ def footprints(plan: JudgedFlight, site: PlanSite, camera: DroneCamera) -> tuple
         prints.append(Polygon(spots[:4]))
         gsd[k] = 100 * flight.above_m[k] / down[4] / camera.focal_px
     return prints, gsd
-
-
-def save_take_off(path: Path, place: np.ndarray, datum: str) -> None:
-    """Keep the take-off with the layers: project coordinates, height, what it refers to."""
-    text = json.dumps({"take_off": [round(float(v), 3) for v in place], "heights": datum})
-    with closing(sqlite3.connect(path)) as connection, connection:
-        connection.execute("UPDATE gpkg_contents SET description = ? WHERE table_name = ?", (text, PHOTOS))

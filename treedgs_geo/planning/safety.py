@@ -114,9 +114,8 @@ def speed_of(flight: PlanFlight, camera: DroneCamera, limits: FlyingSettings) ->
         blur = f"blur below {MAX_BLUR_PX:g} px at 1/{1000 / limits.exposure_ms:.0f} s"
         options.append((MAX_BLUR_PX * gsd_m / (limits.exposure_ms / 1000), blur))
     if camera.readout_ms > 0:
-        options.append(
-            (MAX_READOUT_PX * gsd_m / (camera.readout_ms / 1000), f"rolling shutter of {camera.readout_ms:g} ms")
-        )
+        shutter = f"rolling shutter of {camera.readout_ms:g} ms"
+        options.append((MAX_READOUT_PX * gsd_m / (camera.readout_ms / 1000), shutter))
     return min(options)
 
 

@@ -27,10 +27,7 @@ class StandNumberSettings:
         None, unit="m", minimum=0, maximum=70, help="mean height of the lowest living branches"
     )
     leaf_area_index: float | None = param(
-        None,
-        minimum=0,
-        maximum=12,
-        help="one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5",
+        None, minimum=0, maximum=12, help="one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5"
     )
 
 
@@ -82,25 +79,16 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
         suffixes=("tif", "tiff", "las", "laz", "gpkg", "shp", "geojson", "csv"),
     )
     target_error_cm: float = param(
-        0.7,
-        unit="cm",
-        minimum=0.1,
-        maximum=10,
-        help="wanted standard error of a DBH, median of the stems",
+        0.7, unit="cm", minimum=0.1, maximum=10, help="wanted standard error of a DBH, median of the stems"
     )
     target_share_pct: float = param(
         90.0, unit="%", minimum=10, maximum=99.5, help="wanted share of the stems that get a DBH"
     )
     batteries: int | None = param(
-        None,
-        minimum=1,
-        maximum=50,
-        help="instead of the targets: the best flight with so many batteries",
+        None, minimum=1, maximum=50, help="instead of the targets: the best flight with so many batteries"
     )
     pattern: str = param(
-        "auto",
-        choices=("auto", *PATTERNS),
-        help="pattern of the flight; auto: whichever needs the fewest photos",
+        "auto", choices=("auto", *PATTERNS), help="pattern of the flight; auto: whichever needs the fewest photos"
     )
     #: Of the drawn trees; of the library only.
     seed: int = 0

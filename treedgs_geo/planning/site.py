@@ -133,9 +133,9 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     check_place(crs, centres, str(settings.plots))
     origin = np.round(centres.mean(axis=0))
     targets = [Target(plot.plot_id, at - origin, plot.reach_m) for plot, at in zip(plots, centres, strict=True)]
-    notes = (
-        [] if dtm is not None else ["No terrain model was given: the ground is taken as level, check heights on site."]
-    )
+    notes = []
+    if dtm is None:
+        notes.append("No terrain model was given: the ground is taken as level, check heights on site.")
     canopy, trees, searched = None, None, None
     ending = settings.stand.suffix.lower() if settings.stand else ""
     if settings.stand and ending in _RASTERS:
@@ -145,13 +145,11 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     elif settings.stand:
         trees, searched = _mapped_trees(settings.stand, crs)
     numbers = _numbers(plots, settings, canopy, trees, searched, notes)
-    mapped, area = None, None
+    mapped = _trees_of_canopy(canopy, numbers, origin) if canopy is not None else None
     if trees is not None:
         xy, dbh_m, height = trees
         mapped = dressed_trees(xy - origin, dbh_m, numbers, height)
-        area = translate(searched, *-origin) if searched is not None else None
-    elif canopy is not None:
-        mapped = _trees_of_canopy(canopy, numbers, origin)
+    area = translate(searched, *-origin) if searched is not None else None
     site = PlanSite(crs, origin, plots, targets, numbers, mapped, area, dtm, canopy, _datum(settings, dtm), notes)
     _require_ground(site, settings)
     return site
@@ -187,13 +185,9 @@ def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.nda
 
 
 def _numbers(
-    plots: list[SamplePlot],
-    settings: PlanFlightSettings,
-    canopy: Canopy | None,
-    trees: tuple | None,
-    searched: BaseGeometry | None,
-    notes: list[str],
-) -> StandNumbers:
+    plots: list[SamplePlot], settings: PlanFlightSettings, canopy: Canopy | None, trees: tuple | None,
+    searched: BaseGeometry | None, notes: list[str],
+) -> StandNumbers:  # fmt: skip
     """The stand's numbers: as given, else from what was measured."""
     names = ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m")
     found: dict[str, float | None] = {name: getattr(settings, name) for name in names}
@@ -218,9 +212,8 @@ def _numbers(
         found[name] = value if found.get(name) is None else found[name]
     missing = [f"--{name.replace('_', '-')}" for name, value in found.items() if value is None]
     if missing:
-        given = (
-            f"{settings.stand} does not say" if settings.stand else "without --stand the stand has to be described by"
-        )
+        bare = "without --stand the stand has to be described by"
+        given = f"{settings.stand} does not say" if settings.stand else bare
         raise InputError(f"{given} {', '.join(missing)}; give {'it' if len(missing) == 1 else 'them'}.")
     if found["crown_base_m"] >= found["tree_height_m"]:  # type: ignore[operator]
         raise InputError(
@@ -237,16 +230,12 @@ def _numbers(
 def _datum(settings: PlanFlightSettings, dtm: Dtm | None) -> str:
     if dtm is None:
         return "level ground at the take-off"
-    named = heights_named(dtm.crs) or heights_named(dtm.grid_crs)
-    return f"heights of {Path(str(settings.dtm)).name}" + (
-        f" ({named})" if named else " (its datum is not named in the file)"
-    )
+    named = heights_named(dtm.crs) or heights_named(dtm.grid_crs) or "its datum is not named in the file"
+    return f"heights of {Path(str(settings.dtm)).name} ({named})"
 
 
 def _require_ground(site: PlanSite, settings: PlanFlightSettings) -> None:
     """Every plot lies on the terrain model."""
-    if site.dtm is None:
-        return
     for target in site.targets:
         if not site.known(np.vstack([target.centre, target.rim(30)])).all():
             place = target.centre + site.origin
@@ -360,20 +349,15 @@ def canopy_of_cloud(path: Path, crs: pyproj.CRS, dtm: Dtm | None, centres: np.nd
     xyz, height = cloud.xyz[use], height[use]
     if len(height) < 500 or (height > 2).sum() < 100:
         raise InputError(f"{path}: {len(height)} points about the plots, expected a forest; check cloud, DTM and CRS.")
-    col, row = (np.floor((xyz[:, k] - low[k]) / _CELL_M).astype(int) for k in (0, 1))
+    col, row = np.floor((xyz[:, :2] - low) / _CELL_M).astype(int).T
     shape = tuple(int(np.ceil((high[k] - low[k]) / _CELL_M)) for k in (1, 0))
     keep = (row >= 0) & (col >= 0) & (row < shape[0]) & (col < shape[1])
     top = np.full(shape, -np.inf)
     np.maximum.at(top, (shape[0] - 1 - row[keep], col[keep]), height[keep])
-    known = np.isfinite(top)
     # Cells between the pulses take what is next to them.
-    near = maximum_filter(top, size=3)
-    top = np.where(known, top, near)
-    grid = Dtm(
-        np.where(np.isfinite(top), np.maximum(top, 0), np.nan),
-        from_origin(low[0], low[1] + shape[0] * _CELL_M, _CELL_M, _CELL_M),
-        crs,
-    )
+    top = np.where(np.isfinite(top), top, maximum_filter(top, size=3))
+    transform = from_origin(low[0], low[1] + shape[0] * _CELL_M, _CELL_M, _CELL_M)
+    grid = Dtm(np.where(np.isfinite(top), np.maximum(top, 0), np.nan), transform, crs)
     gap = max(float((height < 2).mean()), 0.02)
     measured = {
         "leaf_area_index": float(np.clip(-np.log(gap) / (LEAF_SHADOW * CLUMPING), 0.2, 8)),

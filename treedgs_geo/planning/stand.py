@@ -115,15 +115,8 @@ def dressed_trees(
     base = np.minimum(numbers.crown_base_m * height / numbers.height_m, 0.9 * height)
     spread = 1 + (numbers.dbh_sd_cm / numbers.dbh_mean_cm) ** 2 * LEAF_POWER * (LEAF_POWER - 1) / 2
     leaf = numbers.leaf_area_index * 1e4 / numbers.stems_per_ha * share**LEAF_POWER / spread
-    return Trees(
-        np.asarray(xy, float).reshape(-1, 2),
-        dbh_m,
-        height,
-        base,
-        numbers.crown_m(dbh_m),
-        leaf,
-        np.full(len(dbh_m), known),
-    )
+    xy, mapped = np.asarray(xy, float).reshape(-1, 2), np.full(len(dbh_m), known)
+    return Trees(xy, dbh_m, height, base, numbers.crown_m(dbh_m), leaf, mapped)
 
 
 def drawn_stand(rng: np.random.Generator, numbers: StandNumbers, reach_m: float) -> Trees:

@@ -10,6 +10,8 @@ import numpy as np
 import pyproj
 from numba import njit
 
+from ..core.frames import horizontal
+
 
 @dataclass(frozen=True)
 class PointCloud:
@@ -48,7 +50,7 @@ class PointCloud:
     @property
     def horizontal_crs(self) -> pyproj.CRS | None:
         """The horizontal part of a compound CRS, or the CRS itself."""
-        return horizontal(self.crs)
+        return horizontal(self.crs) if self.crs is not None else None
 
     def select(self, mask: np.ndarray) -> PointCloud:
         """The points of a mask or an index array, attributes with them."""
@@ -59,11 +61,6 @@ class PointCloud:
     def with_attribute(self, name: str, values: np.ndarray) -> PointCloud:
         """A copy with one attribute added or replaced."""
         return replace(self, attributes={**self.attributes, name: np.asarray(values)})
-
-
-def horizontal(crs: pyproj.CRS | None) -> pyproj.CRS | None:
-    """The horizontal part of a compound CRS, or the CRS itself."""
-    return crs.sub_crs_list[0] if crs is not None and crs.is_compound else crs
 
 
 def usable(cloud: PointCloud) -> np.ndarray:
@@ -173,6 +170,23 @@ def in_box(points, low, high):  # pragma: no cover - compiled
             kept &= np.isfinite(value) and low[axis] <= value <= high[axis]
         inside[m] = kept
     return inside
+
+
+@njit(cache=True, nogil=True)
+def by_key(key, count):  # pragma: no cover - compiled
+    """(M,) indices of the keys from 0 to ``count`` - 1 among (N,), by key and in their order, and (count + 1,) where
+    those of each begin."""
+    starts = np.zeros(count + 1, np.int64)
+    for k in key:
+        if k >= 0:
+            starts[k + 1] += 1
+    starts = np.cumsum(starts)
+    place, order = starts.copy(), np.empty(starts[-1], np.uint32)
+    for m in range(key.shape[0]):
+        if key[m] >= 0:
+            order[place[key[m]]] = m
+            place[key[m]] += 1
+    return order, starts
 
 
 @njit(cache=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +11,14 @@ import pyproj
 
 from ..core.crs import check_projected, project_crs
 from ..core.errors import CRSError
+from ..core.frames import horizontal
 from ..core.map_scale import LOCAL_REACH_M, check_place, is_local
 from ..core.progress import Reporter
-from .cloud import horizontal
 
 #: What ``--crs`` takes for a cloud in local metres without a place on the map (a terrestrial scan).
 LOCAL = "local"
 #: What layers made from such a cloud are written in.
 LOCAL_CRS = pyproj.CRS.from_wkt('LOCAL_CS["local metres",UNIT["metre",1]]')
-
 
 #: GeoTIFF keys for the unit of x and y, the unit of heights and the vertical CRS, and codes of units that are not
 #: metres (EPSG). laspy reads none of them.
@@ -39,16 +39,15 @@ def file_crs(header: Any, path: Path, given: str | None = None) -> pyproj.CRS | 
         keys = _geo_keys(header)
     except Exception as problem:
         raise CRSError(f"{path}: its CRS record is unreadable ({short(problem)}); export the cloud again.") from None
-    for key, what in ((_Z_UNIT, "heights"), (_XY_UNIT, "x and y")):
-        if keys.get(key) in _UNITS:
+    units = {key: _UNITS.get(keys.get(key, 0), "") for key in (_Z_UNIT, _XY_UNIT)}
+    with suppress(pyproj.exceptions.CRSError):
+        units[_Z_CRS] = odd_height_unit(pyproj.CRS.from_epsg(keys.get(_Z_CRS, 0)))
+    for key, unit in units.items():
+        if unit:
+            what = "x and y" if key == _XY_UNIT else "heights"
             raise CRSError(
-                f"{path}: {what} are in {_UNITS[keys[key]]} (GeoTIFF key {key}), expected metres; convert "
-                "the cloud to metres."
+                f"{path}: {what} are in {unit} (GeoTIFF key {key}), expected metres; convert the cloud to metres."
             )
-    if unit := _vertical_unit(keys.get(_Z_CRS)):
-        raise CRSError(
-            f"{path}: heights are in {unit} (GeoTIFF key {_Z_CRS}), expected metres; convert the cloud to metres."
-        )
     return crs
 
 
@@ -68,15 +67,10 @@ def _geo_keys(header: Any) -> dict[int, int]:
     }
 
 
-def _vertical_unit(code: int | None) -> str:
-    """The unit of an EPSG vertical CRS where it is not metres; empty for metres and for what is no such code."""
-    if code is None or not 1024 <= code <= 32766:
-        return ""
-    try:
-        axes = pyproj.CRS.from_epsg(code).axis_info
-    except pyproj.exceptions.CRSError:
-        return ""
-    unit = axes[0].unit_name if len(axes) == 1 else "metre"
+def odd_height_unit(crs: pyproj.CRS) -> str:
+    """The unit of the heights of a vertical or compound CRS where it is not metres, else empty."""
+    parts = [part for part in crs.sub_crs_list or [crs] if part.is_vertical and part.axis_info]
+    unit = parts[0].axis_info[0].unit_name if parts else "metre"
     return "" if unit in ("metre", "meter") else unit
 
 
@@ -95,20 +89,15 @@ def agreed_crs(
         own = None  # an engineering CRS says nothing about the place: the user's word fills it in
     if own is not None:
         base = horizontal(own)
-        assert base is not None
         check_projected(base, str(path), middle)
-        for part in own.sub_crs_list if own.is_compound else []:
-            unit = part.axis_info[0].unit_name if part.is_vertical and part.axis_info else "metre"
-            if unit not in ("metre", "meter"):
-                raise CRSError(f"{path}: heights are in {unit}, expected metres; convert the cloud to metres.")
+        if unit := odd_height_unit(own):
+            raise CRSError(f"{path}: heights are in {unit}, expected metres; convert the cloud to metres.")
         if given and not same_place(base, project_crs(given)):
             raise CRSError(f"{path}: is in {base.name}, but --crs says {given}; leave --crs out or reproject it.")
         return own
-    if given:
-        return project_crs(given)
-    if need_crs:
+    if need_crs and not given:
         raise _no_crs(path)
-    return None
+    return project_crs(given) if given else None
 
 
 def _no_crs(path: Path) -> CRSError:
@@ -134,13 +123,12 @@ def placed(
     Raises:
         CRSError: nobody knows it; see :func:`treedgs_geo.core.map_scale.check_place`.
     """
+    x, y = np.median(xyz[:: max(len(xyz) // 100_000, 1), :2], axis=0) if len(xyz) else (0.0, 0.0)
     if given is None and crs is not None and is_local(crs, xyz):
-        base = horizontal(crs)
-        assert base is not None
-        x, y = np.median(xyz[:: max(len(xyz) // 100_000, 1), :2], axis=0)
         reporter.warn(
-            f"{path}: its header says {base.name}, but its coordinates (x {x:.6g}, y {y:.6g}) are local metres: the "
-            f"header's CRS is set aside; give --crs {LOCAL} to say so, or export the cloud with its place on the map."
+            f"{path}: its header says {horizontal(crs).name}, but its coordinates (x {x:.6g}, y {y:.6g}) are local "
+            f"metres: the header's CRS is set aside; give --crs {LOCAL} to say so, or export the cloud with its place "
+            "on the map."
         )
         return None
     if given is None and crs is None and dtm is not None:
@@ -149,7 +137,6 @@ def placed(
             return None
         reporter.info(f"{path}: holds no CRS; that of {dtm} is taken, {crs.name}.")
     elif given is None and crs is None and need_crs:
-        x, y = np.median(xyz[:: max(len(xyz) // 100_000, 1), :2], axis=0)
         if max(abs(x), abs(y)) > LOCAL_REACH_M:
             raise _no_crs(path)
         reporter.info(
@@ -166,23 +153,21 @@ def _dtm_crs(path: Path) -> pyproj.CRS | None:
 
     try:
         with rasterio.open(path) as source:
-            found = pyproj.CRS.from_wkt(source.crs.to_wkt()) if source.crs else None
+            found = horizontal(pyproj.CRS.from_wkt(source.crs.to_wkt())) if source.crs else None
     except (rasterio.errors.RasterioError, pyproj.exceptions.CRSError):
         return None
-    return check_projected(crs, str(path)) if (crs := horizontal(found)) is not None else None
+    return check_projected(found, str(path)) if found is not None else None
 
 
 def same_place(one: pyproj.CRS, other: pyproj.CRS) -> bool:
     """True when two horizontal CRS are the same, apart from metadata and axis order."""
     first, second = horizontal(one), horizontal(other)
-    assert first is not None and second is not None
     if first.equals(second, ignore_axis_order=True):
         return True
-    codes = first.to_epsg(min_confidence=70), second.to_epsg(min_confidence=70)
-    return codes[0] is not None and codes[0] == codes[1]
+    code = first.to_epsg(min_confidence=70)
+    return code is not None and code == second.to_epsg(min_confidence=70)
 
 
 def short(problem: BaseException) -> str:
     """What another library's exception says, on one line."""
-    text = " ".join(str(problem).split()) or type(problem).__name__
-    return text[:120]
+    return (" ".join(str(problem).split()) or type(problem).__name__)[:120]

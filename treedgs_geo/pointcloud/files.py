@@ -19,7 +19,7 @@ from ..core.errors import InputError, MissingComponentError
 from ..core.files import atomic_path
 from ..core.machine import ahead
 from ..core.settings import CLOUD_OUTPUTS
-from .cloud import PointCloud, concatenate, in_box
+from .cloud import PointCloud, concatenate, extent, in_box
 from .file_crs import agreed_crs, file_crs, short
 from .las_reader import copc_pieces, is_copc, iter_points, open_reader, writable_version
 from .ply_file import PlyWriter
@@ -32,7 +32,7 @@ _RGB = ("red", "green", "blue")
 
 @dataclass(frozen=True)
 class About:
-    """What a file says of itself: points, extent (3,), coordinate scale and offset (``None`` for text), CRS as text."""
+    """What a file says of itself: points, extent (3,), coordinate scale and offset (``None`` for text)."""
 
     n_points: int
     low: np.ndarray
@@ -53,22 +53,24 @@ def describe_cloud(path: Path) -> About:
     Raises:
         InputError: missing or not a cloud. MissingComponentError: E57 without pye57.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: not found; give a LAS, LAZ, E57 or text point cloud.")
-    if has_no_layout(path):
-        count = count_e57(path) if is_e57(path) else path.stat().st_size // 20
+    path = _there(path)
+    if is_e57(path):
+        with _opened(path) as file:
+            # Those without a return among them.
+            count = sum(int(file.get_header(scan).point_count) for scan in range(file.scan_count))
         return About(count, np.zeros(3), np.full(3, np.inf))
-    reader = open_reader(path)
-    with reader:
+    if has_no_layout(path):
+        return About(path.stat().st_size // 20, np.zeros(3), np.full(3, np.inf))
+    with open_reader(path) as reader:
         header = reader.header
-        return About(
-            header.point_count,
-            np.asarray(header.mins, float),
-            np.asarray(header.maxs, float),
-            np.asarray(header.scales, float),
-            np.asarray(header.offsets, float),
-        )
+        said = header.mins, header.maxs, header.scales, header.offsets
+        return About(header.point_count, *(np.asarray(values, float) for values in said))
+
+
+def _there(path: Path) -> Path:
+    if not Path(path).is_file():
+        raise InputError(f"{path}: not found; give a LAS, LAZ, E57 or text point cloud.")
+    return Path(path)
 
 
 def read_cloud(
@@ -128,9 +130,7 @@ def iter_cloud(
     chunk_points: int = 2_000_000,
 ) -> Iterator[PointCloud]:
     """Like :func:`read_cloud`, piece by piece in bounded memory."""
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: not found; give a LAS, LAZ, E57 or text point cloud.")
+    path = _there(path)
     if has_no_layout(path):
         for piece in iter_without_layout(path, crs, need_crs, chunk_points):
             kept = piece.attributes if attributes is None else set(attributes) & set(piece.attributes)
@@ -174,7 +174,8 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> No
     values_of = {name[:32]: values for name, values in cloud.attributes.items()}
     if "scan_angle_rank" in values_of and (cloud.layout is None or cloud.layout.point_format.id > 5):
         values_of["scan_angle"] = np.round(values_of.pop("scan_angle_rank") / 0.006).astype(np.int16)
-    header = new_header(path, cloud, {name: _las_type(values) for name, values in values_of.items()})
+    kinds = {name: "uint8" if values.dtype == bool else values.dtype.name for name, values in values_of.items()}
+    header = new_header(path, cloud, kinds)
     header.remove_extra_dims([name for name in header.point_format.extra_dimension_names if name not in values_of])
     if scale is not None:
         header.scales = np.full(3, scale)
@@ -252,16 +253,8 @@ def check_cloud_output(path: Path) -> None:
 
 def _fits(xyz: np.ndarray, header: Any) -> bool:
     """True when the coordinates can be held as 32-bit multiples of the header's scale."""
-    if not len(xyz):
-        return True
-    reach = np.abs(np.vstack([xyz.min(axis=0), xyz.max(axis=0)]) - header.offsets) / header.scales
+    reach = np.abs(np.vstack(extent(xyz)) - header.offsets) / header.scales if len(xyz) else np.zeros(1)
     return bool((reach < 2**31 - 1).all())
-
-
-def _las_type(values: np.ndarray) -> str:
-    if values.dtype == bool:
-        return "uint8"
-    return values.dtype.name
 
 
 def _iter_las(
@@ -271,7 +264,8 @@ def _iter_las(
         header = reader.header
         middle = tuple((header.mins[:2] + header.maxs[:2]) / 2)
         own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs, middle)
-        names = _names(header, attributes)
+        there = (name for name in header.point_format.dimension_names if name not in ("X", "Y", "Z"))
+        names = [name for name in there if attributes is None or name in attributes]
         pieces = (
             copc_pieces(path, bounds)
             if bounds is not None and is_copc(header)
@@ -280,24 +274,19 @@ def _iter_las(
         with contextlib.closing(ahead(pieces)) as pieces_ahead:
             for points in pieces_ahead:
                 stored = (np.ascontiguousarray(points.array[axis]) for axis in "XYZ")
-                xyz = _placed(*stored, np.array(points.scales), np.array(points.offsets))
+                xyz = placed(*stored, np.array(points.scales), np.array(points.offsets))
                 values = {name: np.asarray(points[name]) for name in names}
                 yield _clip(PointCloud(xyz, own, values, header), bounds)
 
 
 @njit(cache=True, nogil=True)
-def _placed(x, y, z, scale, offset):  # pragma: no cover - compiled
+def placed(x, y, z, scale, offset):  # pragma: no cover - compiled
     """(N, 3) coordinates of whole numbers as LAS stores them."""
     xyz = np.empty((len(x), 3))
     for m in range(len(x)):
         xyz[m, 0], xyz[m, 1] = x[m] * scale[0] + offset[0], y[m] * scale[1] + offset[1]
         xyz[m, 2] = z[m] * scale[2] + offset[2]
     return xyz
-
-
-def _names(header: Any, attributes: tuple[str, ...] | None) -> list[str]:
-    there = [name for name in header.point_format.dimension_names if name not in ("X", "Y", "Z")]
-    return [name for name in there if attributes is None or name in attributes]
 
 
 def _clip(cloud: PointCloud, bounds: tuple[float, float, float, float] | None) -> PointCloud:
@@ -314,16 +303,6 @@ _COLOURS = {"colorRed": "red", "colorGreen": "green", "colorBlue": "blue"}
 def is_e57(path: Path) -> bool:
     """True for an E57 file, by its ending."""
     return Path(path).suffix.lower() == ".e57"
-
-
-def count_e57(path: Path) -> int:
-    """How many points all scans hold by their headers, those without a return among them.
-
-    Raises:
-        InputError, MissingComponentError: as :func:`iter_e57`.
-    """
-    with _opened(path) as file:
-        return sum(int(file.get_header(scan).point_count) for scan in range(file.scan_count))
 
 
 def iter_e57(path: Path, crs: str | None, need_crs: bool, chunk_points: int) -> Iterator[PointCloud]:

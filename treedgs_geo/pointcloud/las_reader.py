@@ -58,9 +58,9 @@ def open_reader(path: Path, attributes: tuple[str, ...] | None = None) -> Any:
             f"{path}: is not a LAS/LAZ file that can be read ({short(problem)}); "
             "export it again from your LiDAR software."
         ) from None
+    except (KeyboardInterrupt, SystemExit):
+        raise
     except BaseException as problem:  # laspy lets struct and pyproj errors, lazrs panics of broken headers through
-        if isinstance(problem, (KeyboardInterrupt, SystemExit)):
-            raise
         raise InputError(f"{path}: has a broken LAS header ({short(problem)}); export it again.") from None
     trouble = ""
     if not np.isfinite(scales).all() or (scales <= 0).any() or (scales > 100).any():
@@ -102,17 +102,17 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
     chunks = iter(reader.chunk_iterator(chunk_points))
     while True:
         try:
-            points = next(chunks)
-        except StopIteration:
-            break
+            points = next(chunks, None)
+        except (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError):
+            raise
         except BaseException as problem:  # a panic in the decompressor is a BaseException
-            if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError)):
-                raise
             raise InputError(_unreadable(path, reader.header, count, problem)) from None
+        if points is None:
+            break
         count += len(points)
         yield points
     if count != promised:
-        raise InputError(_truncated(path, promised, count))
+        raise InputError(f"{path}: {_promise(promised, count)}; copy it again.")
 
 
 def is_copc(header: Any) -> bool:
@@ -125,9 +125,9 @@ def writable_version(header: Any) -> str:
     point format."""
     import laspy
 
-    known, own = sorted(laspy.supported_versions()), str(header.version)
-    oldest = "1.4" if header.point_format.id > 5 else "1.2"
-    return own if own in known else oldest
+    if (own := str(header.version)) in laspy.supported_versions():
+        return own
+    return "1.4" if header.point_format.id > 5 else "1.2"
 
 
 def copc_pieces(path: Path, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
@@ -158,10 +158,6 @@ def _unreadable(path: Path, header: Any, count: int, problem: BaseException) -> 
         f"{path}: its points cannot be decoded after {count} of {header.point_count} ({short(problem)}), though the "
         "file has its whole length; copy it again, or, if that does not help, export it again as LAS 1.2 or 1.4."
     )
-
-
-def _truncated(path: Path, promised: int, found: int) -> str:
-    return f"{path}: {_promise(promised, found)}; copy it again."
 
 
 def _promise(promised: int, found: int) -> str:
@@ -297,15 +293,12 @@ def held_beyond_promise(path: Path, header: Any) -> str:
     longer than its points uncompressed).
     """
     promised, size = header.point_count, max(header.point_format.size, 1)
-    end = path.stat().st_size
-    if header.number_of_evlrs and header.offset_to_point_data < header.start_of_first_evlr < end:
-        end = header.start_of_first_evlr
-    waveforms = getattr(header, "start_of_waveform_data_packet_record", 0) or 0
-    if header.offset_to_point_data < waveforms < end:
-        end = waveforms
     if header.are_points_compressed:
         return _held_in_chunks(path, header, promised, size)
-    held = (end - header.offset_to_point_data) // size
+    start, end = header.offset_to_point_data, path.stat().st_size
+    waveforms = getattr(header, "start_of_waveform_data_packet_record", 0) or 0
+    behind = waveforms, header.start_of_first_evlr if header.number_of_evlrs else 0
+    held = (min([end, *(place for place in behind if start < place)]) - start) // size
     return f"{held:,}" if held - promised > max(_PADDING, promised // 100) else ""
 
 
@@ -356,10 +349,9 @@ def _chunks(path: Path, header: Any) -> tuple[list[tuple[int, int]], bool]:
         laz = lazrs.LazVlr(record.record_data)
         with open(path, "rb") as stream:
             stream.seek(header.offset_to_point_data)
-            return [(int(count), int(length)) for count, length in lazrs.read_chunk_table(stream, laz)], bool(
-                laz.uses_variable_size_chunks()
-            )
-    except BaseException as problem:  # the library panics on broken tables; reading the points says what is wrong
-        if isinstance(problem, (KeyboardInterrupt, SystemExit)):
-            raise
+            chunks = [(int(count), int(length)) for count, length in lazrs.read_chunk_table(stream, laz)]
+        return chunks, bool(laz.uses_variable_size_chunks())
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException:  # the library panics on broken tables; reading the points says what is wrong
         return [], False

@@ -7,18 +7,17 @@ from typing import BinaryIO
 
 import numpy as np
 
-#: numpy's type -> PLY's. It has no 64-bit integers and no booleans: see :func:`_column`.
-_TYPES = {
-    "float32": "float", "float64": "double", "int8": "char", "uint8": "uchar", "int16": "short", "uint16": "ushort",
-    "int32": "int", "uint32": "uint",
-}  # fmt: skip
+#: PLY's old names of types -> numpy's, which are its new ones. It has no 64-bit integers and no booleans.
+TYPES = {"float": "float32", "double": "float64", "char": "int8", "uchar": "uint8", "short": "int16",
+         "ushort": "uint16", "int": "int32", "uint": "uint32"}  # fmt: skip
+_OLD_NAMES = {new: old for old, new in TYPES.items()}
 _COLOURS = ("red", "green", "blue")
 
 
 def ply_header(count: int, columns: np.dtype, comments: Iterable[str] = ()) -> bytes:
     """The header of ``count`` rows of a structured type, little endian."""
     lines = ["ply", "format binary_little_endian 1.0", *(f"comment {text}" for text in comments)]
-    lines += [f"element vertex {count}", *(f"property {_TYPES[columns[n].name]} {n}" for n in columns.names or ())]
+    lines += [f"element vertex {count}", *(f"property {_OLD_NAMES[columns[n].name]} {n}" for n in columns.names or ())]
     return "\n".join([*lines, "end_header", ""]).encode("ascii", "replace")
 
 
@@ -68,4 +67,4 @@ def _column(values: np.ndarray) -> np.ndarray:
     """As one of PLY's types: 0 and 1 for booleans, float64 for 64-bit integers (exact to 2**53)."""
     if values.dtype == bool:
         return values.astype(np.uint8)
-    return values if values.dtype.name in _TYPES else values.astype(float)
+    return values if values.dtype.name in _OLD_NAMES else values.astype(float)

@@ -7,7 +7,7 @@ are warnings, and :mod:`treedgs_geo.stems.quality.odd_heights` marks the trees t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +76,8 @@ def examine(
     extent = survey(xyz)
     if not extent.n_points:
         return extent, []
-    findings = list(_examine(xyz, extent, Path(path), stems, scale, own_ground))
+    found = _examine(xyz, extent, stems, scale, own_ground)
+    findings = [replace(finding, sentence=f"{path}: {finding.sentence}") for finding in found]
     return extent, sorted(findings, key=lambda finding: not finding.refuse)
 
 
@@ -93,56 +94,46 @@ def report(findings: list[Finding], reporter: Reporter) -> None:
 
 
 def _examine(
-    xyz: np.ndarray, extent: Extent, path: Path, stems: bool, scale: np.ndarray | None, own_ground: bool
+    xyz: np.ndarray, extent: Extent, stems: bool, scale: np.ndarray | None, own_ground: bool
 ) -> Iterator[Finding]:
+    """What is wrong, in sentences about the file."""
     if sentence := _degrees(extent, scale):
-        yield Finding("degrees", f"{path}: {sentence}", True)
+        yield Finding("degrees", sentence, True)
         return
     if extent.n_strays:
-        count = f"{extent.n_strays:,}" + (
-            f" to {extent.n_strays_most:,}" if extent.n_strays_most > extent.n_strays else ""
-        )
+        most = f" to {extent.n_strays_most:,}" if extent.n_strays_most > extent.n_strays else ""
         yield Finding(
             "strays",
-            f"{path}: {count} of {extent.n_points:,} points lie up to {_distance(extent.reach_m)} "
-            "away from all others and are left out; remove them if the file is used elsewhere.",
+            f"{extent.n_strays:,}{most} of {extent.n_points:,} points lie up to {_distance(extent.reach_m)} away from "
+            "all others and are left out; remove them if the file is used elsewhere.",
         )
     points = sample(xyz, extent)
     if len(points) < 50:
         return
     span = extent.high - extent.low
+    density = extent.n_points / float(np.prod(np.maximum(span[:2], 1.0)))
     up = ground_along(points, 2)
     if up.smooth < NOT_UP and (name := _other_axis(points, up.smooth)):
         yield Finding(
             "axis",
-            f"{path}: the ground lies across the {name} axis, expected heights in z; turn the cloud "
-            "so that z points up (in CloudCompare: Edit > Apply transformation) and export it again.",
+            f"the ground lies across the {name} axis, expected heights in z; turn the cloud so that z points up (in "
+            "CloudCompare: Edit > Apply transformation) and export it again.",
             True,
         )
         return
-    tall = _tall(up, path)
+    tall = _tall(up)
     if tall is not None:
         yield tall
-    if (
-        span[:2].max() > WIDEST_M
-        or stems
-        and span[:2].max() > WIDE_M
-        and extent.n_points / float(np.prod(np.maximum(span[:2], 1.0))) < SPARSEST
-    ):
-        yield Finding("extent", f"{path}: {_wide(extent, span)}", True)
+    if span[:2].max() > WIDEST_M or stems and span[:2].max() > WIDE_M and density < SPARSEST:
+        yield Finding("extent", _wide(extent, span, density), True)
     if stems and (tall is None or not tall.refuse):
-        yield from _thin(up, extent, path)
-        if (
-            not own_ground
-            and up.smooth < LITTLE_GROUND
-            and up.filled > UP_FILLED
-            and extent.n_points > DENSE * float(np.prod(np.maximum(span[:2], 1.0)))
-        ):
+        yield from _thin(up, extent)
+        if not own_ground and up.smooth < LITTLE_GROUND and up.filled > UP_FILLED and density > DENSE:
             yield Finding(
                 "ground",
-                f"{path}: shows little ground (the lowest points of {100 * up.smooth:.0f} % of its "
-                f"{up.cell_m:.1f} m cells lie on a smooth surface, expected most), so breast height may be "
-                "off; give a terrain model with --dtm, or the cloud with its ground points.",
+                f"shows little ground (the lowest points of {100 * up.smooth:.0f} % of its {up.cell_m:.1f} m cells "
+                "lie on a smooth surface, expected most), so breast height may be off; give a terrain model with "
+                "--dtm, or the cloud with its ground points.",
             )
 
 
@@ -175,18 +166,12 @@ def _other_axis(points: np.ndarray, smooth: float) -> str:
     """The axis that points up when z does not, empty where none clearly does."""
     points = points[:: max(len(points) // 300_000, 1)]
     span = np.ptp(points, axis=0)
-    for axis, sign, name in (
-        (1, 1, "y"),
-        (0, 1, "x"),
-        (2, -1, "downward z"),
-        (1, -1, "downward y"),
-        (0, -1, "downward x"),
-    ):
+    for axis, sign in ((1, 1.0), (0, 1.0), (2, -1.0), (1, -1.0), (0, -1.0)):
         if np.delete(span, axis).min() < UP_SPAN_M:
             continue
-        ground = ground_along(points, axis, float(sign))
+        ground = ground_along(points, axis, sign)
         if ground.smooth >= max(UP, smooth + AHEAD) and ground.filled >= UP_FILLED:
-            return name
+            return f"{'downward ' * (sign < 0)}{'xyz'[axis]}"
     return ""
 
 
@@ -212,7 +197,7 @@ def tall_share(above: np.ndarray, limit_m: float, slack_m: float = 0.0) -> float
     return count / len(above) if count >= TALL_POINTS and carried else 0.0
 
 
-def _tall(up: Ground, path: Path) -> Finding | None:
+def _tall(up: Ground) -> Finding | None:
     """Points higher above the ground than trees reach."""
     if tall_share(up.above, IMPOSSIBLE_M, up.cell_m) >= IMPOSSIBLE_SHARE:
         top = float(np.percentile(up.above, 99.5))
@@ -220,46 +205,36 @@ def _tall(up: Ground, path: Path) -> Finding | None:
         unit = f", which looks like {' or '.join(likely)}" if likely else ""
         return Finding(
             "tall",
-            f"{path}: its points reach {top:,.0f} m above the ground below them{unit}, expected "
-            f"trees in metres (none reaches {IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.",
+            f"its points reach {top:,.0f} m above the ground below them{unit}, expected trees in metres (none reaches "
+            f"{IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.",
             True,
         )
     if tall_share(up.above, REMARKED_M, up.cell_m) >= TALL_SHARE:
         top = float(np.partition(up.above, -TALL_POINTS)[-TALL_POINTS])
-        marked = (
-            "; every tree is marked for checking (odd_heights)"
-            if tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE
-            else ""
-        )
+        is_marked = tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE
         return Finding(
             "tall",
-            f"{path}: its trees are {top:.0f} m tall, as few stands on earth are; if heights are "
-            f"in feet ({top * 0.3048:.0f} m), convert them to metres, because diameters are measured at a "
-            f"third of breast height otherwise{marked}.",
+            f"its trees are {top:.0f} m tall, as few stands on earth are; if heights are in feet ({top * 0.3048:.0f} "
+            "m), convert them to metres, because diameters are measured at a third of breast height otherwise"
+            f"{'; every tree is marked for checking (odd_heights)' * is_marked}.",
         )
     return None
 
 
-def _thin(up: Ground, extent: Extent, path: Path) -> Iterator[Finding]:
+def _thin(up: Ground, extent: Extent) -> Iterator[Finding]:
     thickness = float(np.percentile(up.above, 99.9))
-    where = f"is only {thickness:.2f} m thick (heights {extent.low[2]:.2f} to {extent.high[2]:.2f} m)"
-    if thickness < SLICE_M:
+    is_slice = thickness < SLICE_M
+    what, so = (", a slice or bare ground", "") if is_slice else ("", ", so few or none will be found")
+    if thickness < THIN_M:
         yield Finding(
             "thin",
-            f"{path}: {where}, a slice or bare ground; stems are looked for from 0.5 to 5 m above "
-            "ground: give the whole cloud.",
-            True,
-        )
-    elif thickness < THIN_M:
-        yield Finding(
-            "thin",
-            f"{path}: {where}; stems are looked for from 0.5 to 5 m above ground, so few or none "
-            "will be found: give the whole cloud.",
+            f"is only {thickness:.2f} m thick (heights {extent.low[2]:.2f} to {extent.high[2]:.2f} m){what}; stems are "
+            f"looked for from 0.5 to 5 m above ground{so}: give the whole cloud.",
+            is_slice,
         )
 
 
-def _wide(extent: Extent, span: np.ndarray) -> str:
-    density = extent.n_points / float(np.prod(np.maximum(span[:2], 1.0)))
+def _wide(extent: Extent, span: np.ndarray, density: float) -> str:
     if extent.n_groups_off:
         return (
             f"{extent.n_groups_off:,} of its {extent.n_points:,} points lie up to {_distance(extent.reach_m)} away "

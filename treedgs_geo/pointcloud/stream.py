@@ -41,12 +41,9 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
     source, target = Path(source), Path(target)
     check_cloud_output(target)
     written = 0
-    with (
-        _records(source, target, added, crs) as (header, records),
-        _write_points(target, header, added) as write,
-    ):
+    with _records(source, target, added, crs) as (header, records), _write_points(target, header, added) as write:
         for points in records:
-            xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
+            xyz = np.column_stack([points.x, points.y, points.z])
             mask, values = step(xyz, _reader(points))
             kept = points if mask is None else points[mask]
             out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
@@ -86,9 +83,8 @@ def _records(
     if has_no_layout(source):
         pieces = iter_without_layout(source, LOCAL, False, _CHUNK)
         first = next(pieces)
-        header = new_header(
-            target, replace(first, crs=crs), {name[:32]: "float64" for name in first.attributes} | added
-        )
+        kinds = {name[:32]: "float64" for name in first.attributes} | added
+        header = new_header(target, replace(first, crs=crs), kinds)
         header.scales, header.offsets = np.full(3, 1e-4), np.floor(np.median(first.xyz, axis=0))
         yield header, (_record(piece, header) for piece in itertools.chain([first], pieces))
         return

@@ -104,11 +104,8 @@ def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
     where = _axes(names)
     listed = ", ".join(names[:8])
     if names and where is None:
-        metric = (
-            "; project longitude and latitude to the UTM zone of the plot"
-            if any(name.startswith(("lon", "lat")) for name in names)
-            else ""
-        )
+        degrees = any(name.startswith(("lon", "lat")) for name in names)
+        metric = "; project longitude and latitude to the UTM zone of the plot" if degrees else ""
         raise InputError(
             f"{path}: its columns are called {listed}, expected x, y and z among them; name the "
             f"coordinates x, y and z in the first line{metric}."
@@ -130,14 +127,11 @@ def _refuse_decimal_comma(path: Path, line: str) -> None:
 
 def _axes(names: list[str]) -> tuple[int, int, int] | None:
     """Where x, y and z are among the names, ``None`` where one is missing."""
-    found = []
-    for axis, synonyms in zip("xyz", _AXES, strict=True):
-        exact = [k for k, name in enumerate(names) if name == axis]
-        alike = exact or [k for k, name in enumerate(names) if name in synonyms]
-        if not alike:
-            return None
-        found.append(alike[0])
-    return found[0], found[1], found[2]
+    found = [
+        [k for k, name in enumerate(names) if name == axis] or [k for k, name in enumerate(names) if name in synonyms]
+        for axis, synonyms in zip("xyz", _AXES, strict=True)
+    ]
+    return (found[0][0], found[1][0], found[2][0]) if all(found) else None
 
 
 def _check_columns(path: Path, columns: Columns, table: np.ndarray) -> None:

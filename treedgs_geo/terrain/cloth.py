@@ -28,8 +28,7 @@ _REST_M = 0.005
 
 def particles_over(points: np.ndarray, method: ClothSimulation) -> tuple[int, int]:
     """Rows (y) and columns (x) of the cloth over (N, 3) points."""
-    span = points[:, :2].max(axis=0) - points[:, :2].min(axis=0)
-    cols, rows = np.floor(span / method.cloth_m).astype(int) + 2 * _RIM
+    cols, rows = np.floor(np.ptp(points[:, :2], axis=0) / method.cloth_m).astype(int) + 2 * _RIM
     return int(rows), int(cols)
 
 
@@ -41,8 +40,7 @@ def near_cloth(points: np.ndarray, method: ClothSimulation) -> np.ndarray:
     corner = points[:, :2].min(axis=0) - _RIM * method.cloth_m
     place = (points[:, :2] - corner) / method.cloth_m
     terrain = _under(place, -points[:, 2], rows, cols)
-    empty = np.isnan(terrain)
-    nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
+    nearest = distance_transform_edt(np.isnan(terrain), return_distances=False, return_indices=True)
     terrain = terrain[tuple(nearest)]
     share = 1 - 0.7**method.rigidness, 0.5 * (1 - 0.4**method.rigidness)
     cloth = _fall(terrain, float(terrain.max()) + _START_M, method.rounds, share[0], share[1])

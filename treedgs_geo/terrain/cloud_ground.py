@@ -12,12 +12,10 @@ from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..pointcloud.cloud import extent
 from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
-from .dtm import GROUND_WARN_M, Dtm
-from .ground import MANY_POINTS, dtm_from_cloud, flat_ground
+from .dtm import GROUND_WARN_M, OTHER_HEIGHTS_M, Dtm
+from .ground import MANY_POINTS, dtm_from_cloud, flat_ground, lowest_z
 from .surface import cell_quantile
 
-#: A given terrain model that lies farther than this from the ground that the cloud shows is not that cloud's.
-OTHER_HEIGHTS_M = 3.0
 #: Where the cloud shows no ground, its lowest points should still be on the stems that are measured, up to here, m.
 LOWER_STEM_M = 5.0
 #: So many places, 2 m apart, have to show ground before a given terrain model is judged by them.
@@ -109,11 +107,10 @@ def own_ground(xyz: np.ndarray, crs: pyproj.CRS | None) -> CloudGround:
             raise
         return CloudGround(flat_ground(xyz, crs), lowest=True)
     layer = GroundLayer.of(xyz, dtm)
-    if foot is None:
-        return CloudGround(dtm, own=dtm, layer=layer)
-    layer = layer.without(foot[None], np.array([_STEM_M]))
-    if layer.se_m(foot[None], dtm)[0] >= NO_GROUND_M:
-        return CloudGround(flat_ground(xyz, crs), lowest=True)
+    if foot is not None:
+        layer = layer.without(foot[None], np.array([_STEM_M]))
+        if layer.se_m(foot[None], dtm)[0] >= NO_GROUND_M:
+            return CloudGround(flat_ground(xyz, crs), lowest=True)
     return CloudGround(dtm, own=dtm, layer=layer)
 
 
@@ -157,8 +154,7 @@ def _only_foot(xyz: np.ndarray) -> np.ndarray | None:
     low, high = extent(xyz)
     if float((high - low)[:2].max()) > _TREE_M:
         return None
-    lowest = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
-    foot = xyz[xyz[:, 2] < lowest + _FOOT_HEIGHT_M, :2]
+    foot = xyz[xyz[:, 2] < lowest_z(xyz) + _FOOT_HEIGHT_M, :2]
     wide = float(np.ptp(np.percentile(foot, [2, 98], axis=0), axis=0).max())
     return np.median(foot, axis=0) if wide < _FOOT_M else None
 
@@ -202,18 +198,11 @@ def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) ->
         reporter.info(f"{where}: could not be checked, the cloud shows too little ground of its own.")
     completed, holes, wrong = _completed(given, found, places, seen)
     if holes or wrong:
-        what = " and ".join(
-            filter(
-                None,
-                [
-                    f"no height in {holes:.0f} m2" if holes else "",
-                    f"a height more than {OTHER_HEIGHTS_M:g} m off in {wrong:.0f} m2" if wrong else "",
-                ],
-            )
-        )
+        faults = [f"no height in {holes:.0f} m2"] * (holes > 0)
+        faults += [f"a height more than {OTHER_HEIGHTS_M:g} m off in {wrong:.0f} m2"] * (wrong > 0)
         reporter.warn(
-            f"{where}: has {what} of the ground under the cloud; the ground that the cloud shows stands in "
-            "there, and stems where it shows none have no_ground."
+            f"{where}: has {' and '.join(faults)} of the ground under the cloud; the ground that the cloud shows "
+            "stands in there, and stems where it shows none have no_ground."
         )
     return CloudGround(completed, given, found.own, found.layer, median)
 
@@ -257,20 +246,17 @@ def _completed(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndar
 
     own = found.own
     assert own is not None
-    x, y = (np.broadcast_to(part, own.heights.shape) for part in own.centres())
+    x, y = own.centres()
     theirs = given.height(x, y)
     holes = ~np.isfinite(theirs) & np.isfinite(own.heights)
     with np.errstate(invalid="ignore"):
         wrong = np.abs(theirs - own.heights) > OTHER_HEIGHTS_M
     if wrong.any():
-        where = np.flatnonzero(wrong)
-        nearest = cKDTree(places).query(np.column_stack([x.ravel()[where], y.ravel()[where]]))[1]
-        wrong.ravel()[where] = seen[nearest]
+        wrong[wrong] = seen[cKDTree(places).query(np.column_stack([x[wrong], y[wrong]]))[1]]
     bad = holes | wrong
     if not bad.any():
         return given, 0.0, 0.0
-    completed = replace(own, heights=np.where(bad, own.heights, theirs))
-    area = own.resolution_m**2
+    completed, area = replace(own, heights=np.where(bad, own.heights, theirs)), own.resolution_m**2
     return completed, area * float(holes.sum()), area * float(wrong.sum())
 
 
@@ -281,9 +267,8 @@ def lowest_height(xyz: np.ndarray) -> float | None:
     zero and the lowest points are hardly a metre apart.
     """
     lows = cell_quantile(xyz, BLOCK_M, 0.0)[:, 2]
-    low = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
+    low = lowest_z(xyz)
     if not CUT_M[0] <= low <= CUT_M[1]:
         return None
     near = lows[lows < low + LOW_M]
-    level = len(near) < MIN_BLOCKS or np.mean(near < low + LEVEL_M) >= LEVEL_SHARE
-    return low if level else None
+    return low if len(near) < MIN_BLOCKS or np.mean(near < low + LEVEL_M) >= LEVEL_SHARE else None

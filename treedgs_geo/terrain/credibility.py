@@ -54,31 +54,23 @@ class GroundLayer:
     open: np.ndarray
 
     @classmethod
-    def over(cls, low: np.ndarray, high: np.ndarray) -> GroundLayer:
-        """No points yet, over the box of (2,) ``low`` and ``high``."""
-        corner = np.floor(np.asarray(low, float)[:2] / CELL_M) * CELL_M
-        cols, rows = np.floor((np.asarray(high, float)[:2] - corner) / CELL_M).astype(int) + 1
-        return cls(
-            corner, np.zeros((rows, cols), np.int32), np.zeros((rows, cols), np.int32), np.ones((rows, cols), bool)
-        )
-
-    @classmethod
     def of(cls, xyz: np.ndarray, dtm: Dtm) -> GroundLayer:
-        """Counted from (N, 3) points and the ground model that was made from them."""
-        layer = cls.over(*extent(xyz[:, :2]))
-        for part in slices(len(xyz)):
-            layer.add(xyz[part], xyz[part, 2] - dtm.height(xyz[part, 0], xyz[part, 1]))
-        return layer
-
-    def add(self, xyz: np.ndarray, height: np.ndarray) -> None:
-        """Count (N, 3) more points with their (N,) heights above the model, metres (NaN is not counted)."""
-        with np.errstate(invalid="ignore"):
-            low = np.flatnonzero((height > -LAYER_M) & (height < ABOVE_M))
-        row, col = self._cells(xyz[low, :2])
-        at_ground = height[low] < LAYER_M
-        for counts, chosen in ((self.ground, at_ground), (self.above, ~at_ground)):
-            cell = row[chosen] * counts.shape[1] + col[chosen]
-            counts += np.bincount(cell, minlength=counts.size).reshape(counts.shape).astype(counts.dtype)
+        """Counted from (N, 3) points and the ground model that was made from them; unknown heights are not counted."""
+        least, most = extent(xyz[:, :2])
+        corner = np.floor(least / CELL_M) * CELL_M
+        cols, rows = np.floor((most - corner) / CELL_M).astype(int) + 1
+        counts = np.zeros((2, rows * cols), np.int32)
+        for points in (xyz[part] for part in slices(len(xyz))):
+            height = points[:, 2] - dtm.height(*points[:, :2].T)
+            with np.errstate(invalid="ignore"):
+                low = np.flatnonzero((height > -LAYER_M) & (height < ABOVE_M))
+            cell = np.floor((points[low, :2] - corner) / CELL_M).astype(np.int64)
+            col, row = np.clip(cell, 0, (cols - 1, rows - 1)).T
+            at_ground = height[low] < LAYER_M
+            for kind, chosen in enumerate((at_ground, ~at_ground)):
+                counts[kind] += np.bincount((row * cols + col)[chosen], minlength=rows * cols).astype(np.int32)
+        ground, above = counts.reshape(2, rows, cols)
+        return cls(corner, ground, above, np.ones((rows, cols), bool))
 
     @property
     def area_m2(self) -> float:
@@ -87,9 +79,9 @@ class GroundLayer:
 
     def without(self, xy: np.ndarray, clear_m: np.ndarray) -> GroundLayer:
         """The same without the cells nearer than (K,) ``clear_m`` to (K, 2) stems: their feet are no ground."""
-        left = self.open.copy()
         if not len(xy):
             return self
+        left = self.open.copy()
         row, col, away = self._around(xy, float(np.max(clear_m)) + CELL_M)
         taken = away < np.asarray(clear_m, float)[:, None]
         left[row[taken], col[taken]] = False
@@ -148,12 +140,6 @@ class GroundLayer:
         y = self.corner[1] + np.arange(spacing_m / 2, rows * CELL_M, spacing_m)
         return np.column_stack([part.ravel() for part in np.meshgrid(x, y)])
 
-    def _cells(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(K,) row and column of the cells that (K, 2) points lie in, clamped to the grid."""
-        rows, cols = self.ground.shape
-        cell = np.floor((xy - self.corner) / CELL_M).astype(np.int64)
-        return np.clip(cell[:, 1], 0, rows - 1), np.clip(cell[:, 0], 0, cols - 1)
-
     def _around(self, xy: np.ndarray, reach_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(K, M) row, column and distance (inf outside the grid) of the cells near (K, 2) places."""
         rows, cols = self.ground.shape
@@ -164,7 +150,7 @@ class GroundLayer:
         centre = self.corner + (cell + 0.5) * CELL_M
         away = np.hypot(*np.moveaxis(centre - xy[:, None], 2, 0))
         inside = ((cell >= 0) & (cell < (cols, rows))).all(axis=2)
-        row, col = np.clip(cell[..., 1], 0, rows - 1), np.clip(cell[..., 0], 0, cols - 1)
+        col, row = np.moveaxis(np.clip(cell, 0, (cols - 1, rows - 1)), 2, 0)
         return row, col, np.where(inside, away, np.inf)
 
 

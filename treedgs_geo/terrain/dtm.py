@@ -13,12 +13,11 @@ from numba import njit
 from ..core.crs import check_projected
 from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
-from ..core.frames import heights_named, vertical_of
+from ..core.frames import heights_named, horizontal, vertical_of
 from ..core.frames import transform as convert
 from ..core.map_scale import zone_that_fits
 from ..core.progress import Reporter
-from ..pointcloud.cloud import horizontal
-from ..pointcloud.file_crs import same_place
+from ..pointcloud.file_crs import odd_height_unit, same_place
 
 if TYPE_CHECKING:
     from affine import Affine
@@ -30,6 +29,8 @@ _SILENT_NODATA = (-9999.0, -99999.0, -32768.0, 3.4028234663852886e38, -3.4028234
 
 #: A DTM that lies farther than this from the ground that the data themselves show is reported.
 GROUND_WARN_M = 0.15
+#: A given terrain model that lies farther than this from the ground that the data show is not of their heights.
+OTHER_HEIGHTS_M = 3.0
 #: The steepest slope that is believed under a stem, m/m.
 STEEPEST = 1.0
 
@@ -136,15 +137,9 @@ class Dtm:
             move = 0.0, 0.0
         t = ~self.transform
         # No copy: the grid may lie on disk.
-        return _sampled(
-            np.asarray(grid),
-            east,
-            north,
-            float(move[0]),
-            float(move[1]),
-            (float(t.a), float(t.b), float(t.c), float(t.d), float(t.e), float(t.f)),
-            method == "bilinear",
-        ).reshape(x.shape)
+        inverse = (float(t.a), float(t.b), float(t.c), float(t.d), float(t.e), float(t.f))
+        found = _sampled(np.asarray(grid), east, north, float(move[0]), float(move[1]), inverse, method == "bilinear")
+        return found.reshape(x.shape)
 
 
 @njit(cache=True, nogil=True)
@@ -248,13 +243,11 @@ def read_dtm(
         raise CRSError(f"{path}: heights are in {units}, expected metres; convert the raster to metres.")
     grid_crs = pyproj.CRS.from_wkt(wkt) if wkt else None
     if grid_crs is not None:
-        base = horizontal(grid_crs)
-        assert base is not None
-        check_projected(base, str(path), transform * (heights.shape[1] / 2, heights.shape[0] / 2))
-        _check_vertical(grid_crs, path)
-    differs = crs is not None and grid_crs is not None and not same_place(crs, grid_crs)
-    other = horizontal(grid_crs) if differs else None
-    dtm = Dtm(heights, transform, horizontal(crs) or grid_crs, support, grid_crs=other)
+        check_projected(horizontal(grid_crs), str(path), transform * (heights.shape[1] / 2, heights.shape[0] / 2))
+        if unit := odd_height_unit(grid_crs):
+            raise CRSError(f"{path}: heights are in {unit}, expected metres; convert the raster to metres.")
+    other = horizontal(grid_crs) if crs and grid_crs and not same_place(crs, grid_crs) else None
+    dtm = Dtm(heights, transform, horizontal(crs) if crs is not None else grid_crs, support, grid_crs=other)
     return _same_vertical(dtm, grid_crs, crs, path)
 
 
@@ -286,7 +279,6 @@ def _same_vertical(dtm: Dtm, own: pyproj.CRS | None, wanted: pyproj.CRS | None, 
     known = np.isfinite(dtm.heights)
     points = np.column_stack([x[known], y[known], dtm.heights[known]])
     flat = horizontal(own)
-    assert flat is not None
     vertical = vertical_of(wanted)
     target = pyproj.crs.CompoundCRS(f"{flat.name} + {want}", [flat, vertical]) if vertical is not None else flat.to_3d()
     heights = np.full(dtm.heights.shape, np.nan)
@@ -307,19 +299,10 @@ def write_dtm(path: Path, dtm: Dtm, band: str = "ground") -> None:
     own_crs = dtm.grid_crs or dtm.crs
     rows, cols = dtm.heights.shape
     profile = {
-        "driver": "GTiff",
-        "width": cols,
-        "height": rows,
-        "count": len(layers),
-        "dtype": "float32",
-        "nodata": -9999.0,
-        "transform": dtm.transform,
-        "compress": "deflate",
-        "predictor": 3,
-        "tiled": min(dtm.heights.shape) >= 256,
-        "BIGTIFF": "IF_SAFER",
-        "crs": own_crs.to_wkt() if own_crs is not None else None,
-    }
+        "driver": "GTiff", "width": cols, "height": rows, "count": len(layers), "dtype": "float32", "nodata": -9999.0,
+        "transform": dtm.transform, "crs": own_crs.to_wkt() if own_crs is not None else None, "compress": "deflate",
+        "predictor": 3, "tiled": min(dtm.heights.shape) >= 256, "BIGTIFF": "IF_SAFER",
+    }  # fmt: skip
     step = 256 * max(int(2e7 / (256 * cols)), 1)
     with atomic_path(Path(path)) as temporary:
         with rasterio.open(temporary, "w", **profile) as target:
@@ -329,11 +312,8 @@ def write_dtm(path: Path, dtm: Dtm, band: str = "ground") -> None:
                 target.set_band_unit(index, "metre")
                 for top in range(0, rows, step):
                     part = np.asarray(layer[top : top + step])
-                    target.write(
-                        np.where(np.isfinite(part), part, -9999.0).astype(np.float32),
-                        index,
-                        window=Window(0, top, cols, len(part)),
-                    )
+                    part = np.where(np.isfinite(part), part, -9999.0).astype(np.float32)
+                    target.write(part, index, window=Window(0, top, cols, len(part)))
         # GDAL writes the last blocks when it closes the file, and says nothing when there is no room for them.
         with rasterio.open(temporary) as back:
             for top in range(0, rows, step):
@@ -359,20 +339,18 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str) -> None:
 
 def height_above(dtm: Dtm, seen: Dtm) -> float:
     """Metres that ``dtm`` lies above the ground that the data show: median over its cells, 0 where they share none."""
-    x, y = (np.broadcast_to(a, seen.heights.shape) for a in seen.centres())
-    known = np.isfinite(seen.heights)
-    gap = dtm.height(x[known], y[known]) - seen.heights[known]
+    gap = dtm.height(*seen.centres()) - seen.heights
     gap = gap[np.isfinite(gap)]
     return float(np.median(gap)) if gap.size else 0.0
 
 
-def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float = 3.0) -> None:
+def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str) -> None:
     """Refuse a DTM whose heights are not those of the cloud (ellipsoid against geoid, feet, normalised heights).
 
     The low points of (N, 3) ``xyz`` in 1 m cells should lie on the ground.
 
     Raises:
-        InputError: their median distance exceeds ``limit_m``.
+        InputError: their lower quartile lies farther than :data:`OTHER_HEIGHTS_M` from it.
     """
     cell = np.floor(xyz[:, :2] - xyz[:, :2].min(axis=0)).astype(np.int64)
     key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
@@ -380,23 +358,14 @@ def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float =
     first = order[np.r_[True, np.diff(key[order]) != 0]]
     gap = xyz[first, 2] - dtm.height(xyz[first, 0], xyz[first, 1])
     gap = gap[np.isfinite(gap)]
-    if not gap.size:
-        return
     # The lower quartile: under dense canopy most cells hold no ground return, but some do.
-    median = float(np.percentile(gap, 25))
-    if abs(median) > limit_m:
+    median = float(np.percentile(gap, 25)) if gap.size else 0.0
+    if abs(median) > OTHER_HEIGHTS_M:
         raise InputError(
-            f"{where}: the cloud's lowest points lie {median:+.1f} m from this ground, expected within {limit_m:g} m; "
-            "bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out."
+            f"{where}: the cloud's lowest points lie {median:+.1f} m from this ground, expected within "
+            f"{OTHER_HEIGHTS_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
+            "--dtm out."
         )
-
-
-def _check_vertical(crs: pyproj.CRS, path: Path) -> None:
-    for part in crs.sub_crs_list if crs.is_compound else []:
-        if part.is_vertical and part.axis_info and part.axis_info[0].unit_name not in ("metre", "meter"):
-            raise CRSError(
-                f"{path}: heights are in {part.axis_info[0].unit_name}, expected metres; convert the raster to metres."
-            )
 
 
 #: A filling value lies at least this far below or above every other height, metres.
@@ -449,5 +418,4 @@ def _blends(heights: np.ndarray, holes: np.ndarray, resolution_m: float) -> np.n
         ahead[axis], behind[axis] = slice(1, None), slice(None, -1)
         steep[tuple(ahead)] |= step
         steep[tuple(behind)] |= step
-    everywhere = np.ones((3, 3), bool)
-    return binary_propagation(holes, everywhere, holes | steep) & ~holes
+    return binary_propagation(holes, np.ones((3, 3), bool), holes | steep) & ~holes

@@ -64,7 +64,7 @@ def dtm_from_cloud(
         # The ground under every point through a fine grid: a plane per point would be N times too much work.
         fine_m = 0.25 if len(lows) <= MANY_LOWS else 0.5
         surface = grid_ground(lows, fine_m, neighbours=24, bandwidth_m=0.5, bounds=bounds)
-        near = xyz[_is_near(xyz, surface, origin)]
+        near = xyz[np.concatenate([_is_near(xyz[part] - origin, surface) for part in slices(len(xyz))])]
         near -= origin
         # The middle of the ground points: the lowest lie a noise's width under the ground.
         seeds = cell_quantile(near, 0.25, 0.4) if len(near) >= 10 else lows
@@ -72,22 +72,21 @@ def dtm_from_cloud(
     return dtm.moved(origin)
 
 
-def _is_near(xyz: np.ndarray, surface: Dtm, origin: np.ndarray) -> np.ndarray:
-    """(N,) bool: points within :data:`NEAR_M` of a surface that lies at ``origin`` (3,)."""
-    near = np.empty(len(xyz), bool)
-    for part in slices(len(xyz)):
-        x, y, z = (xyz[part] - origin).T
-        near[part] = np.abs(z - surface.height(x, y)) < NEAR_M
-    return near
+def _is_near(xyz: np.ndarray, surface: Dtm) -> np.ndarray:
+    """(N,) bool: those of (N, 3) points within :data:`NEAR_M` of a surface."""
+    return np.abs(xyz[:, 2] - surface.height(*xyz[:, :2].T)) < NEAR_M
 
 
 def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None, z: float | None = None) -> Dtm:
     """A level ground under (N, 3) points at ``z``, or at the lowest of them: the last resort for a cut-out tree."""
     low, high = xyz[:, :2].min(axis=0) - 1.0, xyz[:, :2].max(axis=0) + 1.0
     transform, rows, cols = grid_over(low, high, 1.0)
-    if z is None:
-        z = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
-    return Dtm(np.full((rows, cols), z), transform, crs)
+    return Dtm(np.full((rows, cols), lowest_z(xyz) if z is None else z), transform, crs)
+
+
+def lowest_z(xyz: np.ndarray) -> float:
+    """Height of the lowest of (N, 3) points but ten, which may be strays."""
+    return float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
 
 
 def height_above_ground(xyz: np.ndarray, dtm: Dtm) -> np.ndarray:
@@ -114,7 +113,7 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
             f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
             "or a DTM with --dtm."
         )
-    span = lows[:, :2].max(axis=0) - lows[:, :2].min(axis=0)
+    span = np.ptp(lows[:, :2], axis=0)
     require_memory(
         float(PARTICLE_BYTES * math.prod(particles_over(lows, method))),
         f"Terrain: a cloth over {span[0]:,.0f} x {span[1]:,.0f} m",

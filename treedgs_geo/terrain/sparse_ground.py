@@ -13,22 +13,20 @@ from .credibility import NEAR_M, NO_GROUND_M
 from .dtm import Dtm
 from .surface import cell_quantile, grid_ground, local_ground
 
+#: Side of the wide cells, what is near the surface through their lowest points, and how far the ground is known beyond
+#: its points, m.
+_CELL_M, _NEAR_SURFACE_M, _REACH_M = 1.0, 0.5, 6.0
+
 
 def dtm_from_sparse(
-    points: np.ndarray,
-    resolution_m: float = 0.25,
-    crs: pyproj.CRS | None = None,
-    cell_m: float = 1.0,
-    tolerance_m: float = 0.5,
-    reach_m: float = 6.0,
-    bounds: tuple[np.ndarray, np.ndarray] | None = None,
+    points: np.ndarray, crs: pyproj.CRS | None = None, bounds: tuple[np.ndarray, np.ndarray] | None = None
 ) -> Dtm:
-    """Ground model from (N, 3) sparse points in local or project coordinates.
+    """Ground model from (N, 3) sparse points in local or project coordinates, cells of 25 cm.
 
-    Points in layers -> low 5 % per ``cell_m`` cell -> robust asymmetric plane -> a smooth low surface over the cells
-    (so that hills are followed) -> the points within ``tolerance_m`` of it -> local robust planes on a grid. The recipe
-    was tried on three rendered plots: bias under 2 cm, 1.5-2.3 cm RMS at the stems on bare litter; under real
-    understory it reads high.
+    Points in layers -> low 5 % of each wide cell -> robust asymmetric plane -> a smooth low surface over the cells (so
+    that hills are followed) -> the points near it -> local robust planes on a grid. The recipe was tried on
+    three rendered plots: bias under 2 cm, 1.5-2.3 cm RMS at the stems on bare litter; under real understory it reads
+    high.
 
     Raises:
         InputError: fewer than 30 finite points, or they span less than two cells.
@@ -40,25 +38,25 @@ def dtm_from_sparse(
             f"Ground from photos: found {len(points)} 3-D points, expected at least 30; give a DTM with --dtm."
         )
     centre = np.median(points, axis=0)
-    ground = sparse_ground_points(points - centre, cell_m, tolerance_m)
+    ground = sparse_ground_points(points - centre)
     if bounds is not None:
-        bounds = (np.asarray(bounds[0], float)[:2] - centre[:2], np.asarray(bounds[1], float)[:2] - centre[:2])
-    dtm = grid_ground(ground, resolution_m, neighbours=40, bandwidth_m=1.0, reach_m=reach_m, bounds=bounds, crs=crs)
+        bounds = bounds[0][:2] - centre[:2], bounds[1][:2] - centre[:2]
+    dtm = grid_ground(ground, 0.25, neighbours=40, bandwidth_m=1.0, reach_m=_REACH_M, bounds=bounds, crs=crs)
     return dtm.moved(centre)
 
 
-def sparse_ground_points(points: np.ndarray, cell_m: float = 1.0, tolerance_m: float = 0.5) -> np.ndarray:
+def sparse_ground_points(points: np.ndarray) -> np.ndarray:
     """The (M, 3) ground points among (N, 3) sparse points (coordinates near zero)."""
     layers = in_layers(points)
-    lows = cell_quantile(points[layers] if layers.sum() >= 10 else points, cell_m, 0.05)
+    lows = cell_quantile(points[layers] if layers.sum() >= 10 else points, _CELL_M, 0.05)
     plane = asymmetric_plane(lows)
-    above = lows[:, 2] - _at(plane, lows)
+    above = lows[:, 2] - (plane[0] + lows[:, :2] @ plane[1:])
     # Cells without a ground point hang metres above the plane; hills of a few metres must survive.
     lows = lows[np.abs(above) < max(3.0, 4 * _low_spread(above))]
     if len(lows) < 10:
-        lows = cell_quantile(points, cell_m, 0.05)
-    surface, _ = local_ground(points[:, :2], lows, neighbours=30, bandwidth_m=3 * cell_m, noise_m=0.10)
-    near = np.abs(points[:, 2] - surface) < tolerance_m
+        lows = cell_quantile(points, _CELL_M, 0.05)
+    surface, _ = local_ground(points[:, :2], lows, neighbours=30, bandwidth_m=3 * _CELL_M, noise_m=0.10)
+    near = np.abs(points[:, 2] - surface) < _NEAR_SURFACE_M
     if near.sum() < 10:
         raise InputError("Ground from photos: no ground surface was found among the 3-D points; give a DTM with --dtm.")
     return points[near]
@@ -105,11 +103,11 @@ def sparse_ground_se(points: np.ndarray, dtm: Dtm, xy: np.ndarray, above_m: floa
     found = np.full(len(xy), NO_GROUND_M)
     tree = cKDTree(points[layer, :2])
     for k, known in enumerate(np.isfinite(dtm.height(*xy.T))):
+        if not known:
+            continue
         near = height[layer][tree.query_ball_point(xy[k], NEAR_M)]
         middle = float(np.median(near)) if len(near) else 0.0
         shown = len(near) >= MIN_POINTS and 1.4826 * float(np.median(np.abs(near - middle))) < ROUGHEST_M
-        if not known:
-            continue
         if above_m is not None:
             found[k] = abs(middle - above_m) if shown else abs(above_m)
         elif shown:
@@ -144,10 +142,6 @@ def asymmetric_plane(points: np.ndarray) -> np.ndarray:
         # High residuals (no ground return in the cell) fade fast, deep outliers slowly but fully.
         weight = np.where(residual > 0, 0.15 / (1 + (residual / scale) ** 2), 1 / (1 + (residual / (4 * scale)) ** 4))
     return plane
-
-
-def _at(plane: np.ndarray, points: np.ndarray) -> np.ndarray:
-    return plane[0] + points[:, :2] @ plane[1:]
 
 
 def _low_spread(residual: np.ndarray) -> float:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pyproj
 from numba import njit
 from scipy.spatial import cKDTree
 
 from ..core.machine import in_threads, require_memory
-from ..pointcloud.cloud import extent, slices
+from ..pointcloud.cloud import by_key, extent, slices
 from .dtm import Dtm, grid_over
 
 #: Positions that a thread answers at once.
@@ -17,11 +18,7 @@ _CELL_BYTES = 80
 
 
 def local_ground(
-    query_xy: np.ndarray,
-    points: np.ndarray,
-    neighbours: int = 40,
-    bandwidth_m: float = 1.0,
-    noise_m: float = 0.02,
+    query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40, bandwidth_m: float = 1.0, noise_m: float = 0.02
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ground height at (Q, 2) positions from (N, 3) ground candidates.
 
@@ -139,15 +136,7 @@ def _lowest(z, key):  # pragma: no cover - compiled
 @njit(cache=True)
 def _quantiles(z, key, quantile):  # pragma: no cover - compiled
     """Index of the point at a quantile of ``z`` among those that share a key (small integers), by key."""
-    starts = np.zeros(key.max() + 2, np.int64)
-    for k in key:
-        starts[k + 1] += 1
-    starts = np.cumsum(starts)
-    place = starts.copy()
-    order = np.empty(len(key), np.uint32)
-    for m in range(len(key)):
-        order[place[key[m]]] = m
-        place[key[m]] += 1
+    order, starts = by_key(key, key.max() + 1)
     chosen = np.empty(len(starts) - 1, np.int64)
     count = 0
     for k in range(len(starts) - 1):
@@ -168,7 +157,7 @@ def grid_ground(
     noise_m: float = 0.02,
     reach_m: float = 10.0,
     bounds: tuple[np.ndarray, np.ndarray] | None = None,
-    crs=None,
+    crs: pyproj.CRS | None = None,
 ) -> Dtm:
     """(N, 3) ground points -> a :class:`Dtm` over their extent (or ``bounds`` = xy minimum, xy maximum).
 

@@ -15,7 +15,7 @@ from numba import njit
 from ..core.errors import InputError
 from ..core.machine import in_threads
 from ..pointcloud.cloud import PointCloud, evenly, slices, usable
-from ..pointcloud.files import About, describe_cloud, iter_cloud
+from ..pointcloud.files import About, describe_cloud, iter_cloud, placed
 from .dtm import Dtm
 from .ground import MANY_POINTS, cloth_ground
 from .options import ClothSimulation
@@ -63,13 +63,13 @@ def read_thinned(path: Path, crs: str | None, attributes: tuple[str, ...], need_
 
     def needed(rows: slice) -> np.ndarray:
         part = {name: values[rows] for name, values in held.items()}
-        return cells.needed(_place(stored[rows], about.scale, about.offset), part, ground, rows.start)
+        return cells.needed(placed(*stored[rows].T, about.scale, about.offset), part, ground, rows.start)
 
     kept = np.concatenate(list(in_threads(needed, list(slices(count, PIECE_POINTS)))))
     for name in held:
         held[name] = held[name][kept]
     stored = stored[kept]
-    return PointCloud(_place(stored, about.scale, about.offset), piece.crs, held, piece.layout)
+    return PointCloud(placed(*stored.T, about.scale, about.offset), piece.crs, held, piece.layout)
 
 
 class _Cells:
@@ -127,16 +127,6 @@ def _store(xyz, scale, offset, stored):  # pragma: no cover - compiled
     for m in range(xyz.shape[0]):
         for axis in range(3):
             stored[m, axis] = np.int32(np.rint((xyz[m, axis] - offset[axis]) / scale[axis]))
-
-
-@njit(cache=True, nogil=True)
-def _place(stored, scale, offset):  # pragma: no cover - compiled
-    """And back again."""
-    xyz = np.empty(stored.shape)
-    for m in range(stored.shape[0]):
-        for axis in range(3):
-            xyz[m, axis] = stored[m, axis] * scale[axis] + offset[axis]
-    return xyz
 
 
 @njit(cache=True)

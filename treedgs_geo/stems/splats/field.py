@@ -40,19 +40,11 @@ class GaussianField:
 
     def __post_init__(self) -> None:
         n = len(self.means)
-        shapes = {
-            "means": (n, 3),
-            "quaternions": (n, 4),
-            "log_scales": (n, 3),
-            "opacity_logits": (n,),
-            "colours": (n, 3),
-        }
-        for name, shape in shapes.items():
-            value = np.asarray(getattr(self, name))
-            if value.shape != shape:
-                raise InputError(
-                    f"Gaussian field: {name} has shape {value.shape}, expected {shape}; rebuild the field."
-                )
+        columns = {"means": 3, "quaternions": 4, "log_scales": 3, "opacity_logits": 0, "colours": 3}
+        for name, width in columns.items():
+            value, shape = np.asarray(getattr(self, name)), (n, width) if width else (n,)
+            if (found := value.shape) != shape:
+                raise InputError(f"Gaussian field: {name} has shape {found}, expected {shape}; rebuild the field.")
             if not np.all(np.isfinite(value)):
                 raise InputError(f"Gaussian field: {name} holds values that are not finite; fit the field again.")
             object.__setattr__(self, name, np.ascontiguousarray(value, np.float32))
@@ -87,9 +79,8 @@ class GaussianField:
     @property
     def packed(self) -> np.ndarray:
         """(N, 14) float64 parameter matrix in the column order of :data:`MEAN` ... :data:`COLOUR`."""
-        return np.concatenate(
-            [self.means, self.quaternions, self.log_scales, self.opacity_logits[:, None], self.colours], axis=1
-        ).astype(float)
+        parts = [self.means, self.quaternions, self.log_scales, self.opacity_logits[:, None], self.colours]
+        return np.concatenate(parts, axis=1).astype(float)
 
     @classmethod
     def from_packed(cls, parameters: np.ndarray) -> GaussianField:

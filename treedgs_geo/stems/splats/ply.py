@@ -13,7 +13,7 @@ import numpy as np
 from ...core.crs import LocalFrame
 from ...core.errors import InputError
 from ...core.files import atomic_path
-from ...pointcloud.ply_file import ply_header
+from ...pointcloud.ply_file import TYPES, ply_header
 from .field import GaussianField
 
 #: Zeroth spherical-harmonic basis function; the PLY stores (rgb - 0.5) / SH_0.
@@ -23,9 +23,6 @@ _COLUMNS = (
     *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"),
     *("scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"),
 )
-#: PLY's old names of types; the new ones are numpy's.
-_TYPES = {"float": "float32", "double": "float64", "int": "int32", "uint": "uint32", "char": "int8", "uchar": "uint8",
-          "short": "int16", "ushort": "uint16"}  # fmt: skip
 
 
 def frame_path(path: Path) -> Path:
@@ -88,7 +85,7 @@ def read_field(path: Path, frame: LocalFrame | None = None) -> GaussianField:
             count = int(words[2]) if inside else count
         elif words[:1] == ["property"] and inside:
             try:
-                dtype.append((words[2], np.dtype(_TYPES.get(words[1], words[1])).newbyteorder("<")))
+                dtype.append((words[2], np.dtype(TYPES.get(words[1], words[1])).newbyteorder("<")))
             except TypeError:
                 raise InputError(
                     f"{path}: vertex property type {words[1]!r} is not supported, expected a 3DGS PLY."
@@ -116,10 +113,6 @@ def read_field(path: Path, frame: LocalFrame | None = None) -> GaussianField:
         raise InputError(
             f"{path}: is in another local frame than the reconstruction beside it; run the step that wrote it again."
         )
-    return GaussianField(
-        columns("x", "y", "z"),
-        columns("rot_0", "rot_1", "rot_2", "rot_3"),
-        columns("scale_0", "scale_1", "scale_2"),
-        rows["opacity"].astype(np.float32),
-        0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2"),
-    )
+    means, quaternions = columns("x", "y", "z"), columns("rot_0", "rot_1", "rot_2", "rot_3")
+    log_scales, colours = columns("scale_0", "scale_1", "scale_2"), 0.5 + SH_0 * columns("f_dc_0", "f_dc_1", "f_dc_2")
+    return GaussianField(means, quaternions, log_scales, rows["opacity"].astype(np.float32), colours)

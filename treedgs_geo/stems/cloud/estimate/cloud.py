@@ -105,11 +105,15 @@ def measure_stems(
         return []
     if height is None:
         height = height_above_ground(cloud.xyz, dtm)
-    sensor = SENSORS[_source(cloud, height, options, stems, owned)]
+    source = options.source if stems is None else stems.sensor
+    if source == "auto":
+        points = np.column_stack([cloud.xyz[owned, :2], height[owned]])
+        source = guess_sensor(cloud, points, segment_options(options))
+    sensor = SENSORS[source]
     scanned = scanned or Scanned(cloud, tree_id, sensor)
     ids, groups = scanned.ids, scanned.groups
     frames = [
-        TreeFrame.of(cloud, group, dtm, *((stems.stems[tree - 1].cone, stems.origin) if stems is not None else ()))
+        TreeFrame.of(cloud, group, dtm, None if stems is None else (stems.stems[tree - 1].cone, stems.origin))
         for tree, group in zip(ids, groups, strict=True)
     ]
     if "even" in cloud.attributes:
@@ -135,9 +139,7 @@ def measure_stems(
     results = bark_inside(results)
     if sensor.calibrated:
         results = beside_the_others(results)
-    trees = [
-        _tree(int(tree), frame, measured, options) for tree, frame, measured in zip(ids, frames, results, strict=True)
-    ]
+    trees = [_tree(int(k), frame, each, options) for k, frame, each in zip(ids, frames, results, strict=True)]
     _finish(cloud, height, trees, results, groups)
     scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned[:: max(len(owned) // 100_000, 1)]], axis=0))
     return [on_ground(tree, scale) for tree in trees]
@@ -165,17 +167,6 @@ def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
             raise InputError(f"--weights {kind}: all points have the same intensity; use --weights none.")
         values = (values - low) / (high - low)
     return np.clip(np.nan_to_num(values, nan=0.0), 0.01, 1.0)
-
-
-def _source(
-    cloud: PointCloud, height: np.ndarray, options: MeasureOptions, stems: StemMap | None, owned: np.ndarray
-) -> str:
-    if stems is not None:
-        return stems.sensor
-    if options.source != "auto":
-        return options.source
-    points = np.column_stack([cloud.xyz[owned, :2], height[owned]])
-    return guess_sensor(cloud, points, segment_options(options))
 
 
 def _measure_one(
@@ -206,17 +197,15 @@ def _measure_one(
     start = frame.start
     if stem is not None:
         if stem.refused:
-            return refuse(stem.refused, cone=frame.start, points=len(points))
+            return refuse(stem.refused, cone=start, points=len(points))
         sensor = sensor.at_noise(stem.noise_m or 0.0)
-    others, beside_index = around.near(frame)
-    others, beside_index = others[::stride], beside_index[::stride]
+    others, beside_index = (part[::stride] for part in around.near(frame))
     if track is not None and start is not None:
         weight = np.where(track.at_rim(points, start, index), RIM_WEIGHT, 1.0 if weight is None else weight)
     measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start, others)
     index = np.concatenate([index, beside_index])
-    measured = _pass_by_pass(
-        measured, points, others, None if weights is None else weights[index], passes.of(index), sensor, options
-    )
+    weight = None if weights is None else weights[index]
+    measured = _pass_by_pass(measured, points, others, weight, passes.of(index), sensor, options)
     if stem is None:
         return measured
     # A thick stem goes on above the band; a stump, a log or a shrub does not. Twigs hide a sapling's bark.
@@ -282,13 +271,12 @@ def beside_the_others(results: list[StemMeasure]) -> list[StemMeasure]:
     noise = np.array([each.noise_m for each in results if each.assessment.measured])
     if np.isfinite(noise).sum() < LEAST_STEMS:
         return results
-    usual, out = max(float(np.nanmedian(noise)), LEAST_RING_M), []
-    for each in results:
+    usual, out = max(float(np.nanmedian(noise)), LEAST_RING_M), list(results)
+    for k, each in enumerate(results):
         found = judge("points", {"ring_ratio": each.noise_m / usual})
         if each.assessment.measured and found.reasons:
             excess_cm = 100 * float(np.sqrt(each.noise_m**2 - usual**2))
-            each = each.assessed(each.assessment.widened(RING_SE * excess_cm).adding(found))
-        out.append(each)
+            out[k] = each.assessed(each.assessment.widened(RING_SE * excess_cm).adding(found))
     return out
 
 
@@ -352,9 +340,7 @@ def _finish(
 
 def _mark_touching(trees: list[Tree]) -> None:
     measured = [tree for tree in trees if tree.dbh_cm is not None]
-    if len(measured) < 2:
-        return
-    places = np.array([[tree.x, tree.y] for tree in measured])
+    places = np.array([[tree.x, tree.y] for tree in measured]).reshape(-1, 2)
     for one, other in cKDTree(places).query_pairs(2.0):
         gap = float(np.hypot(*(places[one] - places[other]))) - (measured[one].dbh_cm + measured[other].dbh_cm) / 200
         for reason in judge("points", {"gap_m": gap}).reasons:

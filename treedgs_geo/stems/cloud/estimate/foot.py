@@ -47,11 +47,10 @@ def foot_swell(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np
     for place, radius in zip(xy[np.isfinite(radius_m)], radius_m[np.isfinite(radius_m)], strict=True):
         own = low[near.within(place, 2.0 * radius + 0.1)]
         offset = xyz[own, :2] - place
-        radii = [
+        foot, lower, upper = (
             _ring(offset[(height[own] > base) & (height[own] < base + _RING_M)], radius)
             for base in (_LOWEST_M, *_ABOVE_M)
-        ]
-        foot, lower, upper = radii
+        )
         expected = lower + (upper - lower) * (_LOWEST_M - _ABOVE_M[0]) / (_ABOVE_M[1] - _ABOVE_M[0])
         if np.isfinite(foot + expected):
             ratios.append(foot / expected)

@@ -25,34 +25,30 @@ class TreeFrame:
 
     @classmethod
     def of(
-        cls,
-        cloud: PointCloud,
-        group: np.ndarray,
-        dtm: Dtm,
-        found: Cone | None = None,
-        found_from: np.ndarray | None = None,
+        cls, cloud: PointCloud, group: np.ndarray, dtm: Dtm, found: tuple[Cone, np.ndarray] | None = None
     ) -> TreeFrame:
         """Of the points of one tree: ``group``, (M,) indices. found: the cone that a search fitted to them, heights
-        above the ground under each point, xy from ``found_from`` (2,)."""
+        above the ground under each point, and (2,) where its xy count from."""
         xyz = cloud.xyz[group]
         low = xyz[xyz[:, 2] <= np.percentile(xyz[:, 2], 30), :2]
         foot = np.median(low, axis=0)
         radius = float(np.median(np.hypot(*(low - foot).T)))
-        if found is not None and found_from is not None:
-            radius = float(found.radius(BREAST_HEIGHT_M))
-            if dtm.covers(found.centre(0.0) + found_from)[0]:
-                foot = found.centre(0.0) + found_from
+        if found is not None:
+            cone, corner = found
+            radius = float(cone.radius(BREAST_HEIGHT_M))
+            if dtm.covers(cone.centre(0.0) + corner)[0]:
+                foot = cone.centre(0.0) + corner
         origin = np.floor(foot)
         ground = dtm.uphill(foot, radius)
         points = np.column_stack([xyz[:, :2] - origin, xyz[:, 2] - ground])
-        if found is None or found_from is None:
+        if found is None:
             return cls(origin, ground, points)
         # The ground under a leaning axis rises or falls with it: its lean is that between two of its places.
         height = np.array([1.0, 2.0])
-        at = found.centre(height) + found_from
+        at = cone.centre(height) + corner
         z = height + np.where(dtm.covers(at), dtm.height(*at.T) - ground, 0.0)
         (x, y), (dx, dy) = at[0] - origin, (at[1] - at[0]) / max(z[1] - z[0], 0.5)
-        start = Cone(float(x), float(y), float(dx), float(dy), float(found.radius(1.0)), found.taper, z[0], found.sigma)
+        start = Cone(float(x), float(y), float(dx), float(dy), float(cone.radius(1.0)), cone.taper, z[0], cone.sigma)
         return cls(origin, ground, points, start)
 
 

@@ -22,16 +22,10 @@ class MeasureOptions:
     )
     fit: str = param("circle", help="cross-section model", choices=("circle", "cylinder"))
     method: str = param(
-        "default",
-        help="default = our estimator; paper = the published constants",
-        choices=("default", "paper"),
+        "default", help="default = our estimator; paper = the published constants", choices=("default", "paper")
     )
     bh_m: float = param(
-        BREAST_HEIGHT_M,
-        help="breast height",
-        unit="m",
-        minimum=LOWEST_BREAST_HEIGHT_M,
-        maximum=HIGHEST_BREAST_HEIGHT_M,
+        BREAST_HEIGHT_M, help="breast height", unit="m", minimum=LOWEST_BREAST_HEIGHT_M, maximum=HIGHEST_BREAST_HEIGHT_M
     )
     min_dbh_cm: float = param(5.0, help="thinner stems are refused as too small", unit="cm", minimum=1, maximum=100)
     max_dbh_cm: float = param(100.0, help="thicker stems are refused as too large", unit="cm", minimum=5, maximum=500)

@@ -193,15 +193,8 @@ def fit_passes(
     about = points[:, :2] - cone.centre(points[:, 2]), cone.radius(points[:, 2]), cone.r, t, label
     plain, *_ = _solve(*about, 0, floor_m)
     moved, state, variance = _solve(*about, passes, floor_m)
-    return PassFit(
-        keys,
-        state[_FIRST:].reshape(passes, 2),
-        count,
-        arc,
-        plain - moved,
-        200 * float(np.sqrt(variance)),
-        dates_apart_cm(points, label, cone),
-    )
+    shift, se_cm = state[_FIRST:].reshape(passes, 2), 200 * float(np.sqrt(variance))
+    return PassFit(keys, shift, count, arc, plain - moved, se_cm, dates_apart_cm(points, label, cone))
 
 
 def _faced(azimuth: np.ndarray, label: np.ndarray, passes: int, towards: np.ndarray) -> np.ndarray:

@@ -63,23 +63,20 @@ def measure_published(
 
 
 def measure_filled(
-    stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, options: PublishedOptions | None = None, seed: int = 0
+    stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, seed: int
 ) -> list[tuple[PublishedResult, np.ndarray]]:
     """Solid circles along the axis and the taper RANSAC: [(result, (2,) axis slope), ...]; points and weights as above.
 
     A first pass gives the axis (median slope of the circle centres); the points are sheared along it for the second.
     Draws are seeded as in :func:`measure_published`.
     """
-    options = options or PublishedOptions(top_m=5.0, taper=TaperRansac(steepest_cm_m=2.5))
+    options = PublishedOptions(top_m=5.0, taper=TaperRansac(steepest_cm_m=2.5))
     stems, seeds = _in_own_order(stems, seed)
-    first = _circles(stems, options, seeds)
-    slopes, sheared = [], []
-    for (points, weight), table in zip(stems, first, strict=True):
-        slope = _axis_slope(table)
-        moved = points.copy()
-        moved[:, :2] -= np.outer(points[:, 2] - bh_m, slope)
-        slopes.append(slope)
-        sheared.append((moved, weight))
+    slopes = [_axis_slope(table) for table in _circles(stems, options, seeds)]
+    sheared = [
+        (np.column_stack([points[:, :2] - np.outer(points[:, 2] - bh_m, slope), points[:, 2]]), weight)
+        for (points, weight), slope in zip(stems, slopes, strict=True)
+    ]
     results = []
     for table, slope, own in zip(_circles(sheared, options, seeds), slopes, seeds, strict=True):
         upright = float(np.cos(np.arctan(np.hypot(*slope))))
@@ -93,10 +90,8 @@ def _in_own_order(
     stems: list[tuple[np.ndarray, np.ndarray]], seed: int
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[int]]:
     """The stems, each with its points in an order that does not depend on the file, and the seed of each."""
-    ordered = []
-    for points, weight in stems:
-        order = own_order(points, weight)
-        ordered.append((points[order], weight[order]))
+    orders = [own_order(points, weight) for points, weight in stems]
+    ordered = [(points[order], weight[order]) for (points, weight), order in zip(stems, orders, strict=True)]
     return ordered, [own_seed(seed, points) for points, _ in ordered]
 
 
@@ -146,16 +141,9 @@ def by_cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
     dbh = 200 * found.r
     if options.method == "default":
         dbh += USUAL_TAPER_CM_M * (found.height_m - options.bh_m)
-    slope = found.axis[:2] / max(found.axis[2], 1e-6)
-    cone = Cone(
-        float(found.centre[0]),
-        float(found.centre[1]),
-        float(slope[0]),
-        float(slope[1]),
-        found.r,
-        0.0,
-        float(found.centre[2]),
-    )
+    dx, dy = (found.axis[:2] / max(found.axis[2], 1e-6)).tolist()
+    x, y, height_m = found.centre.tolist()
+    cone = Cone(x, y, dx, dy, found.r, 0.0, height_m)
     se = float(np.hypot(0.6, 0.02 * dbh)) if options.method == "default" else np.nan
     stated = Assessment(dbh, se).adding(judge("points", {"on_cylinder": found.inlier_share}))
     return StemMeasure(cone, stated, points=found.points)
@@ -173,11 +161,12 @@ def by_the_paper(
     kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
     published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))
     results = measure_published(_weighted(groups, frames, weights), options.bh_m, published, options.seed)
-    measures = []
-    for frame, group, result in zip(frames, groups, results, strict=True):
-        # The published method has no standard error; its bias depends on how the points fill the stem.
-        measures.append(_along_taper(frame, group, result, published.taper.least_inliers, np.zeros(2), options.bh_m))
-    return measures
+    least = published.taper.least_inliers
+    # The published method has no standard error; its bias depends on how the points fill the stem.
+    return [
+        _along_taper(frame, group, result, least, np.zeros(2), options.bh_m)
+        for frame, group, result in zip(frames, groups, results, strict=True)
+    ]
 
 
 def _along_taper(
@@ -200,12 +189,11 @@ def _weighted(
     groups: list[np.ndarray], frames: list[TreeFrame], weights: np.ndarray | None
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Points with a known height and their weights, per tree."""
-    stems = []
-    for group, frame in zip(groups, frames, strict=True):
-        known = np.isfinite(frame.points[:, 2])
-        weight = np.ones(len(group)) if weights is None else weights[group]
-        stems.append((frame.points[known], weight[known]))
-    return stems
+    known = [np.isfinite(frame.points[:, 2]) for frame in frames]
+    return [
+        (frame.points[sure], np.ones(sure.sum()) if weights is None else weights[group[sure]])
+        for group, frame, sure in zip(groups, frames, known, strict=True)
+    ]
 
 
 def by_filling(
@@ -213,7 +201,7 @@ def by_filling(
 ) -> list[StemMeasure]:
     """Stems that their points fill. The error is what such points gave on rendered plots, not less."""
     measures = []
-    results = measure_filled(_weighted(groups, frames, weights), options.bh_m, seed=options.seed)
+    results = measure_filled(_weighted(groups, frames, weights), options.bh_m, options.seed)
     for frame, group, (result, slope) in zip(frames, groups, results, strict=True):
         measured, taper = _along_taper(frame, group, result, 10, slope, options.bh_m), result.taper
         if measured.assessment.measured and taper is not None:

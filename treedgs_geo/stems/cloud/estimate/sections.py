@@ -120,11 +120,11 @@ def sections_of(points: np.ndarray, dbh_cm: float, bh_m: float) -> list[_Section
 
 def _leading_to(height: float, way: list[_Section], cone: Cone) -> Cone:
     """The cone that the last sections of a way lead to at a height: straight on through them, with the usual taper."""
+    slope = np.array([cone.dx, cone.dy])
     if not way:
-        centre, slope, radius = cone.centre(height), np.array([cone.dx, cone.dy]), float(cone.radius(height))
+        centre, radius = cone.centre(height), float(cone.radius(height))
     else:
         last = way[-1]
-        slope = np.array([cone.dx, cone.dy])
         near = [section for section in way[-4:-1] if abs(section.height - last.height) > 0.7]
         if near:
             slope = (last.centre - near[0].centre) / (last.height - near[0].height)
@@ -200,16 +200,9 @@ def _circle(points, predicted, height):  # pragma: no cover - compiled
         return none
     rms = np.sqrt(np.mean(residual**2))
     d_cm = 200 * vector[4]
-    parts = np.array(
-        [
-            200 * np.sqrt(covariance[4, 4]),
-            d_cm * max(ROUNDNESS, lobes(bark, vector, height, sigma)) / np.sqrt(arc / 60.0),
-            100 * rms**2 / vector[4],
-            NOISE_SHARE * 200 * rms,
-            FLOOR_CM,
-            FLOOR_SHARE * d_cm,
-        ]
-    )
+    shape_cm = d_cm * max(ROUNDNESS, lobes(bark, vector, height, sigma)) / np.sqrt(arc / 60.0)
+    fit_cm, curve_cm, noise_cm = 200 * np.sqrt(covariance[4, 4]), 100 * rms**2 / vector[4], NOISE_SHARE * 200 * rms
+    parts = np.array([fit_cm, shape_cm, curve_cm, noise_cm, FLOOR_CM, FLOOR_SHARE * d_cm])
     se_cm = np.sqrt(np.sum(parts**2))
     if se_cm > _SE_SHARE * d_cm:
         return none

@@ -21,12 +21,11 @@ from ...quality.assessment import Assessment
 from ...quality.findings import Findings
 from ...quality.limits import judge
 from ...quality.priors import BREAST_HEIGHT_M, USUAL_TAPER
-from ..propose.candidate_check import ConeStem
 from ..propose.options import SegmentOptions
-from ..propose.segment import search_points
+from ..propose.segment import search_tile, without_doubles
 from ..propose.sensors import Sensor
 from .rings import Inside, Rings, inner_face, kurtosis, without_waves
-from .surface_quality import ROUNDNESS, Bark, DiameterError, FittedStem, girth_factor, uneven_ring
+from .surface_quality import ROUNDNESS, Bark, FittedStem, diameter_errors, girth_factor, uneven_ring
 from .sweep import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
 
 
@@ -100,7 +99,8 @@ def measure_points(
         return refuse("few_points", points=len(points))
     cone = start
     if cone is None:
-        stem = _search(points, weights, sensor, options)
+        stems = without_doubles(search_tile(points, weights, sensor, options, follow=False))
+        stem = max(stems, key=lambda stem: stem.seen.score, default=None)
         if stem is None:
             return refuse("not_round", points=len(points))
         cone, sensor = stem.cone, sensor.at_noise(stem.noise_m or 0.0)
@@ -120,8 +120,8 @@ def measure_points(
             measured = measure_points(points, weights, sensor, bh_m, options, start, others, upright, bare=True)
             # Which of the two is the bark is not known: the inner one by its share of the points.
             off_cm = 200 * abs(rings.inner_m) * float(np.sqrt(rings.share * (1 - rings.share)))
-            found = judge("points", {"twice_cm": rings.twice_cm})
-            return replace(measured.assessed(measured.assessment.widened(off_cm).adding(found)), inside=inside)
+            two = judge("points", {"twice_cm": rings.twice_cm})
+            return replace(measured.assessed(measured.assessment.widened(off_cm).adding(two)), inside=inside)
     # A short window, where points are plenty, shows no bow and needs no straightening.
     if not sensor.solid and not upright and window[1] - window[0] >= LEAST_CONES * STEP_M:
         pool = np.concatenate([points, others])
@@ -184,10 +184,6 @@ def _measure_bowed(
     return measured.assessed(stated.adding(judge("points", bowed)), leaning)
 
 
-def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
-    return max(search_points(points, weights, sensor, options), key=lambda stem: stem.seen.score, default=None)
-
-
 def _window_fit(
     points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float, others: np.ndarray
 ) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
@@ -206,18 +202,9 @@ def _window_fit(
         if weights is not None:
             balanced = balanced * weights[inside]
         # Short windows do not show lean and taper: they are held near what the long stem says.
-        length = below + above
-        fitted = fit_cone(
-            near,
-            start,
-            balanced,
-            (max(0.02, 3 * sensor.floor_m),),
-            sensor.floor_m,
-            sensor.cap_m,
-            lean_sd=0.05 + 0.05 * length,
-            taper_sd=0.002 + 0.001 * length,
-            bend_sd=BEND_SD if length > 2 else 0.0,
-        )
+        length, scales = below + above, (max(0.02, 3 * sensor.floor_m),)
+        lean_sd, taper_sd, bend_sd = 0.05 + 0.05 * length, 0.002 + 0.001 * length, BEND_SD if length > 2 else 0.0
+        fitted = fit_cone(near, start, balanced, scales, sensor.floor_m, sensor.cap_m, lean_sd, taper_sd, bend_sd)
         if fitted is None:
             continue
         tolerance = max(3 * fitted.sigma, 0.01)
@@ -243,18 +230,8 @@ def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: 
     flat = across_axis(chosen, cone)
     order = np.argsort(chosen[:, 2], kind="stable")
     strength = np.ones(len(chosen)) if weights is None else np.asarray(weights, float)[band][order]
-    return slice_rows(
-        flat[order],
-        chosen[order, 2],
-        strength,
-        centres,
-        thickness,
-        float(cone.r),
-        float(cone.taper),
-        float(cone.h_ref),
-        max(cone.sigma, sensor.floor_m),
-        sensor.floor_m,
-    )
+    about = float(cone.r), float(cone.taper), float(cone.h_ref), max(cone.sigma, sensor.floor_m), sensor.floor_m
+    return slice_rows(flat[order], chosen[order, 2], strength, centres, thickness, *about)
 
 
 def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentOptions) -> StemMeasure:
@@ -264,11 +241,14 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     bark = Bark.of(fitted, sensor)
     # A tape reads the girth: of an oval section that is a little more than the mean radius gives.
     dbh_cm = 200 * float(fitted.cone.radius(bh_m)) * girth_factor(fitted.points[fitted.on], fitted.cone, sensor)
-    error = DiameterError.of(fitted, bark, sensor, bh_m, dbh_cm)
-    measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)
+    cautious_cm, reported_cm = diameter_errors(fitted, bark, sensor, bh_m, dbh_cm)
+    measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, cautious_cm)
     flat, (beside, remarks) = 0.0, _remarks(fitted, sensor, bh_m, dbh_cm)
     if not sensor.solid:
-        measured["kurtosis"] = kurtosis(_round(fitted), bark.noise_m)
+        # Without its waves: an oval stem is no flat ring.
+        inside = fitted.points[(fitted.points[:, 2] >= fitted.window[0]) & (fitted.points[:, 2] <= fitted.window[1])]
+        off = without_waves(fitted.cone.residuals(inside), fitted.cone.azimuths(inside))
+        measured["kurtosis"] = kurtosis(off, bark.noise_m)
         # The bark may lie anywhere in a ring that does not heap up in its middle.
         flat = FLAT_SE * 200 * bark.noise_m if judge("points", {"kurtosis": measured["kurtosis"]}).reasons else 0.0
     settings = {
@@ -279,16 +259,11 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
         "least_at_bh": sensor.least_points // 4,
     }
     found = judge("points", measured, dbh_cm, settings)
-    se_cm = float(np.hypot(error.reported, np.hypot(flat, beside)))
-    return StemMeasure(
-        fitted.cone,
-        Assessment(dbh_cm, se_cm, flag=found.flag("points"), reasons=found.reasons).adding(remarks),
-        bark.arc_deg,
-        int(fitted.on.sum()),
-        len(fitted.slices),
-        fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None,
-        bark.noise_m,
-    )
+    se_cm = float(np.hypot(reported_cm, np.hypot(flat, beside)))
+    stated = Assessment(dbh_cm, se_cm, flag=found.flag("points"), reasons=found.reasons).adding(remarks)
+    taper = fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None
+    on, slices = int(fitted.on.sum()), len(fitted.slices)
+    return StemMeasure(fitted.cone, stated, bark.arc_deg, on, slices, taper, bark.noise_m)
 
 
 def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> tuple[float, Findings]:
@@ -308,12 +283,6 @@ def _remarks(fitted: FittedStem, sensor: Sensor, bh_m: float, dbh_cm: float) -> 
     parts = UNEVEN_SE * 200 * thick_m * bool(one_sided.found), TOUCHED_SE * too_thick_cm * bool(touched.found)
     pole = judge("points", {"narrows_at_most_cm_m": narrows_cm_m + 2 * se_cm_m})
     return float(np.hypot(*parts)), one_sided + touched + pole
-
-
-def _round(fitted: FittedStem) -> np.ndarray:
-    """(W,) distances of the window's points from the bark without its waves: an oval stem is no flat ring."""
-    inside = fitted.points[(fitted.points[:, 2] >= fitted.window[0]) & (fitted.points[:, 2] <= fitted.window[1])]
-    return without_waves(fitted.cone.residuals(inside), fitted.cone.azimuths(inside))
 
 
 def _quantities(

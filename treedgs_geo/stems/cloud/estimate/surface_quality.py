@@ -80,14 +80,11 @@ class Bark:
         per_sector = np.bincount(sector, minlength=SECTORS)
         # Strays that fill a gap are few against the bark beside it.
         arc = 360.0 / SECTORS * np.count_nonzero(per_sector >= max(1.0, LEAST_OF_USUAL * usual(per_sector)))
+        about = cone.vector, cone.h_ref, cone.sigma
         purity = 0.0
-        if fitted.on.any():
-            purity = float(
-                np.mean(
-                    bark_weights(bark, fitted.others, cone.vector, cone.h_ref, cone.sigma, sensor.floor_m, ROUNDNESS)[1]
-                )
-            )
-        return cls(residual, noise, per_sector, arc, purity, lobes(bark, cone.vector, cone.h_ref, cone.sigma))
+        if len(bark):
+            purity = float(np.mean(bark_weights(bark, fitted.others, *about, sensor.floor_m, ROUNDNESS)[1]))
+        return cls(residual, noise, per_sector, arc, purity, lobes(bark, *about))
 
     def share_beyond(self, cone: Cone, side: int) -> float:
         """Share of the window's points off the bark, outside (``side`` 1) or inside (-1) of it."""
@@ -100,45 +97,33 @@ class Bark:
         return 360.0 / SECTORS * np.count_nonzero(self.per_sector > 0.25 * np.percentile(self.per_sector, 75))
 
 
-@dataclass(frozen=True)
-class DiameterError:
-    """Standard errors, cm. cautious: the same sum for every kind of cloud; flags go by it. reported: calibrated where
-    clouds with known diameters were at hand."""
-
-    cautious: float
-    reported: float
-
-    @classmethod
-    def of(cls, fitted: FittedStem, bark: Bark, sensor: Sensor, bh_m: float, dbh_cm: float) -> DiameterError:
-        """bh_m: breast height along the axis, m. dbh_cm: the diameter there."""
-        cone, radius = fitted.cone, float(fitted.cone.radius(bh_m))
-        covariance = cone.covariance if cone.covariance is not None else np.full((8, 8), np.nan)
-        reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref, 0, 0])
-        fit_se = 200 * float(np.sqrt(max(reach @ covariance @ reach, 0)))
-        shape_se = 200 * radius * max(ROUNDNESS, bark.lobes) / np.sqrt(max(bark.arc_deg / 60.0, 1.0))
-        height_se = 0.0 if fitted.taper is None else fitted.taper.se_cm
-        # Bark that looks like twigs: half the twigs' reach, in the share that they have.
-        clutter_se = (1 - bark.purity) * 200 * cone.sigma
-        # Points scatter to all sides: the mean distance from the axis of a ring as thick as this is too large.
-        curve_se = 100 * bark.noise_m**2 / radius
-        parts = (fit_se, clutter_se, curve_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh_cm)
-        if sensor.calibrated:
-            seen = bark.lobes if bark.arc_deg >= SHAPE_SEEN_DEG else max(ROUNDNESS, bark.lobes)
-            seen_se = 200 * radius * seen / np.sqrt(max(bark.arc_deg / 60.0, 1.0))
-            reported_parts: tuple[float, ...] = (
-                ULS_FIT * fit_se * min(bark.noise_m / cone.sigma, 1.0),
-                clutter_se,
-                ULS_SHAPE * seen_se,
-                ULS_HEIGHT * height_se,
-                ULS_RING * 200 * float(np.sqrt(max(bark.noise_m**2 - ULS_RING_M**2, 0.0))),
-                ULS_SHARE * dbh_cm,
-                ULS_FLOOR_CM,
-            )
-        else:
-            # Half a ring does not show an oval section's other half.
-            hidden_se = HALF_RING * shape_se if bark.arc_deg < HALF_RING_DEG else 0.0
-            reported_parts = (*parts, DRIFT_SHARE * 200 * bark.noise_m, hidden_se)
-        return cls(float(np.sqrt(np.square(parts).sum())), float(np.sqrt(np.square(reported_parts).sum())))
+def diameter_errors(fitted: FittedStem, bark: Bark, sensor: Sensor, bh_m: float, dbh_cm: float) -> tuple[float, float]:
+    """``(cautious, reported)`` standard errors of the diameter, cm. The first is the same sum for every kind of cloud,
+    by which flags go; the second is calibrated where clouds with known diameters were at hand. bh_m: breast height
+    along the axis, m."""
+    cone, radius = fitted.cone, float(fitted.cone.radius(bh_m))
+    covariance = cone.covariance if cone.covariance is not None else np.full((8, 8), np.nan)
+    reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref, 0, 0])
+    fit_se = 200 * float(np.sqrt(max(reach @ covariance @ reach, 0)))
+    shape_se = 200 * radius * max(ROUNDNESS, bark.lobes) / np.sqrt(max(bark.arc_deg / 60.0, 1.0))
+    height_se = 0.0 if fitted.taper is None else fitted.taper.se_cm
+    # Bark that looks like twigs: half the twigs' reach, in the share that they have.
+    clutter_se = (1 - bark.purity) * 200 * cone.sigma
+    # Points scatter to all sides: the mean distance from the axis of a ring as thick as this is too large.
+    curve_se = 100 * bark.noise_m**2 / radius
+    parts = [fit_se, clutter_se, curve_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh_cm]
+    if sensor.calibrated:
+        seen = bark.lobes if bark.arc_deg >= SHAPE_SEEN_DEG else max(ROUNDNESS, bark.lobes)
+        seen_se = 200 * radius * seen / np.sqrt(max(bark.arc_deg / 60.0, 1.0))
+        ring_se = ULS_RING * 200 * float(np.sqrt(max(bark.noise_m**2 - ULS_RING_M**2, 0.0)))
+        fit_se = ULS_FIT * fit_se * min(bark.noise_m / cone.sigma, 1.0)
+        reported = [fit_se, clutter_se, ULS_SHAPE * seen_se, ULS_HEIGHT * height_se, ring_se]
+        reported += [ULS_SHARE * dbh_cm, ULS_FLOOR_CM]
+    else:
+        # Half a ring does not show an oval section's other half.
+        hidden_se = HALF_RING * shape_se if bark.arc_deg < HALF_RING_DEG else 0.0
+        reported = [*parts, DRIFT_SHARE * 200 * bark.noise_m, hidden_se]
+    return float(np.sqrt(np.square(parts).sum())), float(np.sqrt(np.square(reported).sum()))
 
 
 def uneven_ring(points: np.ndarray, cone: Cone) -> tuple[float, float]:

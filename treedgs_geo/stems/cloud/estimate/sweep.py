@@ -82,25 +82,18 @@ def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> 
         while LOWEST_M <= h <= HIGHEST_M:
             predicted = replace_at(current, h)
             piece = _short_cone(points, predicted, sensor, (0.04, 0.025))
-            if (
-                piece is None
-                or np.hypot(piece.x - predicted.x, piece.y - predicted.y) > _JUMP_M
-                or abs(piece.r / predicted.r - 1) > _CHANGE
-            ):
+            if piece is None or np.hypot(piece.x - predicted.x, piece.y - predicted.y) > _JUMP_M:
+                break
+            if abs(piece.r / predicted.r - 1) > _CHANGE:
                 break
             found.append(piece)
             current, h = piece, h + step
     if len(found) < 3:
         return None
     found.sort(key=lambda piece: piece.h_ref)
-    errors = [np.sqrt(np.trace(np.asarray(piece.covariance)[:2, :2])) for piece in found]
-    return BowedAxis(
-        np.array([piece.h_ref for piece in found]),
-        np.array([[piece.x, piece.y] for piece in found]),
-        np.array([[piece.dx, piece.dy] for piece in found]),
-        np.array(errors),
-        first.r,
-    )
+    errors = np.array([np.sqrt(np.trace(np.asarray(piece.covariance)[:2, :2])) for piece in found])
+    table = np.array([[piece.h_ref, piece.x, piece.y, piece.dx, piece.dy] for piece in found])
+    return BowedAxis(table[:, 0], table[:, 1:3], table[:, 3:], errors, first.r)
 
 
 def is_bowed(axis: BowedAxis, cone: Cone, window: tuple[float, float]) -> bool:
@@ -114,18 +107,9 @@ def is_bowed(axis: BowedAxis, cone: Cone, window: tuple[float, float]) -> bool:
 
 def replace_at(cone: Cone, h: float) -> Cone:
     """The same cone with its reference at height h, its axis straight on from there."""
-    x, y = cone.centre(h)
-    t = h - cone.h_ref
-    return Cone(
-        float(x),
-        float(y),
-        cone.dx + cone.bx * t,
-        cone.dy + cone.by * t,
-        float(cone.radius(h)),
-        USUAL_TAPER,
-        h,
-        cone.sigma,
-    )
+    (x, y), t = cone.centre(h).tolist(), h - cone.h_ref
+    slope = cone.dx + cone.bx * t, cone.dy + cone.by * t
+    return Cone(x, y, *slope, float(cone.radius(h)), USUAL_TAPER, h, cone.sigma)
 
 
 def _short_cone(points: np.ndarray, start: Cone, sensor: Sensor, schedule: tuple[float, ...]) -> Cone | None:

@@ -62,38 +62,20 @@ def best_stem(
     cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
 ) -> ConeStem | None:
     """The cone with the highest score of those that are a stem (:func:`accept`)."""
-    best: ConeStem | None = None
-    for cone in cones:
-        stem = accept(cone, near, sensor, options, strict)
-        if stem is not None and (
-            best is None or (not stem.refused, stem.seen.score) > (not best.refused, best.seen.score)
-        ):
-            best = stem
-    return best
+    stems = (accept(cone, near, sensor, options, strict) for cone in cones)
+    found = (stem for stem in stems if stem is not None)
+    return max(found, key=lambda stem: (not stem.refused, stem.seen.score), default=None)
 
 
 def weigh(
-    cone: Cone,
-    band: np.ndarray,
-    sensor: Sensor,
-    options: SegmentOptions,
-    noise_m: float | None = None,
-    need: int | None = None,
+    cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, noise_m: float = 0.0, need: int = 0
 ) -> ConeEvidence:
-    """The evidence for a cone in the (N, 3) points of the band around it; noise_m: instead of the sensor's."""
+    """The evidence for a cone in the (N, 3) points of the band around it. noise_m: instead of the sensor's, need:
+    points that make a row, instead of what the sensor needs; 0 = these."""
     rows = int(np.ceil((options.fitted_m[1] - options.low_m) / ROW_M))
     need = need or (1 if sensor.least_points < 30 else 4)
-    on, share, arc, cells, *parts = count_evidence(
-        np.ascontiguousarray(band),
-        cone.vector,
-        cone.h_ref,
-        tolerance(cone, sensor),
-        noise_m or sensor.noise_m,
-        sensor.solid,
-        options.low_m,
-        rows,
-        need,
-    )
+    about = cone.vector, cone.h_ref, tolerance(cone, sensor), noise_m or sensor.noise_m, sensor.solid
+    on, share, arc, cells, *parts = count_evidence(np.ascontiguousarray(band), *about, options.low_m, rows, need)
     return ConeEvidence(int(on), float(share), float(arc), int(cells), *(float(part) / max(cells, 1) for part in parts))
 
 
@@ -128,5 +110,4 @@ def accept(
 
 def as_stem(cone: Cone, seen: ConeEvidence, sensor: Sensor, refused: str = "") -> ConeStem:
     """The cone as a stem with its evidence."""
-    noise = sensor.noise_m if np.isfinite(sensor.fuzzy_m) else None
-    return ConeStem(cone, seen, refused=refused, noise_m=noise)
+    return ConeStem(cone, seen, refused=refused, noise_m=sensor.noise_m if np.isfinite(sensor.fuzzy_m) else None)

@@ -22,7 +22,6 @@ _STEP_M = 0.1
 _FULL, _BESIDE = 0.15, 4
 RADII_M = (0.04, 0.06, 0.09, 0.12, 0.16, 0.20, 0.25, 0.31, 0.38, 0.46, 0.60, 0.80, 1.05, 1.40, 1.85)
 
-
 #: Layers and votes that a candidate needs, and that one near a place where a stem is known to stand needs.
 LEAST, LEAST_NEAR = (4, 4.0), (2, 2.0)
 #: Distance from such a place, m, and slope of the axis that layers may be displaced by.
@@ -73,15 +72,12 @@ def find_candidates(
             which[kind].append(chosen)
 
     def peaks(least: tuple[int, float]) -> list[tuple[float, float, float, float, float]]:
-        return [
-            row for kind in (0, 1) for row in _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), least)
-        ]
+        return [row for kind in (0, 1) for row in _peaks(best[kind], which[kind], heights, origin, radii, least)]
 
     found = peaks(LEAST)
     if near is not None and len(near):
-        found += [
-            row for row in peaks(LEAST_NEAR) if row not in found and np.hypot(*(near - row[1:3]).T).min() < NEAR_M
-        ]
+        weaker = [row for row in peaks(LEAST_NEAR) if row not in found]
+        found += [row for row in weaker if np.hypot(*(near - row[1:3]).T).min() < NEAR_M]
     return np.array(sorted(found, reverse=True)).reshape(-1, 5)[:, 1:]
 
 
@@ -173,7 +169,7 @@ def _peaks(
     which: list[np.ndarray],
     heights: np.ndarray,
     origin: np.ndarray,
-    radii: np.ndarray,
+    radii: list[float],
     least: tuple[int, float],
 ) -> list[tuple[float, float, float, float, float]]:
     """(score, x, y, height, radius) of the local maxima."""
@@ -192,13 +188,6 @@ def _peaks(
         total += 2 * np.sqrt(best[reference])
         peak = (total == _largest_near(total, 3)) & (votes >= least[0]) & (best[reference] > least[1])
         for i, j in np.argwhere(peak):
-            found.append(
-                (
-                    float(total[i, j]),
-                    origin[0] + i * _CELL_M,
-                    origin[1] + j * _CELL_M,
-                    float(middle[reference]),
-                    float(radii[which[reference][i, j]]),
-                )
-            )
+            x, y = origin[0] + i * _CELL_M, origin[1] + j * _CELL_M
+            found.append((float(total[i, j]), x, y, float(middle[reference]), radii[which[reference][i, j]]))
     return found

@@ -17,7 +17,8 @@ import numpy as np
 from ....core.errors import InputError, MissingComponentError, OutputError
 from ....core.progress import Reporter
 from ....pointcloud.cloud import PointCloud
-from ....pointcloud.ply_file import ply_header
+from ....pointcloud.files import write_cloud
+from ....pointcloud.ply_file import TYPES, ply_header
 
 #: A returned point may be this far from the one that went in (single precision, text), metres.
 SAME_POINT_M = 1e-3
@@ -25,9 +26,6 @@ NAME = "cloud"
 SEGMENTERS = ("forestformer3d", "segmentanytree", "treex")
 #: Names under which SegmentAnyTree and its kin write the tree number.
 _LAS_FIELDS = ("PredInstance", "preds_instance_segmentation", "instance_pred", "tree_id", "treeID")
-#: PLY's old names of types; the new ones are numpy's.
-_PLY_TYPES = {"float": "float32", "double": "float64", "int": "int32", "uint": "uint32", "char": "int8",
-              "uchar": "uint8", "short": "int16", "ushort": "uint16"}  # fmt: skip
 
 
 def check_segmenter(segmenter: str, command: str | None) -> None:
@@ -40,8 +38,8 @@ def check_segmenter(segmenter: str, command: str | None) -> None:
         return
     if not command:
         raise InputError(
-            f"--segmenter {segmenter}: needs its command line, give --segmenter-command "
-            "(docs/analyst/measuring.md has one)."
+            f"--segmenter {segmenter}: needs its command line, give --segmenter-command (docs/analyst/measuring.md has "
+            "one)."
         )
     if "{input}" not in command or "{output}" not in command:
         raise InputError(
@@ -81,8 +79,6 @@ def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, wo
     if segmenter == "forestformer3d":
         write_labelled_ply(given / f"{NAME}.ply", local)
     else:
-        from ....pointcloud.files import write_cloud
-
         write_cloud(given / f"{NAME}.laz", PointCloud(local))
     words = [word.format(input=given, output=made, name=NAME) for word in shlex.split(command)]
     reporter.info(f"{segmenter}: {' '.join(words)}")
@@ -190,8 +186,7 @@ def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
                 rows = np.loadtxt(stream, [(name, float) for name in names], ndmin=1, max_rows=count or None)
             else:
                 kinds = [
-                    (name, np.dtype(_PLY_TYPES.get(kind, kind)).newbyteorder(">" if big else "<"))
-                    for kind, name in fields
+                    (name, np.dtype(TYPES.get(kind, kind)).newbyteorder(">" if big else "<")) for kind, name in fields
                 ]
                 rows = np.fromfile(stream, np.dtype(kinds), count)
         except (ValueError, IndexError, TypeError) as problem:

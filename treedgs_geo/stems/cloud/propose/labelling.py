@@ -36,8 +36,7 @@ class Labeller:
                 reach = float(piece.radius(low)) + 0.1 + 0.5 * (high - low) * np.hypot(piece.dx, piece.dy)
                 if reach <= 0:
                     continue
-                first = np.floor((middle - reach) / _CELL_M).astype(int)
-                last = np.floor((middle + reach) / _CELL_M).astype(int)
+                first, last = (np.floor((middle + side) / _CELL_M).astype(int) for side in (-reach, reach))
                 cells += [(i, j, len(rows)) for i in range(first[0], last[0] + 1) for j in range(first[1], last[1] + 1)]
                 rows.append([*piece.vector, piece.h_ref, low, high, *middle, reach, tolerance(piece, sensor), number])
         self.pieces = np.array(rows, float).reshape(-1, 16)

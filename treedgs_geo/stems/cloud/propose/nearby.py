@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ....pointcloud.cloud import extent
+from ....pointcloud.cloud import by_key, extent
 
 _CELL_M = 0.5
 #: Grids of more cells than this (and than four a point) open their cells.
@@ -23,44 +23,23 @@ class Nearby:
         while np.prod(np.floor((high - self.low) / self.cell_m) + 1) > max(_MOST_CELLS, 4 * len(points)):
             self.cell_m *= 2
         self.span = np.floor((high - self.low) / self.cell_m).astype(np.int64) + 1
-        self.starts, self.order, self.ordered = _sorted_by_cell(self.points, self.low, self.cell_m, self.span)
+        self.order, self.starts = by_key(_cells(self.points, self.low, self.cell_m, self.span), np.prod(self.span))
+        self.ordered = self.points[self.order]
 
     def within(self, xy: np.ndarray, reach_m: float, low_m: float = -np.inf, high_m: float = np.inf) -> np.ndarray:
         """Indices, ascending, of the (N, 3) points at most ``reach_m`` from (2,) ``xy``, low_m < height < high_m."""
-        found = _within(
-            self.ordered,
-            self.starts,
-            self.order,
-            self.low,
-            self.cell_m,
-            self.span,
-            float(xy[0]),
-            float(xy[1]),
-            float(reach_m),
-            float(low_m),
-            float(high_m),
-        )
+        about = float(xy[0]), float(xy[1]), float(reach_m), float(low_m), float(high_m)
+        found = _within(self.ordered, self.starts, self.order, self.low, self.cell_m, self.span, *about)
         found.sort()
         return found
 
 
 @njit(cache=True, nogil=True)
-def _sorted_by_cell(points, low, cell_m, span):  # pragma: no cover - compiled
-    n = points.shape[0]
-    key = np.empty(n, np.int64)
-    starts = np.zeros(span[0] * span[1] + 1, np.int64)
-    for m in range(n):
+def _cells(points, low, cell_m, span):  # pragma: no cover - compiled
+    key = np.empty(points.shape[0], np.int32)
+    for m in range(points.shape[0]):
         key[m] = int((points[m, 0] - low[0]) / cell_m) * span[1] + int((points[m, 1] - low[1]) / cell_m)
-        starts[key[m] + 1] += 1
-    for c in range(1, starts.shape[0]):
-        starts[c] += starts[c - 1]
-    place, order, ordered = starts.copy(), np.empty(n, np.int64), np.empty((n, 3))
-    for m in range(n):
-        k = place[key[m]]
-        order[k] = m
-        ordered[k, 0], ordered[k, 1], ordered[k, 2] = points[m, 0], points[m, 1], points[m, 2]
-        place[key[m]] += 1
-    return starts, order, ordered
+    return key
 
 
 @njit(cache=True, nogil=True)

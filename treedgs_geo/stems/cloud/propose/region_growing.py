@@ -111,5 +111,4 @@ def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) ->
     usable = r > 0.03
     if not usable.any():
         return cone
-    best = float(r[usable][np.argmax(mass[usable] / r[usable])])
-    return replace(cone, r=best)
+    return replace(cone, r=float(r[usable][np.argmax(mass[usable] / r[usable])]))

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from ....core.machine import in_threads
 from ....core.progress import Reporter
-from ....pointcloud.cloud import PointCloud, extent, thin
+from ....pointcloud.cloud import PointCloud, by_key, extent, thin
 from ....terrain.dtm import Dtm
 from ....terrain.ground import height_above_ground
 from ...geometry.cone import Cone
@@ -49,12 +49,8 @@ class StemMap:
     def of(cls, found: list[ConeStem], origin: np.ndarray, sensor: str) -> StemMap:
         """In a stable order, north to south."""
         found = sorted(found, key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
-        return cls(
-            tuple(stem for stem in found if not stem.at_seed),
-            origin,
-            sensor,
-            tuple(stem for stem in found if stem.at_seed),
-        )
+        stems, unseen = (tuple(stem for stem in found if stem.at_seed == at_seed) for at_seed in (False, True))
+        return cls(stems, origin, sensor, unseen)
 
 
 def find_stems(
@@ -82,8 +78,7 @@ def find_stems(
         del band  # a part of the cloud
     weights = cloud.attributes.get("opacity")
     span = np.floor((high - origin) / CELL_M).astype(np.int64) + 1
-    order, starts = _by_cell(cloud.xyz, height, origin, SLAB_M, float(options.grow_m), span)
-
+    order, starts = by_key(_cells(cloud.xyz, height, origin, SLAB_M, float(options.grow_m), span), np.prod(span))
     held = np.flatnonzero(np.diff(starts))
     tiles = list(np.unique(np.column_stack([held // span[1], held % span[1]]) // round(TILE_M / CELL_M), axis=0))
     sensor = SENSORS[source]
@@ -114,23 +109,14 @@ def find_stems(
 
 
 @njit(cache=True)
-def _by_cell(xyz, height, origin, low_m, high_m, span):  # pragma: no cover - compiled
-    """(M,) indices of the points with low_m < height < high_m, cell by cell, and (T + 1,) where each cell's begin."""
+def _cells(xyz, height, origin, low_m, high_m, span):  # pragma: no cover - compiled
+    """(N,) the cell of each point with low_m < height < high_m, -1 for others."""
     cell = np.full(height.shape[0], -1, np.int32)
-    starts = np.zeros(span[0] * span[1] + 1, np.int64)
     for m in range(height.shape[0]):
         if low_m < height[m] < high_m:
             i, j = int((xyz[m, 0] - origin[0]) / CELL_M), int((xyz[m, 1] - origin[1]) / CELL_M)
             cell[m] = i * span[1] + j
-            starts[cell[m] + 1] += 1
-    for t in range(1, starts.shape[0]):
-        starts[t] += starts[t - 1]
-    order, place = np.empty(starts[-1], np.uint32), starts.copy()
-    for m in range(height.shape[0]):
-        if cell[m] >= 0:
-            order[place[cell[m]]] = m
-            place[cell[m]] += 1
-    return order, starts
+    return cell
 
 
 @njit(cache=True, nogil=True)
@@ -159,13 +145,6 @@ def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions)
     return "tls" if len(band) / len(np.unique(cell[:, 0] * (high[1] - low[1] + 1) + cell[:, 1])) > 120 else "uls"
 
 
-def search_points(
-    points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions | None = None
-) -> list[ConeStem]:
-    """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
-    return without_doubles(search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
-
-
 def search_tile(
     points: np.ndarray,
     weights: np.ndarray | None,
@@ -179,15 +158,9 @@ def search_tile(
     band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
     if band.sum() < sensor.least_points:
         return []
-    candidates = find_candidates(
-        points[band],
-        None if weights is None else weights[band],
-        options.low_m,
-        options.high_m,
-        sensor.solid,
-        options.max_dbh_cm / 100,  # thicker ones are listed
-        near=seeds,
-    )
+    some, limits = None if weights is None else weights[band], (options.low_m, options.high_m)
+    # Twice the radius that is measured: thicker ones are listed.
+    candidates = find_candidates(points[band], some, *limits, sensor.solid, options.max_dbh_cm / 100, near=seeds)
     search = Search(points, weights, sensor, options)
     if not sensor.solid:
         noise = measured_noise(search, candidates, LEAST_RINGS if follow else 1)
@@ -224,11 +197,11 @@ def search_tile(
 
 def _same(one: ConeStem, other: ConeStem) -> bool:
     """Two fits of one stem: their axes come closer than bark allows, at breast height or above."""
-    for h in (1.3, 3.0):
-        gap = np.hypot(*(one.cone.centre(h) - other.cone.centre(h)))
-        if gap < max(0.7 * max(one.cone.radius(h), other.cone.radius(h)), 0.05):
-            return True
-    return False
+    return any(
+        np.hypot(*(one.cone.centre(h) - other.cone.centre(h)))
+        < max(0.7 * max(one.cone.radius(h), other.cone.radius(h)), 0.05)
+        for h in (1.3, 3.0)
+    )
 
 
 def without_doubles(stems: list[ConeStem]) -> list[ConeStem]:
@@ -256,15 +229,15 @@ def without_limbs(search: Search, found: list[ConeStem]) -> list[ConeStem]:
     """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
     at = np.array([[*stem.cone.centre(h), stem.cone.radius(h)] for stem in found for h in _JOINED_AT_M])
     at = at.reshape(len(found), len(_JOINED_AT_M), 3)
-    limbs = set()
+    stems = []
     for number, limb in enumerate(found):
         # Stems whose axes come close enough for this one to grow out of them.
         gap = np.hypot(at[:, :, 0] - at[number, :, 0], at[:, :, 1] - at[number, :, 1])
-        for other in np.flatnonzero((gap < at[:, :, 2] + at[number, :, 2] + JOINS_M).any(axis=1)):
-            stem = found[other]
-            if other != number and not stem.refused and not stem.at_seed and _is_limb(search, limb, stem):
-                limbs.add(number)
-    return [stem for number, stem in enumerate(found) if number not in limbs]
+        near = np.flatnonzero((gap < at[:, :, 2] + at[number, :, 2] + JOINS_M).any(axis=1))
+        others = [found[k] for k in near if k != number and not found[k].refused and not found[k].at_seed]
+        if not any(_is_limb(search, limb, stem) for stem in others):
+            stems.append(limb)
+    return stems
 
 
 def _is_limb(search: Search, limb: ConeStem, stem: ConeStem) -> bool:
@@ -295,17 +268,16 @@ LEAST_RINGS, MAX_TRIED = 2, 60
 
 def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> float | None:
     """Spread of the bark of the clearest ring among the cones fitted to (N, 3) points; ``None`` where none is one."""
-    best: tuple[float, float] | None = None
+    clear = []
     for cone in cones:
         if cone.sigma > MAX_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
             continue
         seen = weigh(cone, near, sensor, options, cone.sigma, 1)
         if seen.points < sensor.least_points or seen.row_share < MIN_ROWS or seen.arc_deg < MIN_ARC_DEG:
             continue
-        stray = seen.inside + seen.outside
-        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE and (best is None or stray < best[0]):
-            best = stray, cone.sigma
-    return None if best is None else best[1]
+        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE:
+            clear.append((seen.inside + seen.outside, cone))
+    return min(clear, key=lambda ring: ring[0])[1].sigma if clear else None
 
 
 def measured_noise(search: Search, candidates: np.ndarray, least: int) -> float | None:
@@ -385,19 +357,22 @@ def listed(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
 
 def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
     """The clearest of the cones that stand out as upright and hollow without being a clean ring, with the reason."""
-    best: ConeStem | None = None
-    for cone in cones:
-        if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
-            continue
-        seen = weigh(cone, near, sensor, options)
+    found = []
+    for cone, seen in _weighed(cones, near, sensor, options):
         upright = seen.points >= LISTED_POINTS * sensor.least_points and seen.row_share >= LISTED_ROWS
         hollow = seen.inside <= LISTED_INSIDE and seen.outside <= LISTED_OUTSIDE and seen.sharp >= LISTED_SHARP
-        if not upright or not hollow or seen.arc_deg < LISTED_ARC_DEG:
-            continue
-        stem = as_stem(cone, seen, sensor, _reason(cone, seen, sensor, options))
-        if stem.refused and (best is None or stem.seen.score > best.seen.score):
-            best = stem
-    return best
+        reason = _reason(cone, seen, sensor, options)
+        if upright and hollow and seen.arc_deg >= LISTED_ARC_DEG and reason:
+            found.append(as_stem(cone, seen, sensor, reason))
+    return max(found, key=lambda stem: stem.seen.score, default=None)
+
+
+def _weighed(
+    cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions
+) -> list[tuple[Cone, ConeEvidence]]:
+    """The cones that are no thicker than a stem may be, with their evidence in (N, 3) points."""
+    fitting = [cone for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200]
+    return [(cone, weigh(cone, near, sensor, options)) for cone in fitting]
 
 
 def _reason(cone: Cone, seen: ConeEvidence, sensor: Sensor, options: SegmentOptions) -> str:
@@ -442,9 +417,7 @@ def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: S
     close = np.count_nonzero(np.hypot(*(near[:, :2] - place).T) < SEED_M + SEED_RADII_M[-1])
     if close < LISTED_POINTS * sensor.least_points:
         return "few_points"
-    seen = [
-        weigh(cone, near, sensor, options) for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200
-    ]
+    seen = [each for _, each in _weighed(cones, near, sensor, options)]
     best = max(seen, key=lambda one: one.score, default=None)
     if best is None or best.row_share < options.min_rows:
         return "occluded"

@@ -32,8 +32,9 @@ def l1(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.
 
 def d_ssim(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
     """Weighted mean of (1 - SSIM) / 2 (11 x 11 Gaussian window, zero borders). shown, image: (H, W, 3)."""
-    mu_x, mu_y = _blur(shown), _blur(image)
-    xx, yy, xy = _blur(shown * shown), _blur(image * image), _blur(shown * image)
+    blur = _Blur.apply
+    mu_x, mu_y = blur(shown), blur(image)
+    xx, yy, xy = blur(shown * shown), blur(image * image), blur(shown * image)
     over = (2 * mu_x * mu_y + _C1) * (2 * (xy - mu_x * mu_y) + _C2)
     under = (mu_x**2 + mu_y**2 + _C1) * (xx - mu_x**2 + yy - mu_y**2 + _C2)
     return 0.5 * ((1 - over / under) * _share(weight)).sum()
@@ -45,10 +46,7 @@ def photometric(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) 
 
 
 def normal_consistency(
-    planes: torch.Tensor,
-    rays: torch.Tensor,
-    weight: torch.Tensor,
-    distance: torch.Tensor | None = None,
+    planes: torch.Tensor, rays: torch.Tensor, weight: torch.Tensor, distance: torch.Tensor | None = None
 ) -> torch.Tensor:
     """Rendered normals against those of a surface of distances: weighted mean of 1 - cos.
 
@@ -109,10 +107,6 @@ class _Blur(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, *given: torch.Tensor) -> torch.Tensor:
         return _smoothed(given[0])
-
-
-def _blur(image: torch.Tensor) -> torch.Tensor:
-    return _Blur.apply(image)
 
 
 def _smoothed(image: torch.Tensor) -> torch.Tensor:

@@ -191,16 +191,9 @@ def rasterize(
     """
     if colours.ndim == 3 and colours.shape[1] in COEFFICIENTS and colours.shape[2] == 3:
         colours = seen_colours(colours, means, placed(camera.centre, means))
-    parts = {
-        "means": means,
-        "quats": quats,
-        "log_scales": log_scales,
-        "opacity_logits": opacity_logits.unsqueeze(-1),
-        "colours": colours,
-    }
-    _check(parts)
-    # Float64 up to the ellipses, float32 in the picture.
     inputs = (means, quats, log_scales, opacity_logits, colours)
+    _check(means, quats, log_scales, opacity_logits.unsqueeze(-1), colours)
+    # Float64 up to the ellipses, float32 in the picture.
     warp = means.device.type != "cpu" if warp is None else warp
     if warp and all(part.dtype == torch.float32 for part in inputs):
         rows, index = _Project.apply(camera, dilation_px2, alpha_min, *inputs)
@@ -211,13 +204,13 @@ def rasterize(
     return Rendered(planes, median if geometry else None, pull)
 
 
-def _check(parts: dict[str, torch.Tensor]) -> None:
-    means = parts["means"]
-    for name, part in parts.items():
-        if part.ndim != 2 or part.shape != (len(means), _PARTS[name]):
+def _check(*parts: torch.Tensor) -> None:
+    means = parts[0]
+    for (name, width), part in zip(_PARTS.items(), parts, strict=True):
+        if part.shape != (len(means), width):
             raise InputError(
-                f"rasterize: {name} has shape {tuple(part.shape)}, expected ({len(means)}, {_PARTS[name]}) for "
-                f"{len(means)} Gaussians (opacity_logits without its second axis)."
+                f"rasterize: {name} has shape {tuple(part.shape)}, expected ({len(means)}, {width}) for {len(means)} "
+                "Gaussians (opacity_logits without its second axis)."
             )
         if part.device != means.device:
             raise InputError(

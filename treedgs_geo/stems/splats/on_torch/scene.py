@@ -109,13 +109,10 @@ class Scene:
 
     def save(self) -> dict[str, Any]:
         """Copies of everything a step changes."""
-        states = {}
-        for name, tensor in self.tensors.items():
-            state = self.optimiser.state.get(tensor, {})
-            states[name] = {key: value.clone() for key, value in state.items()}
+        states = {name: self.optimiser.state.get(tensor, {}) for name, tensor in self.tensors.items()}
         return {
             "tensors": {name: tensor.detach().clone() for name, tensor in self.tensors.items()},
-            "states": states,
+            "states": {name: {key: part.clone() for key, part in state.items()} for name, state in states.items()},
             "filter_m": self.filter_m.clone(),
         }
 

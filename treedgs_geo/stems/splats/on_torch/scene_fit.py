@@ -235,9 +235,7 @@ class SceneFit:
                         "--time-limit."
                     )
                 scene.keep(~gone)
-                now.split, now.cloned, now.pruned = (
-                    now.split + split, now.cloned + cloned, now.pruned + int(gone.sum())
-                )  # fmt: skip
+                now.split, now.cloned, now.pruned = now.split + split, now.cloned + cloned, now.pruned + int(gone.sum())
                 now.full |= len(scene) >= self.options.max_gaussians
             else:
                 update_filter(scene, self.photos.cameras)
@@ -407,9 +405,8 @@ class SceneReport:
         """A sentence each where the fit was cut short, lost most of the scene, or was not allowed more Gaussians."""
         said = []
         if self.steps < PUBLISHED_STEPS or self.factor < 1:
-            limit = (
-                "" if options.time_limit_min is None else f" by the time limit of {options.time_limit_min:g} minutes"
-            )
+            minutes = options.time_limit_min
+            limit = "" if minutes is None else f" by the time limit of {minutes:g} minutes"
             said.append(
                 f"The published fit was cut short{limit}: {self.sentence()} Diameters may be better with a longer "
                 "--time-limit."
