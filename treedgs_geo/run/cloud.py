@@ -16,8 +16,7 @@ from ..core.errors import CRSError, InputError
 from ..core.files import ensure_writable
 from ..core.machine import cores
 from ..core.plots import Plot, read_plots
-from ..core.progress import Reporter
-from ..core.steps import Collector, Steps
+from ..core.progress import Collector, Reporter
 from ..core.workspace import peak_memory_mb
 from ..inventory.report import write_report
 from ..inventory.searched import not_seen, partly_searched, searched_table
@@ -40,7 +39,7 @@ from .cloud_input import load_ground, read_checked, tree_summary
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .searched import LOW_M, day_scanned, seen_in_cloud
 from .settings import PointcloudToDbhSettings
-from .stage import Cost, Findings, Stage, check, check_target, dry_run, run_stages
+from .stage import Cost, Findings, Stage, Steps, check, check_target, dry_run, run_stages
 from .stand_view import cloud_crowns, show_cloud
 
 if TYPE_CHECKING:

@@ -20,8 +20,7 @@ from ..core.errors import InputError
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.files import ensure_writable
 from ..core.map_scale import zone_that_fits
-from ..core.progress import Reporter
-from ..core.steps import Collector
+from ..core.progress import Collector, Reporter
 from ..core.tables import write_csv
 from ..inventory.tree_layer import check_output, style_raster, write_trees
 from ..pointcloud.cloud import PointCloud, usable

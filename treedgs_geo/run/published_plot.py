@@ -24,12 +24,10 @@ from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.labelling import Labeller
 from ..stems.cloud.propose.options import SegmentOptions
 from ..stems.cloud.propose.segment import find_stems
-from ..stems.photos.fit_records import KeptFits
 from ..stems.quality.priors import BREAST_HEIGHT_M
 from ..stems.splats.options import SampleOptions, SceneOptions
 from ..terrain.ground import height_above_ground
 from .context import Site
-from .routes import Found
 
 if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
@@ -105,8 +103,9 @@ class Published:
 
 def published_route(
     site: Site, sparse: np.ndarray, asked: Published, path: Callable[[str], Path], reporter: Reporter
-) -> Found:
-    """A plot with cameras and ground; ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
+) -> tuple[list[Tree], dict[str, Any]]:
+    """Trees of a plot with cameras and ground, and facts; ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the
+    workspace.
 
     sparse: (M, 3) points of the reconstruction, local. path: of a file of the workspace by its name. The facts say how
     far the fit came, and the CPU seconds of each part.
@@ -120,7 +119,7 @@ def published_route(
     write_field(path(names.FIELD), field, site.frame)
     trees, own = trees_of_gaussians(site, field, asked, reporter, path)
     facts["stages_cpu_s"] |= own.pop("stages_cpu_s")
-    return Found(trees, KeptFits([]), facts | own)
+    return trees, facts | own
 
 
 def trees_of_gaussians(

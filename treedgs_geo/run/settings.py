@@ -1,4 +1,5 @@
-"""Settings of both chains (standard library only: commands show them without heavy imports)."""
+"""Settings of both chains, and what the presets of the photo chain are (standard library only: commands show them
+without heavy imports)."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from typing import Any
 
 from ..core.settings import TABLES, param
 from ..core.workspace import KeptWorkspace, workspace_option
-from ..reconstruction.options import geotags_crs_option, project_crs_option
+from ..reconstruction.options import ReconstructOptions, geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.photos.options import PhotoStemOptions
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -162,6 +163,30 @@ class PhotosToDbhSettings(PhotoInputs):
         help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",
         suffixes=(".gpkg", ".shp", ".geojson", ".csv"),
     )
+
+
+@dataclass(frozen=True)
+class Preset:
+    """How much of the scene is modelled. sheets: trees that get an evidence sheet: ``all``, or those to ``check`` and
+    not measured. heights: whether tree heights are measured in the photos."""
+
+    reconstruct: ReconstructOptions
+    stems: PhotoStemOptions
+    sheets: str = "all"
+    heights: bool = True
+
+
+CHAIN_PRESETS = {
+    "fast": Preset(
+        ReconstructOptions(max_features=4000, neighbours=12),
+        PhotoStemOptions(max_views=48, max_lean_deg=10.0, most_asked=0),
+        sheets="check",
+        heights=False,
+    ),
+    "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
+    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200)),
+    "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
+}
 
 
 @dataclass(frozen=True, kw_only=True)

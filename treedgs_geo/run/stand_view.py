@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
-from ..core.steps import Collector
+from ..core.progress import Collector
 from ..inventory.evidence.files import written_sheets
 from ..inventory.reviewed import reviewed
 from ..inventory.side_layers import StemCurves, crown_table
@@ -24,8 +24,7 @@ from ..stems.splats.ply import frame_path, read_field
 from ..terrain.ground import height_above_ground
 from .context import PhotoJob
 from .given_store import fits_by_id
-from .outputs import write_page
-from .report_facts import kept_table
+from .outputs import kept_table, write_page
 from .stage import Stage
 
 if TYPE_CHECKING:

@@ -48,7 +48,7 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
     from ..core.plots import read_plots
     from ..reconstruction.model import load_points
     from ..run.context import Site, area_of
-    from ..run.photo_files import views_of
+    from ..run.geotag_stage import views_of
     from ..run.published_plot import fit_gaussians as fit
     from ..stems.splats.options import SceneOptions
     from ..stems.splats.ply import frame_path, write_field
