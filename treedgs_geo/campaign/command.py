@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
+from ..core.command import Command, run_by
 from ..core.settings import param
 from .places import CAMPAIGN, PLAN, REPORT, STATUS, TABLE, TREES
 
@@ -55,12 +53,7 @@ class CampaignSettings:
     )
 
 
-def run(settings: CampaignSettings, reporter: Reporter) -> dict[str, Any]:
-    """Run the campaign; see :func:`treedgs_geo.campaign.run.run_campaign`."""
-    from .run import run_campaign
-
-    return run_campaign(settings, reporter)
-
+run = run_by("campaign.run", "run_campaign")
 
 COMMAND = Command(
     name="campaign",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass
@@ -33,6 +34,16 @@ class Command:
     example: str
     outputs: dict[str, str]
     main: tuple[str, ...] = ()
+
+
+def run_by(module: str, function: str) -> Callable[[Any, Reporter], dict[str, Any]]:
+    """What runs a verb, imported only then: settings are read in an instant, and without the libraries. module: within
+    the library (``inventory.change.run``)."""
+
+    def run(settings: Any, reporter: Reporter) -> dict[str, Any]:
+        return getattr(importlib.import_module(f"treedgs_geo.{module}"), function)(settings, reporter)
+
+    return run
 
 
 def ordered_params(command: Command) -> list[tuple[str, Param, Any]]:

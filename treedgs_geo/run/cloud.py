@@ -285,8 +285,7 @@ def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     asked, cloud = job.settings, job.cloud
     seen, day = seen_in_cloud(cloud.xyz, job.ground.dtm), day_scanned(asked.input, cloud.attributes.get("gps_time"))
     job.searched = searched_table(seen, job.plots, job.crs, day)
-    for sentence in partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
-        reporter.warn(sentence)
+    reporter.tell(partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"))
     try:
         job.crowns = cloud_crowns(job)
     except Exception as problem:  # the trees are measured

@@ -48,8 +48,8 @@ def write_outputs(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
         reporter.warn("All stems found stand outside the plots; check the plot centres.")
     searched = searched_table(seen_in_photos(job.site, plots), plots, stations.crs, day_of(stations.utc))
     why = f"elsewhere fewer than {ENOUGH_VIEWS} photos look from the side"
-    for sentence in partly_searched(searched, why) if job.site is not None else []:
-        reporter.warn(sentence)
+    if job.site is not None:
+        reporter.tell(partly_searched(searched, why))
     output, copy = job.settings.output, job.path(names.TREES)
     more = {"sheets": job.path(names.SHEETS), "searched": searched, "readings": _readings(job)}
     write_trees(output, trees, stations.crs, reporter=reporter, **more)
@@ -95,8 +95,7 @@ def _compared_with_plan(job: PhotoJob, reporter: Reporter) -> list[str]:
     write_json(job.path("planned.json"), compared)
     said = compared["sentences"]
     reporter.info(said[0])
-    for sentence in said[1:]:
-        reporter.warn(sentence)
+    reporter.tell(said[1:])
     return said
 
 

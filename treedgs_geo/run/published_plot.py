@@ -189,8 +189,7 @@ def fit_gaussians(
         field, report = fit_scene(WholePhotos.load(site.views), box, points, colours, scene, reporter)
     clock.append(time.process_time())
     reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
-    for warning in report.warnings(scene):
-        reporter.warn(warning)
+    reporter.tell(report.warnings(scene))
     return field, {
         "stages_cpu_s": dict(zip(("dense prior", "fit Gaussians"), np.diff(clock).round(1).tolist(), strict=True)),
         "prior": {"source": source, "points": len(points)},

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.settings import TABLES, param
+from ..core.settings import TABLES, TREE_LAYERS, param
 from ..core.workspace import KeptWorkspace, workspace_option
 from ..reconstruction.options import ReconstructOptions, geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
@@ -82,7 +82,7 @@ class PhotosToDbhSettings(PhotoInputs):
         kind="file",
         help="Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the "
         "search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     field_error_m: float = param(
         0.5,
@@ -97,7 +97,7 @@ class PhotosToDbhSettings(PhotoInputs):
         help="Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the "
         "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run. A "
         "point named 'again 12' measures tree 12 anew with its foot there, 'former 12' takes that back.",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     flight_plan: Path | None = param(
         None,
@@ -217,7 +217,7 @@ class CloudSettings:
 class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``pointcloud-to-dbh``."""
 
-    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
+    output: Path = param(kind="output_file", help="tree layer", suffixes=TREE_LAYERS)
     dry_run: bool = param(
         False,
         help="Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing",

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.settings import TABLES, TREE_LAYERS, param
 from ..inventory.options import FieldProtocol, PairingOptions
 
 
@@ -19,7 +19,7 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
     trees: Path = param(
         kind="file",
         help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     field: Path = param(
         kind="file",

@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..core.command import Command
-from ..core.progress import Reporter
+from ..core.command import Command, run_by
 from ..planning.settings import PlanFlightSettings
 
-
-def run(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, Any]:
-    """Plan the flight; see :func:`treedgs_geo.planning.plan.plan_flight`."""
-    from ..planning.plan import plan_flight
-
-    return plan_flight(settings, reporter)
-
+run = run_by("planning.plan", "plan_flight")
 
 COMMAND = Command(
     name="plan-flight",

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.settings import TABLES, TREE_LAYERS, param
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +18,7 @@ class ReviewSettings:
     trees: Path = param(
         kind="file",
         help="tree layer that the decisions are written into, in columns of their own",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     decisions: Path = param(
         kind="file",
