@@ -15,7 +15,7 @@ from .. import __version__
 from ..core.errors import CRSError, InputError
 from ..core.files import ensure_writable
 from ..core.machine import cores
-from ..core.plots import Plot, read_plots
+from ..core.plots import Plot, plot_of, read_plots
 from ..core.progress import Collector, Reporter
 from ..core.workspace import peak_memory_mb
 from ..inventory.report import write_report
@@ -245,11 +245,9 @@ def _trees_in_plots(
     trees: list[Tree], tree_id: np.ndarray, plots: list[Plot], reporter: Reporter
 ) -> tuple[list[Tree], np.ndarray]:
     """Trees that stand in a plot at breast height, with its id; the others' points lose their tree_id."""
-    inside = []
     for tree in trees:
-        tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
-        if tree.plot_id is not None:
-            inside.append(tree)
+        tree.plot_id = plot_of(plots, tree.x, tree.y)
+    inside = [tree for tree in trees if tree.plot_id is not None]
     if len(inside) < len(trees):
         reporter.info(f"{len(trees) - len(inside)} stems stand outside the plots and are left out.")
     if trees and not inside:

@@ -19,7 +19,7 @@ import pyproj
 from ..core.errors import InputError
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.files import ensure_writable
-from ..core.map_scale import zone_that_fits
+from ..core.map_scale import zone_hint
 from ..core.progress import Collector, Reporter
 from ..core.tables import write_csv
 from ..inventory.tree_layer import check_output, style_raster, write_trees
@@ -309,8 +309,7 @@ def read_places(path: Path | None, crs: pyproj.CRS | None, low: np.ndarray, high
         return bool(((xy >= low - FIELD_MATCH_M) & (xy <= high + FIELD_MATCH_M)).all(axis=1).any())
 
     if not inside(field.xy):
-        zone = zone_that_fits(crs, field.xy, inside)
-        hint = f"; in EPSG:{zone.to_epsg()}, {zone.name}, they would" if zone is not None else ""
+        hint = zone_hint("; in {zone}, they would", crs, field.xy, inside)
         raise InputError(
             f"{path}: none of its {len(field.xy)} stems stands in the cloud (the first is at {field.xy[0, 0]:.1f}, "
             f"{field.xy[0, 1]:.1f}{hint}); give positions in the cloud's CRS."

@@ -11,6 +11,7 @@ import numpy as np
 from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
+from ..core.plots import plot_of
 from ..core.progress import Reporter
 from ..core.shown import count_of
 from ..geotags.photos import read_photo
@@ -175,11 +176,7 @@ def read_kept_trees(path: Path) -> list[Tree]:
 
 def placed(trees: list[Tree], job: PhotoJob) -> list[Tree]:
     """The trees with the plot that they stand in and the run that measured them."""
-    out = []
-    for tree in trees:
-        plot = next((p.plot_id for p in job.plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
-        out.append(replace(tree, run_id=job.run_id, plot_id=plot).finish())
-    return out
+    return [replace(tree, run_id=job.run_id, plot_id=plot_of(job.plots, tree.x, tree.y)).finish() for tree in trees]
 
 
 def _load_trees(job: PhotoJob, _: object) -> None:
