@@ -57,7 +57,6 @@ run = run_by("campaign.run", "run_campaign")
 
 COMMAND = Command(
     name="campaign",
-    qgis_id="campaign",
     title="Measure many plots",
     group="2 Measure",
     summary="Many plots from one table, on this machine or several: one trees layer, one report.",

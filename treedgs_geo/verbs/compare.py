@@ -74,7 +74,6 @@ run = run_by("inventory.change.run", "compare_dates")
 
 COMMAND = Command(
     name="compare",
-    qgis_id="compare",
     title="Compare two dates",
     group="4 Report",
     summary="Growth, ingrowth and mortality between two tree layers of the same ground, per tree and per hectare.",

@@ -110,7 +110,6 @@ def photo_folder(space, given: Path | None) -> Path:
 
 COMMAND = Command(
     name="fit-gaussians",
-    qgis_id="fitgaussians",
     title="Fit Gaussians to a plot",
     group="5 Steps and research",
     summary="3D Gaussians over the whole plot, fitted to all photos as published.",

@@ -91,7 +91,6 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="geotag",
-    qgis_id="geotag",
     title="Geotag drone photos",
     group="5 Steps and research",
     summary="MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.",

@@ -113,7 +113,6 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="match-plots",
-    qgis_id="matchplots",
     title="Pair field and measured trees",
     group="3 Check",
     summary="Pair field trees with measured trees by position, as an editable layer.",

@@ -23,7 +23,6 @@ run = run_by("run.cloud_steps", "run_measure_dbh")
 
 COMMAND = Command(
     name="measure-dbh",
-    qgis_id="measuredbh",
     title="Measure DBH of segmented stems",
     group="5 Steps and research",
     summary="Measure the DBH of stems whose points carry tree ids.",

@@ -9,7 +9,6 @@ run = run_by("planning.plan", "plan_flight")
 
 COMMAND = Command(
     name="plan-flight",
-    qgis_id="planflight",
     title="Plan the flight",
     group="1 Plan",
     summary="What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.",
@@ -25,7 +24,7 @@ COMMAND = Command(
         "photos-to-dbh, given the plan, reports planned against got. Rules of the air and the pilot's eyes come first."
     ),
     settings=PlanFlightSettings,
-    run=run,  # fmt: skip
+    run=run,
     main=(
         "plots",
         "dtm",
@@ -41,7 +40,7 @@ COMMAND = Command(
         "crown_base_m",
         "take_off",
         "output",
-    ),
+    ),  # fmt: skip
     example="treedgs plan-flight --plots flight/plots.csv --dtm flight/dtm.tif --stand flight/lidar/flight_uls.laz "
     "--dbh-mean-cm 27 --dbh-sd-cm 7 --crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
     outputs={

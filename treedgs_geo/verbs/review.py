@@ -59,7 +59,6 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="review",
-    qgis_id="review",
     title="Apply decisions from a table",
     group="3 Check",
     summary="Write a person's decisions on trees into the tree layer, beside the measured values.",

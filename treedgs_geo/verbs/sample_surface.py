@@ -55,7 +55,6 @@ def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporte
 
 COMMAND = Command(
     name="sample-surface",
-    qgis_id="samplesurface",
     title="Sample surface points from Gaussians",
     group="5 Steps and research",
     summary="Points drawn inside the Gaussians, each with its opacity reliability over the photos.",

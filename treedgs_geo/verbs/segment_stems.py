@@ -39,7 +39,6 @@ run = run_by("run.cloud_steps", "run_segment_stems")
 
 COMMAND = Command(
     name="segment-stems",
-    qgis_id="segmentstems",
     title="Find stems in a point cloud",
     group="5 Steps and research",
     summary="Find stems in a point cloud and give each point the id of its tree.",

@@ -140,7 +140,6 @@ run = run_by("inventory.stand.run", "make_report")
 
 COMMAND = Command(
     name="stand-table",
-    qgis_id="standtable",
     title="Stand table and report",
     group="4 Report",
     summary="Stand and stock tables per hectare with their errors, and a report for the client.",

@@ -33,7 +33,6 @@ run = run_by("inventory.taping.check", "check_tape_table")
 
 COMMAND = Command(
     name="tape-check",
-    qgis_id="tapecheck",
     title="Check diameters against tapes",
     group="3 Check",
     summary="What taped trees say of the measured ones: bias, intervals, flags, outliers, corrected totals.",

@@ -37,7 +37,6 @@ run = run_by("inventory.taping.sample", "sample_tapes")
 
 COMMAND = Command(
     name="tape-sample",
-    qgis_id="tapesample",
     title="Choose trees to tape",
     group="3 Check",
     summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",

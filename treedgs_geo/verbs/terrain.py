@@ -35,7 +35,6 @@ run = run_by("run.cloud_steps", "run_terrain")
 
 COMMAND = Command(
     name="terrain",
-    qgis_id="terrain",
     title="Terrain model from a point cloud",
     group="5 Steps and research",
     summary="Find the ground in a point cloud and write a terrain model (DTM).",

@@ -72,7 +72,6 @@ def run(settings: TrialSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="trial",
-    qgis_id="trial",
     title="Test on your own taped plot",
     group="3 Check",
     summary="Seals measured diameters, has trees taped without knowing them, and judges them by the tapes.",
