@@ -7,6 +7,10 @@ from ..planning.settings import PlanFlightSettings
 
 run = run_by("planning.plan", "plan_flight")
 
+_MAIN = (
+    "plots", "dtm", "stand", "camera", "target_error_cm", "target_share_pct", "batteries", "stems_per_ha",
+    "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m", "take_off", "output",
+)  # fmt: skip
 COMMAND = Command(
     name="plan-flight",
     title="Plan the flight",
@@ -25,22 +29,7 @@ COMMAND = Command(
     ),
     settings=PlanFlightSettings,
     run=run,
-    main=(
-        "plots",
-        "dtm",
-        "stand",
-        "camera",
-        "target_error_cm",
-        "target_share_pct",
-        "batteries",
-        "stems_per_ha",
-        "dbh_mean_cm",
-        "dbh_sd_cm",
-        "tree_height_m",
-        "crown_base_m",
-        "take_off",
-        "output",
-    ),  # fmt: skip
+    main=_MAIN,
     example="treedgs plan-flight --plots flight/plots.csv --dtm flight/dtm.tif --stand flight/lidar/flight_uls.laz "
     "--dbh-mean-cm 27 --dbh-sd-cm 7 --crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
     outputs={
