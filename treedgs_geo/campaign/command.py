@@ -53,8 +53,6 @@ class CampaignSettings:
     )
 
 
-run = run_by("campaign.run", "run_campaign")
-
 COMMAND = Command(
     name="campaign",
     title="Measure many plots",
@@ -70,7 +68,7 @@ COMMAND = Command(
         "says how long it will take."
     ),
     settings=CampaignSettings,
-    run=run,
+    run=run_by("campaign.run", "run_campaign"),
     main=("manifest", "crs", "workers", "predict", "workspace", "output"),
     example="treedgs campaign --manifest season.csv --workspace season",
     outputs={

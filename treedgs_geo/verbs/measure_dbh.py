@@ -19,8 +19,6 @@ class MeasureDbhSettings(MeasureOptions, CloudSettings):
     id_field: str = param("tree_id", help="dimension of the cloud that holds the tree ids")
 
 
-run = run_by("run.cloud_steps", "run_measure_dbh")
-
 COMMAND = Command(
     name="measure-dbh",
     title="Measure DBH of segmented stems",
@@ -34,7 +32,7 @@ COMMAND = Command(
         "measured stays in the layer with qc_flag=reject and the reason."
     ),
     settings=MeasureDbhSettings,
-    run=run,
+    run=run_by("run.cloud_steps", "run_measure_dbh"),
     main=("input", "dtm", "crs", "weights", "fit", "bh_m", "output"),
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output lidar_trees.gpkg",
     outputs={

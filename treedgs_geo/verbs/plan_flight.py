@@ -5,8 +5,6 @@ from __future__ import annotations
 from ..core.command import Command, run_by
 from ..planning.settings import PlanFlightSettings
 
-run = run_by("planning.plan", "plan_flight")
-
 _MAIN = (
     "plots", "dtm", "stand", "camera", "target_error_cm", "target_share_pct", "batteries", "stems_per_ha",
     "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m", "take_off", "output",
@@ -28,7 +26,7 @@ COMMAND = Command(
         "photos-to-dbh, given the plan, reports planned against got. Rules of the air and the pilot's eyes come first."
     ),
     settings=PlanFlightSettings,
-    run=run,
+    run=run_by("planning.plan", "plan_flight"),
     main=_MAIN,
     example="treedgs plan-flight --plots flight/plots.csv --dtm flight/dtm.tif --stand flight/lidar/flight_uls.laz "
     "--dbh-mean-cm 27 --dbh-sd-cm 7 --crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
