@@ -119,11 +119,10 @@ def _read_cost(job: CloudJob, findings: Findings) -> Cost:
     )
 
 
-def _read(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _read(job: CloudJob, reporter: Reporter) -> None:
     asked = job.settings
     dtm = getattr(asked, "dtm", None)
     take(job, *read_checked(asked.input, asked.crs, reporter, job.attributes, job.find_stems, dtm))
-    return {}
 
 
 def take(job: CloudJob, cloud: PointCloud, extent: Extent) -> None:
@@ -209,10 +208,9 @@ def _ground_cost(job: CloudJob, findings: Findings) -> Cost:
     return Cost()
 
 
-def _ground(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _ground(job: CloudJob, reporter: Reporter) -> None:
     cut_to_plots(job)
     job.ground = load_ground(job.settings, job.cloud, reporter)
-    return {}
 
 
 #: Of every verb that takes a cloud and perhaps a terrain model.
@@ -255,11 +253,10 @@ def _trees_in_plots(
     return inside, np.where(np.isin(tree_id, [tree.tree_id for tree in inside]), tree_id, 0)
 
 
-def _stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _stems(job: CloudJob, reporter: Reporter) -> None:
     job.trees, job.tree_id = find_and_measure(job.cloud, job.ground, job.plots, job.settings, reporter)
     name_run(job.settings, job.trees)
     job.sections = stem_sections(job.cloud.xyz, job.tree_id, job.trees)
-    return {}
 
 
 STEMS = Stage("stems", 0.65, _stems)
@@ -268,18 +265,17 @@ STEMS = Stage("stems", 0.65, _stems)
 # --- sheets, write ----------------------------------------------------------------------------------------------------
 
 
-def _sheets(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _sheets(job: CloudJob, reporter: Reporter) -> None:
     asked = job.settings
     job.sheets = make_cloud_sheets(
         asked.sheets, asked.output, job.cloud.xyz, job.tree_id, job.trees, job.sections, reporter
     )
-    return {}
 
 
 SHEETS = Stage("sheets", 0.04, _sheets)
 
 
-def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _write(job: CloudJob, reporter: Reporter) -> None:
     asked, cloud = job.settings, job.cloud
     seen, day = seen_in_cloud(cloud.xyz, job.ground.dtm), day_scanned(asked.input, cloud.attributes.get("gps_time"))
     job.searched = searched_table(seen, job.plots, job.crs, day)
@@ -292,7 +288,6 @@ def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     write_trees(asked.output, job.trees, job.crs, job.sections, reporter, **more)
     summary = tree_summary(job.trees, reporter)
     job.result = {"output": str(asked.output), "report": None, **summary}
-    return {}
 
 
 WRITE = Stage("write", 0.01, _write)

@@ -72,7 +72,7 @@ class Stage(Generic[J]):
     """A stage of a chain.
 
     name: in ``run.json``, and what users read. share: of a usual run's time; only the progress bar depends on it.
-    run: ``(job, reporter) -> result`` does the work: fills the job or writes the outputs; the result is JSON.
+    run: ``(job, reporter) -> result`` does the work: fills the job or writes the outputs; the result, if any, is JSON.
     checks: each raises a ``TreeDGSError`` for what would end the job. Those of the first stage come before anything is
     read, the others' before anything expensive. cost: what the stage needs; says what the dry run finds. That of the
     first stage reads what the checks of the others need. key: what the outcome depends on; a stage of the same key
@@ -83,7 +83,7 @@ class Stage(Generic[J]):
 
     name: str
     share: float
-    run: Callable[[J, Collector], dict[str, Any]]
+    run: Callable[[J, Collector], dict[str, Any] | None]
     checks: tuple[Callable[[J], object], ...] = ()
     cost: Callable[[J, Findings], Cost] = lambda _job, _findings: Cost()
     key: Callable[[J], Key] = lambda _job: Key()
@@ -138,7 +138,7 @@ class Steps:
         if space is None:
             collector, began = Collector(self.reporter), time.monotonic()
             with self.reporter.stage(name, self._at, high):
-                found = stage.run(job, collector)
+                found = stage.run(job, collector) or {}
             self.done[name] = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}
             self._at, self.warnings = high, self.warnings + collector.warnings
             return found
@@ -161,7 +161,7 @@ class Steps:
                 collector = Collector(self.reporter)
                 edited = outputs if stage.readable else []
                 with space.running(name, self._key, plain, outputs, edited) as found:
-                    found.update(stage.run(job, collector))
+                    found.update(stage.run(job, collector) or {})
                     found["warnings"] = list(dict.fromkeys(collector.warnings))
         # A stage done again may come out otherwise: what follows depends on what is there, not on what was asked for.
         self._key = short_hash(self._key, space.output_hashes(name))

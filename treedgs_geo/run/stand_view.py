@@ -108,16 +108,11 @@ def show_cloud(job: CloudJob, page: Path) -> None:
     write_view(page, stand)
 
 
-def _view(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
-    show_stand(job, job.trees, reporter)
-    return {}
-
-
 # After the layer is written: no trouble with a picture costs a tree. A person may have changed the layer: always anew.
 VIEW = Stage(
     "view",
     0.01,
-    _view,
+    lambda job, reporter: show_stand(job, job.trees, reporter),
     outputs=lambda job: [job.path(names.VIEW)],
     wanted=lambda job: job.site is not None and bool(job.trees),
     always=True,
