@@ -193,12 +193,7 @@ def _as_control_says(block: Block, known: Known, given: Known) -> Known:
 
 
 def _first_block(
-    placement: Placement,
-    store: FeatureStore,
-    known: Known,
-    sensor: Sensor,
-    free: frozenset[str],
-    reporter: Reporter,
+    placement: Placement, store: FeatureStore, known: Known, sensor: Sensor, free: frozenset[str], reporter: Reporter
 ) -> Block:
     """The mapped photos, moved onto control points where they are far off, and adjusted."""
     mapped = placement.mapped

@@ -93,11 +93,7 @@ class Published:
     @classmethod
     def of(cls, settings: PhotosToDbhSettings) -> Published:
         """As the chain's settings say."""
-        scene = SceneOptions(
-            time_limit_min=settings.time_limit,
-            device=settings.device,
-            seed=settings.seed,
-        )
+        scene = SceneOptions(time_limit_min=settings.time_limit, device=settings.device, seed=settings.seed)
         return cls(scene=scene, dense=settings.dense, bh_m=settings.bh_m, max_dbh_cm=settings.max_dbh_cm)
 
 
@@ -123,11 +119,7 @@ def published_route(
 
 
 def trees_of_gaussians(
-    site: Site,
-    field: GaussianField,
-    asked: Published,
-    reporter: Reporter,
-    path: Callable[[str], Path] | None = None,
+    site: Site, field: GaussianField, asked: Published, reporter: Reporter, path: Callable[[str], Path] | None = None
 ) -> tuple[list[Tree], dict[str, Any]]:
     """Trees of a fitted field: samples, segments, slices; and facts. path: of a file of the workspace by its name,
     where ``surface.laz`` and ``stems.laz`` are to stay.

@@ -85,11 +85,7 @@ class PhotosToDbhSettings(PhotoInputs):
         suffixes=TREE_LAYERS,
     )
     field_error_m: float = param(
-        0.5,
-        help="How far a place of --field-stems or --at may be from its stem.",
-        unit="m",
-        minimum=0.1,
-        maximum=2.0,
+        0.5, help="How far a place of --field-stems or --at may be from its stem.", unit="m", minimum=0.1, maximum=2.0
     )
     at: Path | None = param(
         None,

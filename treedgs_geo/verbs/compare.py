@@ -37,11 +37,7 @@ class CompareSettings:
         "date",
     )
     common_se_cm: float = param(
-        0.2,
-        unit="cm",
-        minimum=0,
-        maximum=20,
-        help="standard error of a bias that all DBHs of one date share",
+        0.2, unit="cm", minimum=0, maximum=20, help="standard error of a bias that all DBHs of one date share"
     )
     block_before_pct: float = param(
         0.0,

@@ -124,8 +124,5 @@ COMMAND = Command(
     run=fit_gaussians,
     main=("workspace", "photos", "plots", "time_limit"),
     example="treedgs fit-gaussians --workspace work --plots flight/plots.csv",
-    outputs={
-        "field": "Gaussian field (3DGS PLY, local metres)",
-        "gaussians": "number of Gaussians",
-    },
+    outputs={"field": "Gaussian field (3DGS PLY, local metres)", "gaussians": "number of Gaussians"},
 )

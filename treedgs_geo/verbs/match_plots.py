@@ -17,9 +17,7 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
     """Options of ``match-plots``."""
 
     trees: Path = param(
-        kind="file",
-        help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm",
-        suffixes=TREE_LAYERS,
+        kind="file", help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm", suffixes=TREE_LAYERS
     )
     field: Path = param(
         kind="file",

@@ -27,9 +27,7 @@ class ReviewSettings:
         suffixes=TABLES,
     )
     dbh_unit: str = param(
-        "auto",
-        choices=("auto", "cm", "mm", "m", "in"),
-        help="unit of the DBH column (auto: from a name like dbh_cm)",
+        "auto", choices=("auto", "cm", "mm", "m", "in"), help="unit of the DBH column (auto: from a name like dbh_cm)"
     )
 
 
@@ -44,11 +42,7 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
     made = ", ".join(f"{n} {word}" for word, n in outcome.counts.items())
     more = f"; trees {', '.join(map(str, outcome.added))} are new" if outcome.added else ""
     reporter.info(f"{settings.trees.name}: {made or 'no decision'}{more}.")
-    result = {
-        "output": str(settings.trees),
-        "n_decisions": sum(outcome.counts.values()),
-        "n_added": len(outcome.added),
-    }
+    result = {"output": str(settings.trees), "n_decisions": sum(outcome.counts.values()), "n_added": len(outcome.added)}
     if settings.trees.suffix.lower() != ".csv":
         counted, review = reviewed(read_trees(settings.trees), settings.trees)
         reporter.tell(notes=review.sentences(settings.trees.name))

@@ -69,8 +69,7 @@ class StandTableSettings(FieldProtocol):
     )
     min_dbh_cm: float = param(0.0, unit="cm", minimum=0, help="smallest DBH that counts")
     species: str | None = param(
-        None,
-        help="species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)",
+        None, help="species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)"
     )
     origin: str = param("natural", choices=("natural", "planted"), help="how the stand came about")
     missing: str = param(
@@ -108,11 +107,7 @@ class StandTableSettings(FieldProtocol):
         help="plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)",
     )
     dbh_se_cm: float | None = param(
-        None,
-        unit="cm",
-        minimum=0,
-        maximum=50,
-        help="standard error of DBH for trees that have none",
+        None, unit="cm", minimum=0, maximum=50, help="standard error of DBH for trees that have none"
     )
     common_se_cm: float | None = param(
         None,

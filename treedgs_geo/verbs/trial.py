@@ -32,10 +32,7 @@ class TrialSettings(Bearings):
     )
     n: int | None = param(None, minimum=2, maximum=10000, help="trees to tape, drawn at random; without: all")
     plots: Path | None = param(
-        None,
-        kind="file",
-        help="plots, as for tape-sample: only trees in them are drawn",
-        suffixes=PLOT_FILES,
+        None, kind="file", help="plots, as for tape-sample: only trees in them are drawn", suffixes=PLOT_FILES
     )
     taped: Path | None = param(
         None,

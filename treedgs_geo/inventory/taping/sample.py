@@ -84,10 +84,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     reporter.tell(frame.warnings, frame.notes)
     with reporter.stage("draw", 0.3, 0.4):
         draw = draw_trees(
-            frame.trees["size"].to_numpy(float),
-            frame.trees["qc_flag"].to_numpy(object),
-            settings.n,
-            settings.seed,
+            frame.trees["size"].to_numpy(float), frame.trees["qc_flag"].to_numpy(object), settings.n, settings.seed
         )
     if settings.n > len(frame.trees):
         reporter.warn(f"{settings.n} tapes asked for (--n), {len(frame.trees)} trees are there: all of them are drawn.")
