@@ -109,7 +109,7 @@ def show_cloud(job: CloudJob, page: Path) -> None:
 
 
 # After the layer is written: no trouble with a picture costs a tree. A person may have changed the layer: always anew.
-VIEW = Stage(
+VIEW: Stage[PhotoJob] = Stage(
     "view",
     0.01,
     lambda job, reporter: show_stand(job, job.trees, reporter),

@@ -197,9 +197,11 @@ def _directions(canvas: Canvas, evidence: PhotoEvidence, photos: list[int], box:
     out = np.column_stack([np.cos(shown.azimuth), -np.sin(shown.azimuth)])
     place = np.array([middle, centre]) + (reach * shown.away_m / far)[:, None] * out
     for v in np.argsort(sees):
-        canvas.circle(*place[v].tolist(), 4, BLUE if sees[v] else _HIDDEN, -1 if sees[v] else 1)
+        x, y = place[v].tolist()
+        canvas.circle(x, y, 4, BLUE if sees[v] else _HIDDEN, -1 if sees[v] else 1)
     for number, v in enumerate(photos, start=1):
-        canvas.text(*(place[v] + 11 * out[v]).tolist(), str(number), 11, INK, True, "mm")
+        x, y = (place[v] + 11 * out[v]).tolist()
+        canvas.text(x, y, str(number), 11, INK, True, "mm")
     canvas.circle(left + 6, top + 274, 4, BLUE, -1)
     canvas.text(left + 16, top + 274, f"counts ({int(sees.sum())})", 11, INK, at="lm")
     canvas.circle(left + 106, top + 274, 4, _HIDDEN)
