@@ -129,12 +129,11 @@ def measure_cloud(
         >>> trees.sort_values("x")["dbh_cm"].round(0).tolist()
         [30.0, 20.0]
     """
-    from .core.steps import Steps
     from .inventory.tree_layer import tree_table
     from .pointcloud.cloud import PointCloud
     from .run.cloud import STAGES, CloudJob, take
     from .run.cloud_input import checked, read_checked
-    from .run.stage import check, run_stages
+    from .run.stage import Steps, check, run_stages
 
     files = [name for name, spec, _ in params_of(PointcloudToDbhSettings) if spec.kind.startswith("output_")]
     if unused := [name for name in files if settings.get(name) is not None]:

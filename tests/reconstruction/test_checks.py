@@ -23,9 +23,9 @@ from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
 from treedgs_geo.reconstruction.checks import check_block
 from treedgs_geo.reconstruction.geotag_errors import as_photos_say
 from treedgs_geo.reconstruction.incremental_block import Joined
+from treedgs_geo.reconstruction.matching_strategy import reconstruct_photos
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.reconstruction.options import ReconstructOptions
-from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.reconstruction.rolling_shutter import free_shutter
 from treedgs_geo.reconstruction.tracks import Block
 

@@ -19,9 +19,9 @@ from treedgs_geo.reconstruction.bundle import Problem
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.checks import _check_alone
 from treedgs_geo.reconstruction.control import as_block_says, control_residuals
+from treedgs_geo.reconstruction.matching_strategy import reconstruct_photos
 from treedgs_geo.reconstruction.model import load_views
 from treedgs_geo.reconstruction.options import ReconstructOptions
-from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.reconstruction.tracks import Block
 
 GPS, PHOTO, MODEL, FOCAL_35MM = 0x8825, 0x8769, 272, 41989

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring, still_sensor
 
-from treedgs_geo.core import steps
+from treedgs_geo.core import progress
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction import incremental_block, matching_strategy
@@ -310,7 +310,7 @@ def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
             if kind in ("warn", "info", "stage"):
                 said.append((kind, body.get("message", body.get("name"))))
 
-    held = steps.Collector(Ear(), held=True)
+    held = progress.Collector(Ear(), held=True)
     with held.stage("matching"):
         held.warn("a photo is left out")
         held.progress(0.5)
@@ -327,7 +327,7 @@ def test_a_reporter_with_words_of_its_own_hears_what_was_kept_back() -> None:
         def warn(self, message):
             heard.append(message)
 
-    held = steps.Collector(Own(), held=True)
+    held = progress.Collector(Own(), held=True)
     held.warn("a photo is left out")
     assert not heard and held.warnings == ["a photo is left out"]
     held.release()

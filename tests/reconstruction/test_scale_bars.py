@@ -15,7 +15,7 @@ from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.checks import _check_bars
 from treedgs_geo.reconstruction.control import bar_lengths
 from treedgs_geo.reconstruction.covariance import posterior_of
-from treedgs_geo.reconstruction.georeference import Placement, _levelled, _matches_met, level_as_held
+from treedgs_geo.reconstruction.georeference import Placement, _levelled, _matches_met, _Model, level_as_held
 from treedgs_geo.reconstruction.incremental_block import Joined, _scaled_to_bars, leave_out_apart
 from treedgs_geo.reconstruction.poses import rotation_angle_deg, rotation_from_gimbal
 
@@ -103,11 +103,12 @@ def test_a_model_whose_photos_lie_where_they_do_not_is_told_by_its_matches() -> 
         matches[i, j] = np.array([(own[point], other[point]) for point in own.keys() & other.keys()])
     store = SimpleNamespace(keypoints=block.keypoints, matches=matches)
     count = sum(map(len, matches.values()))
-    assert _matches_met(store, np.arange(6), CAMERA, block.rotations, block.centres) > 0.99 * count
+    assert _matches_met(store, _Model(np.arange(6), CAMERA, block.rotations, block.centres)) > 0.99 * count
     moved = block.centres + np.where(np.arange(6)[:, None] % 2, rng.normal(0, 15, (6, 3)), 0.0)
-    assert _matches_met(store, np.arange(6), CAMERA, block.rotations, moved) < 0.5 * count
+    assert _matches_met(store, _Model(np.arange(6), CAMERA, block.rotations, moved)) < 0.5 * count
     # Photos that the model lacks meet nothing.
-    assert _matches_met(store, np.arange(3), CAMERA, block.rotations[:3], block.centres[:3]) <= len(matches[0, 1])
+    three = _Model(np.arange(3), CAMERA, block.rotations[:3], block.centres[:3])
+    assert _matches_met(store, three) <= len(matches[0, 1])
 
 
 @pytest.mark.parametrize("upright", [False, True])

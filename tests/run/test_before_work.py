@@ -14,11 +14,11 @@ from synthetic_block import ring
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.core.steps import Steps
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.reconstruction.area import Area, area_seen
 from treedgs_geo.run.forecast import search_of
 from treedgs_geo.run.photos import GIVEN, SHEETS, TREES, WRITE
+from treedgs_geo.run.stage import Stage, Steps
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.tiles import split
 
@@ -105,12 +105,13 @@ def test_a_long_search_fills_the_progress_bar(tmp_path: Path) -> None:
     ends, shares = {}, {stage.name: stage.share for stage in (*TREES, GIVEN, SHEETS, WRITE)}
     for factor in (1.0, 20.0):
         steps = Steps(Workspace(tmp_path / str(factor)), Reporter(), shares)
-        steps.run("geotag", {}, [], [], lambda reporter: {})
+        stages = [Stage(name, share, lambda job, reporter: {}) for name, share in shares.items()]
+        steps.run(stages[0], None)
         steps.weigh("measure", factor)
-        steps.run("reconstruct", {}, [], [], lambda reporter: {})
+        steps.run(stages[1], None)
         ends[factor] = steps._at
-        for name in list(shares)[2:]:
-            steps.run(name, {}, [], [], lambda reporter: {})
+        for stage in stages[2:]:
+            steps.run(stage, None)
         assert steps._at == pytest.approx(1.0)
     assert ends[1.0] == pytest.approx(shares["geotag"] + shares["reconstruct"]) and ends[20.0] < 0.1
 

@@ -15,13 +15,12 @@ import numpy as np
 import pytest
 
 from treedgs_geo.core.progress import PlainReporter
-from treedgs_geo.core.steps import Steps
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.photos import list_photos
 from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.run.photos import GEOTAG, held, job_of
 from treedgs_geo.run.settings import PhotosToDbhSettings
-from treedgs_geo.run.stage import check, run_stages
+from treedgs_geo.run.stage import Stage, Steps, check, run_stages
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -199,18 +198,18 @@ def test_a_harmed_output_is_named_made_again_and_what_follows_only_if_it_came_ou
     def run(ground: str) -> tuple[list[str], str, str]:
         done, said = [], io.StringIO()
 
-        def stage(name: str, content: str):
-            def work(_) -> dict:
+        def stage(name: str, content: str) -> Stage:
+            def work(_, reporter) -> dict:
                 done.append(name)
                 (tmp_path / f"{name}.bin").write_text(content)
                 return {}
 
-            return work
+            return Stage(name, 1.0, work, outputs=lambda _: [tmp_path / f"{name}.bin"])
 
         with Workspace.held(tmp_path) as space:
             steps = Steps(space, PlainReporter(said), dict.fromkeys(("reconstruct", "ground", "measure"), 1.0))
             for name, content in (("reconstruct", "r"), ("ground", ground), ("measure", "m")):
-                steps.run(name, {}, [], [tmp_path / f"{name}.bin"], stage(name, content))
+                steps.run(stage(name, content), None)
             return done, said.getvalue(), steps.run_ids["measure"]
 
     first, _, run_id = run("g")

@@ -23,7 +23,7 @@ from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.inventory.searched import not_seen, partly_searched, searched_table
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.run.context import Site
-from treedgs_geo.run.report_facts import matched, photo_facts
+from treedgs_geo.run.outputs import matched, photo_facts
 from treedgs_geo.run.searched import ENOUGH_VIEWS, seen_in_cloud, seen_in_photos
 from treedgs_geo.terrain.dtm import Dtm
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
+from ..core.command import Command, run_by
 from ..core.settings import param
 from .places import CAMPAIGN, PLAN, REPORT, STATUS, TABLE, TREES
 
@@ -55,16 +53,8 @@ class CampaignSettings:
     )
 
 
-def run(settings: CampaignSettings, reporter: Reporter) -> dict[str, Any]:
-    """Run the campaign; see :func:`treedgs_geo.campaign.run.run_campaign`."""
-    from .run import run_campaign
-
-    return run_campaign(settings, reporter)
-
-
 COMMAND = Command(
     name="campaign",
-    qgis_id="campaign",
     title="Measure many plots",
     group="2 Measure",
     summary="Many plots from one table, on this machine or several: one trees layer, one report.",
@@ -78,7 +68,7 @@ COMMAND = Command(
         "says how long it will take."
     ),
     settings=CampaignSettings,
-    run=run,
+    run=run_by("campaign.run", "run_campaign"),
     main=("manifest", "crs", "workers", "predict", "workspace", "output"),
     example="treedgs campaign --manifest season.csv --workspace season",
     outputs={

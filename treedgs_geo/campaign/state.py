@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterable
@@ -15,7 +14,7 @@ import numpy as np
 from .. import __version__
 from ..core.costs import CostModel
 from ..core.errors import InputError
-from ..core.files import atomic_path, read_json, write_json
+from ..core.files import atomic_path, read_json, short_hash, write_json
 from ..core.progress import Reporter
 from .inputs import crs_name
 from .manifest import Checker, PlotRow
@@ -115,12 +114,7 @@ def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, r
 def settings_hash(row: PlotRow) -> str:
     """Changes when a setting or the version changes; files count by their content, in another hash."""
     plain = {name: value for name, value in row.values.items() if name not in _PATHS}
-    described = json.dumps(
-        [__version__, row.route, row.plot_id, plain, row.pairing, bool(row.plots), bool(row.field)],
-        sort_keys=True,
-        default=str,
-    )
-    return hashlib.sha256(described.encode()).hexdigest()[:16]
+    return short_hash(__version__, row.route, row.plot_id, plain, row.pairing, bool(row.plots), bool(row.field))
 
 
 def job_of(entry: dict[str, Any], campaign: Campaign, capacity: Capacity) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import threading
 import time
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import TreeDGSError
-from ..core.files import fingerprint, write_json
+from ..core.files import fingerprint, short_hash, write_json
 from ..core.folder_lock import Busy, Lease, Lost, host
 from ..core.geopackage import is_whole, move_aside
 from ..core.resource_errors import is_full
@@ -124,9 +123,8 @@ def _run(
     row = job["row"]
     try:
         # Of tables that serve many plots, only this plot's lines count.
-        lines = json.dumps([own_plots(row), own_field(row)], sort_keys=True)
-        files = fingerprint(input_files(row["route"], row["values"], "", ""))
-        key = f"{job['settings']}:{files}:{hashlib.sha256(lines.encode()).hexdigest()[:16]}"
+        lines = short_hash(own_plots(row), own_field(row))
+        key = f"{job['settings']}:{fingerprint(input_files(row['route'], row['values'], '', ''))}:{lines}"
     except (OSError, TreeDGSError) as trouble:
         return {
             "outcome": "setup",

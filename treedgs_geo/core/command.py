@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass
@@ -15,15 +16,15 @@ from .settings import Param, params_of
 class Command:
     """A verb of the library.
 
-    name: command-line name (``photos-to-dbh``). qgis_id: algorithm id without provider (``photostodbh``). title, group,
-    summary: shown in the toolbox and in ``--help``. help: inputs, outputs, units and limits, in full sentences.
+    name: command-line name (``photos-to-dbh``). title, group, summary: shown in the toolbox and in ``--help``. help:
+    inputs, outputs, units and limits, in full sentences. qgis_id: algorithm id without provider, where it is not the
+    name without its dashes.
     run: ``(settings, reporter) -> result``; the result is JSON-serialisable. example: one command line.
     outputs: result keys that are files or scalars, with a description each. main: the parameters that most people give,
     by need; the others follow as declared, folded away in QGIS.
     """
 
     name: str
-    qgis_id: str
     title: str
     group: str
     summary: str
@@ -33,6 +34,17 @@ class Command:
     example: str
     outputs: dict[str, str]
     main: tuple[str, ...] = ()
+    qgis_id: str = ""
+
+
+def run_by(module: str, function: str) -> Callable[[Any, Reporter], dict[str, Any]]:
+    """What runs a verb, imported only then: settings are read in an instant, and without the libraries. module: within
+    the library (``inventory.change.run``)."""
+
+    def run(settings: Any, reporter: Reporter) -> dict[str, Any]:
+        return getattr(importlib.import_module(f"treedgs_geo.{module}"), function)(settings, reporter)
+
+    return run
 
 
 def ordered_params(command: Command) -> list[tuple[str, Param, Any]]:
@@ -53,17 +65,9 @@ def describe(command: Command) -> dict[str, Any]:
             entry["advanced"] = True
         entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)
         parameters.append(entry)
-    return {
-        "name": command.name,
-        "id": command.qgis_id,
-        "title": command.title,
-        "group": command.group,
-        "summary": command.summary,
-        "help": command.help,
-        "example": command.example,
-        "outputs": command.outputs,
-        "parameters": parameters,
-    }
+    said = {key: getattr(command, key) for key in ("title", "group", "summary", "help", "example", "outputs")}
+    own_id = command.qgis_id or command.name.replace("-", "")
+    return {"name": command.name, "id": own_id, **said, "parameters": parameters}
 
 
 #: An option in a sentence.

@@ -331,6 +331,11 @@ def read_json(source: Path) -> Any:
         raise InputError(f"{source}: is not readable JSON ({problem}); restore or delete it.") from None
 
 
+def short_hash(*parts: Any) -> str:
+    """16 letters that the same values, as JSON (others as their texts), give again."""
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
 def fingerprint(paths: Iterable[Path]) -> str:
     """Short hash over names and whole contents: changes when an input changes, not when it is copied, moved or touched.
 

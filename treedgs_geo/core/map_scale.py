@@ -318,6 +318,12 @@ def zone_that_fits(crs: pyproj.CRS | None, xy: np.ndarray, fits: Callable[[np.nd
     return None
 
 
+def zone_hint(said: str, crs: pyproj.CRS | None, xy: np.ndarray, fits: Callable[[np.ndarray], bool]) -> str:
+    """What is said of the zone of :func:`zone_that_fits`, named in place of ``{zone}``; '' where there is none."""
+    zone = zone_that_fits(crs, xy, fits)
+    return "" if zone is None else said.format(zone=f"EPSG:{zone.to_epsg()}, {zone.name}")
+
+
 def _is_on_earth(crs: pyproj.CRS) -> bool:
     flat = horizontal(crs)
     return bool(flat.is_projected and flat.geodetic_crs is not None)

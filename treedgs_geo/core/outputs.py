@@ -15,14 +15,11 @@ from .files import check_name, identity, protected
 from .settings import Param, params_of
 
 #: What files of ours hold near their beginning or end, in small letters, by ending.
-_CLOUD = (b"treedgs", b"tree_id", b"height_m")
 _MARKS: dict[str, tuple[bytes, ...]] = {
-    ".html": (b"treedgs",),
-    ".htm": (b"treedgs",),
-    ".tif": (b"treedgs",),
-    ".tiff": (b"treedgs",),
+    **dict.fromkeys((".html", ".htm", ".tif", ".tiff"), (b"treedgs",)),
+    **dict.fromkeys((".laz", ".las", ".ply"), (b"treedgs", b"tree_id", b"height_m")),
+    ".gpkg": (b"sqlite format 3\0",),
 }
-_MARKS |= {".laz": _CLOUD, ".las": _CLOUD, ".ply": _CLOUD, ".gpkg": (b"sqlite format 3\0",)}
 _LAYER = (b"qc_flag",)
 _LOOKED_AT = 1 << 16
 _TELL = "give another name, or --overwrite to replace it"

@@ -32,6 +32,11 @@ class Plot:
     radius_m: float
 
 
+def plot_of(plots: list[Plot], x: float, y: float) -> str | None:
+    """Id of the (first) plot that a tree at x, y stands in."""
+    return next((plot.plot_id for plot in plots if np.hypot(x - plot.x, y - plot.y) <= plot.radius_m), None)
+
+
 def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
     """Read a radius and a centre a plot: easting, northing (or x, y) with an optional ``epsg``, or lon, lat.
 

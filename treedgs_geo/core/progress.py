@@ -135,6 +135,40 @@ class WarningReporter(Reporter):
             warnings.warn(self.words(body["message"]), TreeDGSWarning, stacklevel=level)
 
 
+class Collector(Reporter):
+    """Passes everything on and remembers the warnings, for the report and for a resumed run.
+
+    held: messages are kept back until it is clear that the work they tell of is used (:meth:`release`).
+    """
+
+    def __init__(self, inner: Reporter, held: bool = False) -> None:
+        super().__init__()
+        self._inner, self._held = inner, held
+        self._said: list[tuple[str, str]] = []
+
+    @property
+    def warnings(self) -> list[str]:
+        """The warnings so far."""
+        return [message for kind, message in self._said if kind == "warn"]
+
+    def release(self, reporter: Reporter | None = None) -> None:
+        """Pass on the messages that were kept back, in their order; reporter: to this one."""
+        for kind, message in self._said if self._held else ():
+            getattr(reporter or self._inner, kind)(message)
+        self._held = False
+
+    def _emit(self, kind: str, body: dict[str, Any]) -> None:
+        if kind == "progress":
+            self._inner.progress(body["fraction"], body["message"])
+        elif kind in ("info", "warn"):
+            self._said.append((kind, body["message"]))
+            # A reporter of the user's may have its own words for these.
+            if not self._held:
+                getattr(self._inner, kind)(body["message"])
+        else:
+            self._inner._emit(kind, body)
+
+
 class JsonReporter(Reporter):
     """One JSON object a line on ``stream``; progress at most ten times a second."""
 

@@ -26,6 +26,9 @@ _KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text"}
 
 #: Endings of tables that :func:`.tables.read_table` reads.
 TABLES = ("csv", "xlsx", "ods", "txt", "tsv")
+#: Endings of tree layers, read and written, and of files that hold plots.
+TREE_LAYERS = ("gpkg", "shp", "geojson", "csv")
+PLOT_FILES = (*TABLES, "gpkg", "geojson", "shp")
 #: Endings of clouds that are written.
 CLOUD_OUTPUTS = ("laz", "las", "ply")
 

@@ -11,7 +11,7 @@ import pyproj
 from ..core.crs import horizontal
 from ..core.errors import CRSError, GeotagError
 from ..core.frames import transform
-from ..core.map_scale import zone_that_fits
+from ..core.map_scale import zone_hint
 from ..core.progress import Reporter
 from ..core.shown import shorten
 from .gpstime import describe_utc
@@ -49,12 +49,12 @@ def check_agreement(
     off_m = _believed_side(stations, own, marked, off_m)
     known = np.isfinite(exif) & (off_m == 0)
     if known.any() and np.median(exif[known]) > MAX_MEDIAN_DISTANCE_M:
-        zone = zone_that_fits(
+        hint = zone_hint(
+            " (in {zone}, they would fit)",
             stations.crs,
             stations.xyz[known, :2],
             lambda xy: bool(np.median(np.hypot(*(xy - own.xyz[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M),
         )
-        hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, they would fit)" if zone is not None else ""
         raise GeotagError(
             f"{source}: its positions are {np.median(exif[known]):.0f} m (median) from the GPS positions in the "
             f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}."

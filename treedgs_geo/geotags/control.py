@@ -16,7 +16,7 @@ from ..core.columns import FoundColumn, columns, epsg_crs, line_of, measured, nu
 from ..core.crs import lonlat_to_project
 from ..core.errors import CRSError, InputError
 from ..core.frames import same_datum, transform, usual_crs
-from ..core.map_scale import zone_that_fits
+from ..core.map_scale import zone_hint
 from ..core.number_cells import as_number
 from ..core.progress import Reporter
 from ..core.shown import shorten
@@ -270,8 +270,8 @@ def _check_distance(path: Path, points: pd.DataFrame, xyz: np.ndarray, stations:
     def is_near(xy: np.ndarray) -> bool:
         return bool(max(np.linalg.norm(placed - place, axis=1).min() for place in xy) <= MAX_AWAY_M)
 
-    zone = zone_that_fits(stations.crs, xyz[:, :2], is_near) if np.isfinite(xyz).all() else None
-    hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, all would lie there)" if zone is not None else ""
+    said = " (in {zone}, all would lie there)"
+    hint = zone_hint(said, stations.crs, xyz[:, :2], is_near) if np.isfinite(xyz).all() else ""
     raise InputError(
         f"{path}, line {points['line'].iloc[worst]}: point {points.index[worst]!r} lies {away[worst] / 1000:.0f} km "
         f"from the nearest photo, expected it under the flight{hint}; check the coordinates, their order and their CRS."

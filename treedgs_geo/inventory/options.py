@@ -42,9 +42,7 @@ class FieldProtocol(Bearings):
         help="distance to the middle of the stem, or to its near face (half the DBH is added)",
     )
     dbh_unit: str = param(
-        "auto",
-        choices=("auto", "cm", "mm", "m", "in"),
-        help="unit of the DBH column (auto: from a name like dbh_cm)",
+        "auto", choices=("auto", "cm", "mm", "m", "in"), help="unit of the DBH column (auto: from a name like dbh_cm)"
     )
     distance_unit: str = param(
         "auto",

@@ -20,7 +20,7 @@ from ..core.map_scale import check_place
 from ..core.progress import Reporter
 from ..inventory.searched import searched_area
 from ..inventory.stand.sample import SamplePlot, as_searched, crs_of_plots, read_sample
-from ..inventory.stand.treelist import from_layer, settle_status
+from ..inventory.stand.treelist import measured_trees
 from ..terrain.dtm import Dtm, read_dtm
 from .missions import Target
 from .settings import PlanFlightSettings
@@ -171,8 +171,7 @@ def _trees_of_canopy(canopy: Canopy, numbers: StandNumbers, origin: np.ndarray) 
 def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], BaseGeometry | None]:
     """(N, 2) project coordinates, (N,) DBH m, (N,) height m (NaN unknown) of living trees with a place; and the ground
     that was searched for them, where the layer says it."""
-    found = from_layer(path, crs)
-    settle_status(found)
+    found = measured_trees(path, crs)
     table = found.trees[~found.trees["dead"].to_numpy(bool)]
     xy = table[["x", "y"]].to_numpy(float)
     placed = np.isfinite(xy).all(axis=1)

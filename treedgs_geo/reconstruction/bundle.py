@@ -170,10 +170,7 @@ class Problem:
         self.places = np.empty(rows, np.int64)
         self.places[self.by_point[1]] = np.arange(rows)
         self.linear = Linear(
-            np.zeros((rows, 2)),
-            np.zeros((rows, 2, N_POSE)),
-            np.zeros((rows, 2, self.shared)),
-            np.zeros((rows, 2, 3)),
+            np.zeros((rows, 2)), np.zeros((rows, 2, N_POSE)), np.zeros((rows, 2, self.shared)), np.zeros((rows, 2, 3))
         )
         travel_sd = known.travel_sd_m if "travel" in free else 0.0
         self.coupled = np.zeros((rows, 3, N_POSE if travel_sd > 0 else kernels.STILL))

@@ -16,18 +16,12 @@ from .cameras import Camera, Sensor
 
 #: Sensor widths in mm (maker's data sheets) and the nominal focal length that the entry holds for.
 SENSOR_WIDTHS_MM = {
-    "FC300S": (6.16, 3.61),
-    "FC300X": (6.16, 3.61),
-    "FC300C": (6.16, 3.61),
+    **dict.fromkeys(("FC300S", "FC300X", "FC300C"), (6.16, 3.61)),
     "FC330": (6.17, 3.61),
     "FC220": (6.17, 4.73),
-    "FC6310": (13.2, 8.8),
-    "FC6310R": (13.2, 8.8),
-    "FC6310S": (13.2, 8.8),
+    **dict.fromkeys(("FC6310", "FC6310R", "FC6310S"), (13.2, 8.8)),
     "L1D-20c": (13.2, 10.26),
-    "L2D-20c": (17.3, 12.29),
-    "M3E": (17.3, 12.29),
-    "M4E": (17.3, 12.29),
+    **dict.fromkeys(("L2D-20c", "M3E", "M4E"), (17.3, 12.29)),
     "ZenmuseP1": (35.9, 35.0),
     "FC6520": (17.3, 15.0),
     "FC7203": (6.3, 4.49),
@@ -43,12 +37,9 @@ PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 #: ``xmp_samples``); a distortion that nobody stated may be that of any drone's lens.
 _UNKNOWN_LENS = (0.3, 0.5, 1.0, 0.002)
 _PRIOR_SD = {
-    # What an earlier flight could not determine was taken over from metadata: it is not worth more for standing there.
-    "file": (0.03, 0.01, *_UNKNOWN_LENS),
     "dewarp": (0.005, 0.002, 0.02, 0.05, 0.1, 0.0005),
-    "xmp": (0.03, 0.01, *_UNKNOWN_LENS),
-    "pix4d": (0.03, 0.01, *_UNKNOWN_LENS),
-    "sensor": (0.03, 0.01, *_UNKNOWN_LENS),
+    # What an earlier flight could not determine was taken over from metadata: it is not worth more for standing there.
+    **dict.fromkeys(("file", "xmp", "pix4d", "sensor"), (0.03, 0.01, *_UNKNOWN_LENS)),
     "plane": (0.04, 0.01, *_UNKNOWN_LENS),
     "exif35": (0.05, 0.015, *_UNKNOWN_LENS),
 }

@@ -121,8 +121,7 @@ def check_block(
             f"diameter, to {scale:.1%} only (standard error); "
             "the trees' intervals are widened by it: use RTK or PPK positions, control points or known lengths (--gcp)."
         )
-    for warning in warnings:
-        reporter.warn(warning)
+    reporter.tell(warnings)
     camera, posed = block.camera, block.is_posed
     report = {
         "photos": len(stations),

@@ -124,11 +124,7 @@ def choose_pairs(views: list[View], corners: np.ndarray, max_views: int) -> list
 
 
 def match_pair(
-    first: View,
-    second: View,
-    image_a: np.ndarray,
-    image_b: np.ndarray,
-    corners: np.ndarray,
+    first: View, second: View, image_a: np.ndarray, image_b: np.ndarray, corners: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Points (N, 3) local and colours (N, 3) that photo ``first`` sees and ``second`` confirms, inside the box of the
     band's corners.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -28,6 +29,15 @@ LEVEL_DEG, _MIN_BREADTH = 3.0, 0.3
 _MET_PX = 4.0
 #: A photo on its head: half a turn about the camera's axis.
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+
+
+class _Model(NamedTuple):
+    """What a mapper found in a frame of its own. ids: numbers of its photos; their rotations and centres."""
+
+    ids: np.ndarray
+    camera: Camera
+    rotations: np.ndarray
+    centres: np.ndarray
 
 
 @dataclass
@@ -61,7 +71,7 @@ def place_photos(
     xyz, gimbal = survey.known.xyz, survey.rotations
     placement = Placement.nowhere(survey.calibration.camera, len(stations))
     rng = np.random.default_rng(seed)
-    best, tried = 0, dict[str, list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]]()
+    best, tried = 0, dict[str, list[_Model]]()
     tasks, free_focal = ["map_global", "map_global", "map_incremental"], "focal" in survey.free
     if survey.known.is_by_control:
         # A mapper has no prior on the lens: where nothing else is known it bends lens and model together.
@@ -70,7 +80,7 @@ def place_photos(
         # Neither geotags nor gimbals tell a model that is wrong as a whole: the matches do.
         free_focal, tasks = False, tasks[1:]
         tried = {task: _run_mapper(task, database, cache, stations.names, free_focal, seed) for task in tasks}
-        tasks.sort(key=lambda task: -sum(_matches_met(store, *model) for model in tried[task]))
+        tasks.sort(key=lambda task: -sum(_matches_met(store, model) for model in tried[task]))
     for task in tasks:
         left = np.flatnonzero(~placement.mapped).tolist()
         aimed = _has_gimbal(xyz, gimbal)[left].all()
@@ -78,10 +88,10 @@ def place_photos(
             break
         names = [stations.names[i] for i in left]
         models = tried.get(task) if len(left) == len(stations) else None
-        for ids, camera, rotations, centres in models or _run_mapper(task, database, cache, names, free_focal, seed):
-            accepted = _fit_model(placement, ids, camera, rotations, centres, survey, rng)
+        for model in models or _run_mapper(task, database, cache, names, free_focal, seed):
+            accepted = _fit_model(placement, model, survey, rng)
             if accepted > best:
-                best, placement.camera = accepted, camera
+                best, placement.camera = accepted, model.camera
     return _filled_from_gimbal(placement, xyz, gimbal)
 
 
@@ -90,13 +100,11 @@ def place_by_gimbal(camera: Camera, xyz: np.ndarray, gimbal: np.ndarray) -> Plac
     return _filled_from_gimbal(Placement.nowhere(camera, len(xyz)), xyz, gimbal)
 
 
-def _matches_met(
-    store: FeatureStore, ids: np.ndarray, camera: Camera, rotations: np.ndarray, centres: np.ndarray
-) -> int:
+def _matches_met(store: FeatureStore, model: _Model) -> int:
     """How many verified matches lie within :data:`_MET_PX` of their epipolar lines in a model."""
     views = {
-        i: View(str(i), Path(), camera, rotation, -rotation @ centre)
-        for i, rotation, centre in zip(ids.tolist(), rotations, centres, strict=True)
+        i: View(str(i), Path(), model.camera, rotation, -rotation @ centre)
+        for i, rotation, centre in zip(model.ids.tolist(), model.rotations, model.centres, strict=True)
     }
     rays = {i: view.rays(store.keypoints[i]) for i, view in views.items()}
     met = 0
@@ -104,16 +112,13 @@ def _matches_met(
         if i in views and j in views and len(rows):
             a, b, along = rays[i][rows[:, 0]], rays[j][rows[:, 1]], views[j].centre - views[i].centre
             along = along / max(np.linalg.norm(along), 1e-12)
-            off = line_scale(a, b, along, camera.fx) * (np.cross(a, b) @ along)
+            off = line_scale(a, b, along, model.camera.fx) * (np.cross(a, b) @ along)
             met += int((np.abs(off) < _MET_PX).sum())
     return met
 
 
-def _run_mapper(
-    task: str, database: Path, cache: Path, names: list[str], free_focal: bool, seed: int
-) -> list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]:
-    """Photo numbers, camera, rotations and centres of each model found, largest first. database: of
-    :func:`.matching.match_all`."""
+def _run_mapper(task: str, database: Path, cache: Path, names: list[str], free_focal: bool, seed: int) -> list[_Model]:
+    """Each model found, largest first. database: of :func:`.matching.match_all`."""
     import pycolmap
 
     output = cache / "models"
@@ -132,20 +137,13 @@ def _run_mapper(
         poses = np.array([image.cam_from_world().matrix() for image in images])
         ids = np.array([image.image_id - 1 for image in images])
         camera = camera_from_colmap(model.camera(images[0].camera_id))
-        found.append((ids, camera, poses[:, :, :3], np.array([image.projection_center() for image in images])))
-    return sorted(found, key=lambda model: -len(model[0]))
+        found.append(_Model(ids, camera, poses[:, :, :3], np.array([image.projection_center() for image in images])))
+    return sorted(found, key=lambda model: -len(model.ids))
 
 
-def _fit_model(
-    placement: Placement,
-    ids: np.ndarray,
-    camera: Camera,
-    rotations: np.ndarray,
-    centres: np.ndarray,
-    survey: Survey,
-    rng: np.random.Generator,
-) -> int:
+def _fit_model(placement: Placement, model: _Model, survey: Survey, rng: np.random.Generator) -> int:
     """Bring one model into the local frame; returns how many of its photos were believed."""
+    ids, rotations, centres = model.ids, model.rotations, model.centres
     xyz, sd, gimbal = survey.known.xyz, survey.known.sd, survey.rotations
     placed = np.isfinite(xyz[ids]).all(axis=1)
     spread = np.where(placed, np.linalg.norm(sd[ids], axis=1), np.inf)
@@ -155,7 +153,7 @@ def _fit_model(
         usable = placed
     fitted = fit_similarity_robust(centres[usable], xyz[ids][usable], spread[usable], rng)
     if not placed.any():
-        similarity = _by_control(ids, camera, rotations, centres, survey)
+        similarity = _by_control(model, survey)
     elif fitted is not None and fitted[1].sum() >= max(3, 0.3 * usable.sum()):
         similarity = fitted[0]
     else:
@@ -185,15 +183,14 @@ def _fit_model(
     return int(keep.sum())
 
 
-def _by_control(
-    ids: np.ndarray, camera: Camera, rotations: np.ndarray, centres: np.ndarray, survey: Survey
-) -> Similarity | None:
+def _by_control(model: _Model, survey: Survey) -> Similarity | None:
     """From a model none of whose photos has a geotag to the control points that it shows."""
     if survey.known.control is None:
         return None
-    every, none = Placement.nowhere(camera, len(survey.known.xyz)), np.zeros(0, int)
-    every.rotations[ids], every.translations[ids] = rotations, -np.einsum("nij,nj->ni", rotations, centres)
-    sensor = replace(survey.sensor, camera=camera)
+    every, none = Placement.nowhere(model.camera, len(survey.known.xyz)), np.zeros(0, int)
+    every.rotations[model.ids] = model.rotations
+    every.translations[model.ids] = -np.einsum("nij,nj->ni", model.rotations, model.centres)
+    sensor = replace(survey.sensor, camera=model.camera)
     block = Block(sensor, every.rotations, every.translations, [], np.zeros((0, 3)), none, none, none)
     return fit_to_control(block, survey.known.control)
 

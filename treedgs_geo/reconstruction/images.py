@@ -37,9 +37,7 @@ def load_image(photo: View | Path, reduced: int = 1) -> np.ndarray:
 
 
 def pinhole_maps(
-    camera: Camera,
-    box: tuple[float, float, float, float],
-    scale: float = 1.0,
+    camera: Camera, box: tuple[float, float, float, float], scale: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """``cv2.remap`` maps of an undistorted window, and its calibration matrix.
 

@@ -193,12 +193,7 @@ def _as_control_says(block: Block, known: Known, given: Known) -> Known:
 
 
 def _first_block(
-    placement: Placement,
-    store: FeatureStore,
-    known: Known,
-    sensor: Sensor,
-    free: frozenset[str],
-    reporter: Reporter,
+    placement: Placement, store: FeatureStore, known: Known, sensor: Sensor, free: frozenset[str], reporter: Reporter
 ) -> Block:
     """The mapped photos, moved onto control points where they are far off, and adjusted."""
     mapped = placement.mapped
@@ -446,14 +441,17 @@ def leave_out(block: Block, known: Known, names: list[str], reporter: Reporter) 
     weak = block.is_posed & (np.bincount(block.image, minlength=len(names)) < MIN_OBSERVATIONS)
     stray = strays(block, known)
     lost = ~block.is_posed | (weak & ~stray)
-    for chosen, why in (
-        (stray, "contradict their geotag or gimbal angles and are left out"),
-        (lost, "could not be tied to the others"),
-    ):
-        if chosen.any():
-            reporter.warn(f"{chosen.sum()} photos {why}: {shorten([names[i] for i in np.flatnonzero(chosen)])}.")
-    block.unpose(weak | stray)
+    _take_out(block, stray, "contradict their geotag or gimbal angles and are left out", names, reporter)
+    _take_out(block, lost, "could not be tied to the others", names, reporter)
     return bool((weak | stray).any())
+
+
+def _take_out(block: Block, photos: np.ndarray, why: str, names: list[str], reporter: Reporter) -> bool:
+    """Take photos, (N,) bool, out of the block with a warning; whether there were any."""
+    if photos.any():
+        reporter.warn(f"{photos.sum()} photos {why}: {shorten([names[i] for i in np.flatnonzero(photos)])}.")
+        block.unpose(photos)
+    return bool(photos.any())
 
 
 def leave_out_loose(block: Block, poses_px: np.ndarray, names: list[str], reporter: Reporter) -> bool:
@@ -466,13 +464,8 @@ def leave_out_loose(block: Block, poses_px: np.ndarray, names: list[str], report
         return False
     with np.errstate(invalid="ignore"):
         unsure = block.is_posed & (poses_px > max(LOOSE_PX, LOOSE_TIMES * float(np.nanmedian(poses_px))))
-    if unsure.any():
-        named = shorten([names[i] for i in np.flatnonzero(unsure)])
-        reporter.warn(
-            f"{unsure.sum()} photos hang on too few points to stand anywhere for sure and are left out: {named}."
-        )
-        block.unpose(unsure)
-    return bool(unsure.any())
+    why = "hang on too few points to stand anywhere for sure and are left out"
+    return _take_out(block, unsure, why, names, reporter)
 
 
 def groups_of(block: Block) -> list[np.ndarray]:
@@ -493,14 +486,10 @@ def leave_out_apart(block: Block, known: Known, names: list[str], reporter: Repo
         return False
     kept = np.concatenate([group for group in groups if len(group) >= APART_SHARE * len(groups[0])])
     apart = block.is_posed & ~np.isin(np.arange(len(names)), kept)
-    if apart.any():
-        named = shorten([names[i] for i in np.flatnonzero(apart)])
-        reporter.warn(
-            f"{apart.sum()} photos share no points with the others, and their geotags do not tell where they stand "
-            f"beside them; they are left out: {named}."
-        )
-        block.unpose(apart)
-    return bool(apart.any())
+    why = (
+        "share no points with the others, and their geotags do not tell where they stand beside them; they are left out"
+    )
+    return _take_out(block, apart, why, names, reporter)
 
 
 def leave_out_unconfirmed(block: Block, sure: np.ndarray, names: list[str], reporter: Reporter) -> bool:
@@ -508,9 +497,5 @@ def leave_out_unconfirmed(block: Block, sure: np.ndarray, names: list[str], repo
 
     sure: (N,) bool of :func:`.resection.confirmed`.
     """
-    unsure = _unconfirmed(block, sure)
-    if unsure.any():
-        named = shorten([names[i] for i in np.flatnonzero(unsure)])
-        reporter.warn(f"{unsure.sum()} photos do not show the points of the others and are left out: {named}.")
-        block.unpose(unsure)
-    return bool(unsure.any())
+    why = "do not show the points of the others and are left out"
+    return _take_out(block, _unconfirmed(block, sure), why, names, reporter)

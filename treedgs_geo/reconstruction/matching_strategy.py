@@ -3,6 +3,7 @@ feature with every other only where photos are still missing. One block after an
 
 from __future__ import annotations
 
+import shutil
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,19 +14,22 @@ import numpy as np
 from ..core.errors import ReconstructionError
 from ..core.files import fingerprint
 from ..core.machine import available_threads
-from ..core.progress import Reporter
-from ..core.steps import Collector
+from ..core.progress import Collector, Reporter
+from ..geotags.control import ControlPoints
 from ..geotags.own_tags import OVERHEAD_DEG
+from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
+from .calibration import calibration_record
 from .checks import check_block
 from .covariance import posterior_of
 from .georeference import HALF_TURN, Placement, place_by_gimbal, place_photos
 from .guided_matching import Guide, match_guided
 from .incremental_block import Joined, from_gimbal, join_photos
 from .matching import match_all, similar_pairs
+from .model import save_model
 from .options import CONFIRMED_SHARE, ReconstructOptions
 from .pairs import select_pairs
-from .prior_knowledge import Survey
+from .prior_knowledge import Survey, survey_of
 from .sift import FeatureStore, extract
 
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
@@ -149,6 +153,44 @@ class Work:
         return self.cache_root / f"sfm-{key}"
 
 
+def reconstruct_photos(
+    stations: Stations,
+    options: ReconstructOptions,
+    sfm_folder: Path,
+    reporter: Reporter | None = None,
+    control: ControlPoints | None = None,
+    calibration_file: Path | None = None,
+) -> dict[str, Any]:
+    """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
+
+    stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
+    features and matches are kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes.
+    control: ground control and check points. calibration_file: ``camera.json`` of an earlier reconstruction with this
+    camera.
+
+    Raises:
+        ReconstructionError: too few photos register, or the result contradicts geotags, calibration or flying height.
+    """
+    reporter = reporter or Reporter()
+    began = time.monotonic()
+    if len(stations) < 3:
+        raise ReconstructionError(
+            f"{len(stations)} usable photos: structure from motion needs at least 3, a plot 30 or more; add photos."
+        )
+    sfm_folder = Path(sfm_folder)
+    work = Work(stations, options, survey_of(stations, control, calibration_file), sfm_folder)
+    levels = levels_of(options.neighbours, work.survey.can_guide)
+    level, joined, report, climbed = climb(work, levels, reporter)
+    report |= {"seconds": round(time.monotonic() - began, 1), "level": level.name, "climbed_because": climbed}
+    survey = work.survey
+    record = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["lens_sd"])
+    save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, survey.frame, report, record)
+    shutil.rmtree(work.cache, ignore_errors=True)
+    if not any(work.cache_root.iterdir()):
+        work.cache_root.rmdir()
+    return report
+
+
 def climb(work: Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
     """The first level whose block is good enough, or else the best; its block and report; why others were not."""
     found: tuple[Level, Joined, dict[str, Any], Collector] | None = None
@@ -191,7 +233,7 @@ def at_level(
     """The block at one level, and its report. former: of the level before, whose poses are kept where they are sure.
 
     Raises:
-        ReconstructionError: as :func:`.pipeline.reconstruct_photos`.
+        ReconstructionError: as :func:`reconstruct_photos`.
     """
     stations, options, survey = work.stations, work.options, work.survey
     cache, timing, began = work.cache, dict[str, float](), time.monotonic()

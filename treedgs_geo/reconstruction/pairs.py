@@ -30,11 +30,7 @@ def footprint_centres(xyz: np.ndarray, rotations: np.ndarray, ground_z: float) -
 
 
 def select_pairs(
-    xyz: np.ndarray,
-    rotations: np.ndarray,
-    ground_z: float,
-    half_field: float,
-    neighbours: int,
+    xyz: np.ndarray, rotations: np.ndarray, ground_z: float, half_field: float, neighbours: int
 ) -> np.ndarray:
     """(P, 2) pairs i < j worth matching.
 

@@ -62,10 +62,7 @@ def fit_similarity(source: np.ndarray, target: np.ndarray, weights: np.ndarray) 
 
 
 def fit_similarity_robust(
-    source: np.ndarray,
-    target: np.ndarray,
-    sd: np.ndarray,
-    rng: np.random.Generator,
+    source: np.ndarray, target: np.ndarray, sd: np.ndarray, rng: np.random.Generator
 ) -> tuple[Similarity, np.ndarray] | None:
     """Similarity that most cameras agree with (RANSAC over triples, then refitted).
 

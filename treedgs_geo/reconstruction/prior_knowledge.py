@@ -28,22 +28,18 @@ GUIDED_SHARE = 0.9
 
 @dataclass(frozen=True)
 class Survey:
-    """What is known before a photo is looked at, in the local frame. ground: height, NaN unknown. free: parts of lens
-    and shutter that are adjusted."""
+    """What is known before a photo is looked at, in the local frame. ground: its height, NaN unknown. height: of the
+    cameras above it, metres. free: parts of lens and shutter that are adjusted."""
 
     frame: LocalFrame
     calibration: Calibration
     rotations: np.ndarray
     ground: float
+    height: float
     known: Known
     sensor: Sensor
     free: frozenset[str]
     readout: Readout
-
-    @property
-    def height(self) -> float:
-        """Of the cameras above the ground, metres."""
-        return float(np.nanmedian(self.known.xyz[:, 2]) - self.ground) if np.isfinite(self.ground) else 80.0
 
     @property
     def can_guide(self) -> bool:
@@ -79,11 +75,9 @@ def survey_of(stations: Stations, control: ControlPoints | None, calibration_fil
     if known.is_precise:
         flights = len(np.unique(stations.flight))
         known = replace(known, late_s=np.zeros(flights), late_sd_s=np.full(flights, LATE_SD_S))
-    height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0
-    known, sensor, shutter = free_shutter(
-        known, sensor_of(stations, calibration.camera), stations, readout, float(height)
-    )
-    return Survey(frame, calibration, rotations, ground, known, sensor, free | shutter, readout)
+    height = float(np.nanmedian(xyz[:, 2]) - ground) if np.isfinite(ground) else 80.0
+    known, sensor, shutter = free_shutter(known, sensor_of(stations, calibration.camera), stations, readout, height)
+    return Survey(frame, calibration, rotations, ground, height, known, sensor, free | shutter, readout)
 
 
 def gimbal_rotations(stations: Stations) -> np.ndarray:

@@ -45,12 +45,7 @@ def from_matches(
 
 
 def resect(
-    block: Block,
-    store: FeatureStore,
-    loose: np.ndarray,
-    guess: np.ndarray,
-    known: Known,
-    rng: np.random.Generator,
+    block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray, known: Known, rng: np.random.Generator
 ) -> np.ndarray:
     """Turn each loose photo, standing at its geotag, until known points fall on its features; returns who succeeded."""
     joined = np.zeros(len(loose), bool)

@@ -157,9 +157,7 @@ class Block:
 
 
 def build_tracks(
-    keypoints: list[np.ndarray],
-    matches: dict[tuple[int, int], np.ndarray],
-    usable: np.ndarray,
+    keypoints: list[np.ndarray], matches: dict[tuple[int, int], np.ndarray], usable: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Join pairwise matches into tracks.
 

@@ -15,9 +15,8 @@ from .. import __version__
 from ..core.errors import CRSError, InputError
 from ..core.files import ensure_writable
 from ..core.machine import cores
-from ..core.plots import Plot, read_plots
-from ..core.progress import Reporter
-from ..core.steps import Collector, Steps
+from ..core.plots import Plot, plot_of, read_plots
+from ..core.progress import Collector, Reporter
 from ..core.workspace import peak_memory_mb
 from ..inventory.report import write_report
 from ..inventory.searched import not_seen, partly_searched, searched_table
@@ -40,7 +39,7 @@ from .cloud_input import load_ground, read_checked, tree_summary
 from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .searched import LOW_M, day_scanned, seen_in_cloud
 from .settings import PointcloudToDbhSettings
-from .stage import Cost, Findings, Stage, check, check_target, dry_run, run_stages
+from .stage import Cost, Findings, Stage, Steps, check, check_target, dry_run, run_stages
 from .stand_view import cloud_crowns, show_cloud
 
 if TYPE_CHECKING:
@@ -120,11 +119,10 @@ def _read_cost(job: CloudJob, findings: Findings) -> Cost:
     )
 
 
-def _read(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _read(job: CloudJob, reporter: Reporter) -> None:
     asked = job.settings
     dtm = getattr(asked, "dtm", None)
     take(job, *read_checked(asked.input, asked.crs, reporter, job.attributes, job.find_stems, dtm))
-    return {}
 
 
 def take(job: CloudJob, cloud: PointCloud, extent: Extent) -> None:
@@ -210,10 +208,9 @@ def _ground_cost(job: CloudJob, findings: Findings) -> Cost:
     return Cost()
 
 
-def _ground(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _ground(job: CloudJob, reporter: Reporter) -> None:
     cut_to_plots(job)
     job.ground = load_ground(job.settings, job.cloud, reporter)
-    return {}
 
 
 #: Of every verb that takes a cloud and perhaps a terrain model.
@@ -246,11 +243,9 @@ def _trees_in_plots(
     trees: list[Tree], tree_id: np.ndarray, plots: list[Plot], reporter: Reporter
 ) -> tuple[list[Tree], np.ndarray]:
     """Trees that stand in a plot at breast height, with its id; the others' points lose their tree_id."""
-    inside = []
     for tree in trees:
-        tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
-        if tree.plot_id is not None:
-            inside.append(tree)
+        tree.plot_id = plot_of(plots, tree.x, tree.y)
+    inside = [tree for tree in trees if tree.plot_id is not None]
     if len(inside) < len(trees):
         reporter.info(f"{len(trees) - len(inside)} stems stand outside the plots and are left out.")
     if trees and not inside:
@@ -258,11 +253,10 @@ def _trees_in_plots(
     return inside, np.where(np.isin(tree_id, [tree.tree_id for tree in inside]), tree_id, 0)
 
 
-def _stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _stems(job: CloudJob, reporter: Reporter) -> None:
     job.trees, job.tree_id = find_and_measure(job.cloud, job.ground, job.plots, job.settings, reporter)
     name_run(job.settings, job.trees)
     job.sections = stem_sections(job.cloud.xyz, job.tree_id, job.trees)
-    return {}
 
 
 STEMS = Stage("stems", 0.65, _stems)
@@ -271,23 +265,21 @@ STEMS = Stage("stems", 0.65, _stems)
 # --- sheets, write ----------------------------------------------------------------------------------------------------
 
 
-def _sheets(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _sheets(job: CloudJob, reporter: Reporter) -> None:
     asked = job.settings
     job.sheets = make_cloud_sheets(
         asked.sheets, asked.output, job.cloud.xyz, job.tree_id, job.trees, job.sections, reporter
     )
-    return {}
 
 
 SHEETS = Stage("sheets", 0.04, _sheets)
 
 
-def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _write(job: CloudJob, reporter: Reporter) -> None:
     asked, cloud = job.settings, job.cloud
     seen, day = seen_in_cloud(cloud.xyz, job.ground.dtm), day_scanned(asked.input, cloud.attributes.get("gps_time"))
     job.searched = searched_table(seen, job.plots, job.crs, day)
-    for sentence in partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"):
-        reporter.warn(sentence)
+    reporter.tell(partly_searched(job.searched, f"elsewhere the cloud holds no point in the lowest {LOW_M:g} m"))
     try:
         job.crowns = cloud_crowns(job)
     except Exception as problem:  # the trees are measured
@@ -296,7 +288,6 @@ def _write(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     write_trees(asked.output, job.trees, job.crs, job.sections, reporter, **more)
     summary = tree_summary(job.trees, reporter)
     job.result = {"output": str(asked.output), "report": None, **summary}
-    return {}
 
 
 WRITE = Stage("write", 0.01, _write)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -15,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from .. import __version__
 from ..core.errors import OutputError
+from ..core.files import short_hash
 from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..inventory.evidence.cloud_sheet import SLICE_HEIGHTS, CloudEvidence, cloud_sheet
@@ -32,8 +31,7 @@ _AROUND_M, _MAX_AROUND = 3.0, 300_000
 def name_run(settings: PointcloudToDbhSettings, trees: list[Tree]) -> None:
     """Give the trees their ``run_id``: the same settings and results give the same."""
     said = {name: value for name, value in to_json(settings).items() if name not in _OUTPUTS}
-    text = json.dumps([__version__, said, [asdict(tree) for tree in trees]], sort_keys=True, default=str)
-    run_id = hashlib.sha256(text.encode()).hexdigest()[:16]
+    run_id = short_hash(__version__, said, [asdict(tree) for tree in trees])
     for tree in trees:
         tree.run_id = run_id
 

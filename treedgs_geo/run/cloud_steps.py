@@ -19,9 +19,8 @@ import pyproj
 from ..core.errors import InputError
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.files import ensure_writable
-from ..core.map_scale import zone_that_fits
-from ..core.progress import Reporter
-from ..core.steps import Collector
+from ..core.map_scale import zone_hint
+from ..core.progress import Collector, Reporter
 from ..core.tables import write_csv
 from ..inventory.tree_layer import check_output, style_raster, write_trees
 from ..pointcloud.cloud import PointCloud, usable
@@ -75,7 +74,7 @@ def run_terrain(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]
     return job.result
 
 
-def _terrain(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _terrain(job: CloudJob, reporter: Reporter) -> None:
     asked, cloud, known = job.settings, job.cloud, None
     if asked.use_classes:
         known = cloud.attributes.get("classification", np.zeros(len(cloud))) == 2
@@ -92,10 +91,9 @@ def _terrain(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
                 "the terrain model runs through the lowest points that are left, do not measure heights or diameters "
                 "above it."
             )
-    return {}
 
 
-def _write_terrain(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _write_terrain(job: CloudJob, reporter: Reporter) -> None:
     asked, cloud, dtm = job.settings, job.cloud, job.ground.dtm
     if asked.ground_points is not None:
 
@@ -122,7 +120,6 @@ def _write_terrain(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
         "support_p95_m": round(support, 2),
         "ground_points": str(asked.ground_points) if asked.ground_points else None,
     }
-    return {}
 
 
 def _classes(before: np.ndarray, ground: np.ndarray) -> np.ndarray:
@@ -167,7 +164,7 @@ def run_segment_stems(settings: SegmentStemsSettings, reporter: Reporter) -> dic
     return job.result
 
 
-def _find_stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _find_stems(job: CloudJob, reporter: Reporter) -> None:
     asked, cloud = job.settings, job.cloud
     height = height_above_ground(cloud.xyz, job.ground.dtm)
     if asked.segmenter != "own":
@@ -182,7 +179,6 @@ def _find_stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
         tree_id = label(cloud.xyz, height)
     ids, feet, radius_m = stem_feet(cloud.xyz, tree_id, height)
     job.stems = SegmentedStems(label, count, source, ids, stem_ground_se(job.ground, feet, radius_m, cloud.xyz))
-    return {}
 
 
 def _named(labeller: Labeller, names: np.ndarray, xyz: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -201,7 +197,7 @@ def _in_order(tree_id: np.ndarray) -> Callable[[np.ndarray, np.ndarray], np.ndar
     return label
 
 
-def _write_stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _write_stems(job: CloudJob, reporter: Reporter) -> None:
     asked, stems, n_points = job.settings, job.stems, 0
     everything = asked.keep_all or not stems.count
 
@@ -229,7 +225,6 @@ def _write_stems(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     reporter.info(f"{stems.count} stems, {n_points:,} stem points ({stems.source} settings).")
     found = {"n_stems": stems.count, "n_stem_points": n_points, "source": stems.source}
     job.result = {"output": str(asked.output), **found, **job.result}
-    return {}
 
 
 # --- measure-dbh ------------------------------------------------------------------------------------------------------
@@ -247,7 +242,7 @@ def run_measure_dbh(settings: MeasureDbhSettings, reporter: Reporter) -> dict[st
     return job.result
 
 
-def _ground_of_stems(job: CloudJob, reporter: Collector) -> dict[str, Any]:
+def _ground_of_stems(job: CloudJob, reporter: Collector) -> None:
     asked, there = job.settings, job.cloud.attributes
     if asked.id_field not in there:
         raise InputError(
@@ -258,11 +253,11 @@ def _ground_of_stems(job: CloudJob, reporter: Collector) -> dict[str, Any]:
     if asked.dtm is None and "height_m" in there:
         dtm = _dtm_of_heights(job.cloud)
         job.ground = CloudGround(dtm, dtm)
-        return {}
-    return GROUND.run(job, reporter)
+    else:
+        GROUND.run(job, reporter)
 
 
-def _measure(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
+def _measure(job: CloudJob, reporter: Reporter) -> None:
     asked, cloud, tree_id = job.settings, job.cloud, job.tree_id
     trees = measure_stems(cloud, tree_id, job.ground.dtm, asked, reporter)
     if asked.dtm is None and {"height_m", "ground_se_m"} <= set(cloud.attributes):
@@ -273,7 +268,6 @@ def _measure(job: CloudJob, reporter: Reporter) -> dict[str, Any]:
     trees = with_remarks(trees, cloud, job.ground, reporter)
     write_trees(asked.output, trees, job.crs, stem_sections(cloud.xyz, tree_id, trees), reporter)
     job.result = {"output": str(asked.output), **tree_summary(trees, reporter)}
-    return {}
 
 
 def _dtm_of_heights(cloud: PointCloud) -> Dtm:
@@ -310,8 +304,7 @@ def read_places(path: Path | None, crs: pyproj.CRS | None, low: np.ndarray, high
         return bool(((xy >= low - FIELD_MATCH_M) & (xy <= high + FIELD_MATCH_M)).all(axis=1).any())
 
     if not inside(field.xy):
-        zone = zone_that_fits(crs, field.xy, inside)
-        hint = f"; in EPSG:{zone.to_epsg()}, {zone.name}, they would" if zone is not None else ""
+        hint = zone_hint("; in {zone}, they would", crs, field.xy, inside)
         raise InputError(
             f"{path}: none of its {len(field.xy)} stems stands in the cloud (the first is at {field.xy[0, 0]:.1f}, "
             f"{field.xy[0, 1]:.1f}{hint}); give positions in the cloud's CRS."

@@ -11,8 +11,7 @@ import numpy as np
 
 from ..core.crs import LocalFrame
 from ..core.plots import Plot
-from ..core.progress import Reporter
-from ..core.steps import Collector, Steps
+from ..core.progress import Collector, Reporter
 from ..core.workspace import Workspace
 from ..geotags.control import ControlPoints
 from ..geotags.stations import Stations
@@ -21,8 +20,8 @@ from ..reconstruction.cameras import View
 from ..stems.quality.tree import Tree
 from ..terrain.dtm import Dtm
 from .forecast import PlannedSearch
-from .presets import Preset
-from .settings import PhotosToDbhSettings
+from .settings import PhotosToDbhSettings, Preset
+from .stage import Steps
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,25 @@
-"""The stage ``geotag``: where each photo was taken."""
+"""The stage ``geotag``: where each photo was taken, and by which name the workspace knows it."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ..core import workspace as names
+from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.files import content_hashes
 from ..core.progress import Reporter
-from ..core.workspace import in_use, read_record
+from ..core.workspace import Workspace, in_use, read_record
 from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..planning.flown import read_expected
+from ..reconstruction.cameras import View
+from ..reconstruction.model import load_views
 from .context import PhotoJob
-from .photo_files import photo_files
 from .published_plot import check_published
 from .settings import PhotosToDbhSettings
 from .stage import Cost, Findings, Key, Stage, check_target
@@ -78,6 +81,49 @@ def _geotag_cost(job: PhotoJob, findings: Findings) -> Cost:
     return Cost(seconds=5.0, memory_gb=0.8, disk_gb=0.2)
 
 
+def photo_files(space: Workspace, folder: Path, photos: list[Path], reporter: Reporter) -> dict[str, Path]:
+    """Name -> file of the photos in a folder: the relative path, or what the workspace calls a photo of that content.
+
+    Only where the photos are the same ones, each once: then nothing has to be done again for their names.
+
+    Args:
+        photos: all files of the folder that are photos.
+
+    Raises:
+        InputError: a photo that cannot be read.
+    """
+    files = {path.relative_to(folder).as_posix(): path for path in photos}
+    kept = _recorded(space)
+    if not kept or kept.keys() == files.keys() or len(kept) != len(files):
+        return files
+    called = {content: name for name, content in kept.items()}
+    found = {called.get(content, ""): path for path, content in zip(photos, content_hashes(photos), strict=True)}
+    if found.keys() != kept.keys():
+        return files
+    renamed = sum(folder / name != path for name, path in found.items())
+    reporter.info(
+        f"{renamed} of {len(photos)} photos have other names than when {space.folder} was made; they are the same "
+        "pictures, and its layers call them as before."
+    )
+    return dict(sorted(found.items()))
+
+
+def views_of(space: Workspace, folder: Path, reporter: Reporter) -> tuple[LocalFrame, list[View]]:
+    """The reconstruction of a workspace, with its photos in ``folder``.
+
+    Raises:
+        InputError: no reconstruction, or photos of it that are not there.
+    """
+    return load_views(space.path(names.SFM), folder, photo_files(space, folder, list_photos(folder), reporter))
+
+
+def _recorded(space: Workspace) -> dict[str, str]:
+    """Name -> SHA-256 of the photos of the workspace's last run; empty where it says none."""
+    settings = (space.record["stages"].get("geotag") or {}).get("settings")
+    photos = settings.get("photos") if isinstance(settings, dict) else None
+    return photos if isinstance(photos, dict) else {}
+
+
 def _geotag_key(job: PhotoJob) -> Key:
     # By what the files are, not by where: photos that were moved or renamed are the same photos.
     asked = job.settings
@@ -110,13 +156,7 @@ GEOTAG = Stage(
     "geotag",
     0.02,
     _geotag,
-    checks=(
-        _check_outputs,
-        _check_workspace,
-        lambda job: check_published(job.settings),
-        _check_plan,
-        _find_photos,
-    ),
+    checks=(_check_outputs, _check_workspace, lambda job: check_published(job.settings), _check_plan, _find_photos),
     cost=_geotag_cost,
     key=_geotag_key,
     outputs=lambda job: [job.path(names.GEOTAGS)],

@@ -20,10 +20,9 @@ import pyproj
 from ..core import workspace as names
 from ..core.errors import InputError, OutputError
 from ..core.field_stems import read_field_stems
-from ..core.progress import Reporter
+from ..core.progress import Collector, Reporter
 from ..core.settings import to_json
 from ..core.shown import count_of, shown_cm
-from ..core.steps import Collector, NotKept
 from ..core.workspace import read_record
 from ..stems.photos.deduplicate import one_stem
 from ..stems.photos.fit.photo_fit import PhotoFit
@@ -41,7 +40,7 @@ from .outputs import write_page
 from .photos import GEOTAG, TREES, held, job_of, result_of
 from .published_plot import is_published
 from .sheets import add_sheets
-from .stage import check, run_stages
+from .stage import NotKept, check, run_stages
 from .stand_view import show_stand
 
 if TYPE_CHECKING:

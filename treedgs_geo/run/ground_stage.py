@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.errors import InputError
-from ..core.map_scale import zone_that_fits
+from ..core.map_scale import zone_hint
 from ..core.plots import read_plots
 from ..core.progress import Reporter
 from ..inventory.tree_layer import style_raster
@@ -44,12 +44,12 @@ def _check_cover(job: PhotoJob) -> None:
     for plot in plots:
         away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
         if away > MAX_AWAY_M:
-            zone = zone_that_fits(
+            hint = zone_hint(
+                " (in {zone}, it would lie there)",
                 stations.crs,
                 np.array([[plot.x, plot.y]]),
                 lambda xy: bool(np.linalg.norm(placed - xy, axis=1).min() <= MAX_AWAY_M),
             )
-            hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, it would lie there)" if zone is not None else ""
             raise InputError(
                 f"{job.settings.plots}: plot {plot.plot_id!r} lies {away:.0f} m from the nearest photo, expected it "
                 f"under the flight{hint}; check the coordinates and their CRS (column epsg)."

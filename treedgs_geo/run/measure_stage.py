@@ -11,10 +11,13 @@ import numpy as np
 from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
+from ..core.plots import plot_of
 from ..core.progress import Reporter
 from ..core.shown import count_of
 from ..geotags.photos import read_photo
-from ..stems.photos.fit_records import write_fits
+from ..stems.photos.fit_records import KeptFits, write_fits
+from ..stems.photos.route import search_photos
+from ..stems.photos.trees import trees_of_photo_fits
 from ..stems.quality.ground import with_ground_error
 from ..stems.quality.limits import judge
 from ..stems.quality.tree import Tree, with_block_errors
@@ -24,7 +27,6 @@ from .field_stems import answers_of, field_stems, given_stems, report_answers, w
 from .forecast import MANY_TILES, at_once, only_nadir, planned_ground, planned_views, report_overlap, search_ahead
 from .ground_stage import circles
 from .published_plot import Published, is_published, published_route
-from .routes import photo_route
 from .settings import PhotosToDbhSettings
 from .stage import Cost, Findings, Key, Stage
 
@@ -108,17 +110,20 @@ def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     field = field_stems(job)
     given = None if field is None else given_stems(field.xy, site, asked.field_error_m)
     if is_published(asked):
-        found = published_route(site, job.block.points, Published.of(asked), job.path, reporter)
+        found, facts = published_route(site, job.block.points, Published.of(asked), job.path, reporter)
+        kept = KeptFits([])
     else:
-        found = photo_route(site, options, reporter, given)
-    trees = with_run_errors(job, found.trees)
+        with reporter.placed(site.frame):
+            searched = search_photos(site.views, site.ground, site.area, options, reporter, given)
+        found, facts = trees_of_photo_fits(searched.fits, site.frame), dict[str, Any]()
+        kept = KeptFits(searched.fits, searched.looks)
+    trees = with_run_errors(job, found)
     write_json(job.path(KEPT_TREES), [asdict(tree) for tree in trees])
-    write_fits(job.path(names.FITS), found.kept)
-    facts = found.facts
+    write_fits(job.path(names.FITS), kept)
     if field is not None and given is not None:
-        answers = answers_of(field, given, site, found.kept.fits, trees, options.margin_m)
+        answers = answers_of(field, given, site, kept.fits, trees, options.margin_m)
         write_answers(job.path(names.FIELD_STEMS), answers)
-        facts = facts | {"field_stems": report_answers(answers, asked.field_stems, reporter)}
+        facts |= {"field_stems": report_answers(answers, asked.field_stems, reporter)}
     return {"fit": _route(asked), "stems": len(trees), **facts}
 
 
@@ -171,11 +176,7 @@ def read_kept_trees(path: Path) -> list[Tree]:
 
 def placed(trees: list[Tree], job: PhotoJob) -> list[Tree]:
     """The trees with the plot that they stand in and the run that measured them."""
-    out = []
-    for tree in trees:
-        plot = next((p.plot_id for p in job.plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
-        out.append(replace(tree, run_id=job.run_id, plot_id=plot).finish())
-    return out
+    return [replace(tree, run_id=job.run_id, plot_id=plot_of(job.plots, tree.x, tree.y)).finish() for tree in trees]
 
 
 def _load_trees(job: PhotoJob, _: object) -> None:

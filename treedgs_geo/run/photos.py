@@ -13,9 +13,8 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.errors import OutputError
-from ..core.progress import Reporter
+from ..core.progress import Collector, Reporter
 from ..core.settings import to_json
-from ..core.steps import Collector, Steps
 from ..core.workspace import Workspace, peak_memory_mb
 from ..inventory.tree_layer import check_output
 from ..reconstruction.orthophoto import write_orthophoto
@@ -28,11 +27,10 @@ from .ground_stage import GROUND, circles
 from .heights import HEIGHTS
 from .measure_stage import MEASURE
 from .outputs import WRITE
-from .presets import CHAIN_PRESETS
 from .reconstruct_stage import RECONSTRUCT
-from .settings import PhotosToDbhSettings
+from .settings import CHAIN_PRESETS, PhotosToDbhSettings
 from .sheets import SHEETS
-from .stage import Findings, Key, Stage, check, dry_run, run_stages
+from .stage import Findings, Key, Stage, Steps, check, dry_run, run_stages
 from .stand_view import VIEW
 
 #: From photos to trees.

@@ -24,12 +24,10 @@ from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.propose.labelling import Labeller
 from ..stems.cloud.propose.options import SegmentOptions
 from ..stems.cloud.propose.segment import find_stems
-from ..stems.photos.fit_records import KeptFits
 from ..stems.quality.priors import BREAST_HEIGHT_M
 from ..stems.splats.options import SampleOptions, SceneOptions
 from ..terrain.ground import height_above_ground
 from .context import Site
-from .routes import Found
 
 if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
@@ -95,18 +93,15 @@ class Published:
     @classmethod
     def of(cls, settings: PhotosToDbhSettings) -> Published:
         """As the chain's settings say."""
-        scene = SceneOptions(
-            time_limit_min=settings.time_limit,
-            device=settings.device,
-            seed=settings.seed,
-        )
+        scene = SceneOptions(time_limit_min=settings.time_limit, device=settings.device, seed=settings.seed)
         return cls(scene=scene, dense=settings.dense, bh_m=settings.bh_m, max_dbh_cm=settings.max_dbh_cm)
 
 
 def published_route(
     site: Site, sparse: np.ndarray, asked: Published, path: Callable[[str], Path], reporter: Reporter
-) -> Found:
-    """A plot with cameras and ground; ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
+) -> tuple[list[Tree], dict[str, Any]]:
+    """Trees of a plot with cameras and ground, and facts; ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the
+    workspace.
 
     sparse: (M, 3) points of the reconstruction, local. path: of a file of the workspace by its name. The facts say how
     far the fit came, and the CPU seconds of each part.
@@ -120,15 +115,11 @@ def published_route(
     write_field(path(names.FIELD), field, site.frame)
     trees, own = trees_of_gaussians(site, field, asked, reporter, path)
     facts["stages_cpu_s"] |= own.pop("stages_cpu_s")
-    return Found(trees, KeptFits([]), facts | own)
+    return trees, facts | own
 
 
 def trees_of_gaussians(
-    site: Site,
-    field: GaussianField,
-    asked: Published,
-    reporter: Reporter,
-    path: Callable[[str], Path] | None = None,
+    site: Site, field: GaussianField, asked: Published, reporter: Reporter, path: Callable[[str], Path] | None = None
 ) -> tuple[list[Tree], dict[str, Any]]:
     """Trees of a fitted field: samples, segments, slices; and facts. path: of a file of the workspace by its name,
     where ``surface.laz`` and ``stems.laz`` are to stay.
@@ -190,8 +181,7 @@ def fit_gaussians(
         field, report = fit_scene(WholePhotos.load(site.views), box, points, colours, scene, reporter)
     clock.append(time.process_time())
     reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
-    for warning in report.warnings(scene):
-        reporter.warn(warning)
+    reporter.tell(report.warnings(scene))
     return field, {
         "stages_cpu_s": dict(zip(("dense prior", "fit Gaussians"), np.diff(clock).round(1).tolist(), strict=True)),
         "prior": {"source": source, "points": len(points)},

@@ -9,19 +9,17 @@ import numpy as np
 from ..core import workspace as names
 from ..core.errors import InputError, ReconstructionError
 from ..core.machine import cores
-from ..core.progress import Reporter
+from ..core.progress import Collector, Reporter
 from ..core.settings import to_json
-from ..core.steps import Collector
 from ..geotags.control import read_control
 from ..geotags.photos import read_photo
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.files import write_cloud
 from ..reconstruction.calibration import calibration_of
 from ..reconstruction.dense import DenseOptions, densify_band
-from ..reconstruction.matching_strategy import GUIDED_NEIGHBOURS
+from ..reconstruction.matching_strategy import GUIDED_NEIGHBOURS, reconstruct_photos
 from ..reconstruction.model import FRAME, MODEL_FILES, REPORT, load_points, load_views
 from ..reconstruction.pairs import select_pairs
-from ..reconstruction.pipeline import reconstruct_photos
 from ..reconstruction.prior_knowledge import can_guide, gimbal_rotations
 from ..terrain.sparse_ground import dtm_from_sparse
 from .context import Aligned, PhotoJob

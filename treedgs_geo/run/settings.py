@@ -1,4 +1,5 @@
-"""Settings of both chains (standard library only: commands show them without heavy imports)."""
+"""Settings of both chains, and what the presets of the photo chain are (standard library only: commands show them
+without heavy imports)."""
 
 from __future__ import annotations
 
@@ -6,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.settings import TABLES, param
+from ..core.settings import TABLES, TREE_LAYERS, param
 from ..core.workspace import KeptWorkspace, workspace_option
-from ..reconstruction.options import geotags_crs_option, project_crs_option
+from ..reconstruction.options import ReconstructOptions, geotags_crs_option, project_crs_option
 from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.photos.options import PhotoStemOptions
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
@@ -81,14 +82,10 @@ class PhotosToDbhSettings(PhotoInputs):
         kind="file",
         help="Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the "
         "search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     field_error_m: float = param(
-        0.5,
-        help="How far a place of --field-stems or --at may be from its stem.",
-        unit="m",
-        minimum=0.1,
-        maximum=2.0,
+        0.5, help="How far a place of --field-stems or --at may be from its stem.", unit="m", minimum=0.1, maximum=2.0
     )
     at: Path | None = param(
         None,
@@ -96,7 +93,7 @@ class PhotosToDbhSettings(PhotoInputs):
         help="Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the "
         "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run. A "
         "point named 'again 12' measures tree 12 anew with its foot there, 'former 12' takes that back.",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     flight_plan: Path | None = param(
         None,
@@ -164,6 +161,30 @@ class PhotosToDbhSettings(PhotoInputs):
     )
 
 
+@dataclass(frozen=True)
+class Preset:
+    """How much of the scene is modelled. sheets: trees that get an evidence sheet: ``all``, or those to ``check`` and
+    not measured. heights: whether tree heights are measured in the photos."""
+
+    reconstruct: ReconstructOptions
+    stems: PhotoStemOptions
+    sheets: str = "all"
+    heights: bool = True
+
+
+CHAIN_PRESETS = {
+    "fast": Preset(
+        ReconstructOptions(max_features=4000, neighbours=12),
+        PhotoStemOptions(max_views=48, max_lean_deg=10.0, most_asked=0),
+        sheets="check",
+        heights=False,
+    ),
+    "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
+    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200)),
+    "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class CloudSettings:
     """Input options of the point-cloud verbs."""
@@ -192,7 +213,7 @@ class CloudSettings:
 class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``pointcloud-to-dbh``."""
 
-    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
+    output: Path = param(kind="output_file", help="tree layer", suffixes=TREE_LAYERS)
     dry_run: bool = param(
         False,
         help="Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing",

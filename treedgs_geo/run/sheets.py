@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import asdict, replace
@@ -15,7 +13,7 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.errors import OutputError
-from ..core.files import temporary_beside
+from ..core.files import short_hash, temporary_beside
 from ..core.progress import Reporter
 from ..inventory.evidence.files import sheet_file, sheets_folder, trees_with_sheets, write_sheet
 from ..inventory.evidence.photo_sheet import PhotoEvidence, photo_sheet
@@ -125,8 +123,7 @@ def _by_piece(
 
 
 def _sheets_key(job: PhotoJob) -> Key:
-    text = json.dumps([asdict(tree) for tree in chosen_trees(job)], sort_keys=True)
-    return Key({"sheets": job.settings.sheets, "trees": hashlib.sha256(text.encode()).hexdigest()[:16]})
+    return Key({"sheets": job.settings.sheets, "trees": short_hash(*map(asdict, chosen_trees(job)))})
 
 
 def _sheets(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:

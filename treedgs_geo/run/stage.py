@@ -1,21 +1,24 @@
-"""What a chain is made of: stages that know their checks, cost, work and outputs; one runner, one dry run."""
+"""What a chain is made of: stages that know their checks, cost, work and outputs, and are done again only where
+something they depend on has changed; one runner, one dry run."""
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
+from .. import __version__
 from ..core.errors import InputError, TreeDGSError
-from ..core.files import check_name
-from ..core.geopackage import ensure_unlocked
+from ..core.files import check_name, fingerprint, short_hash
+from ..core.geopackage import ensure_unlocked, move_aside
 from ..core.machine import cores
-from ..core.progress import Reporter
-from ..core.steps import Collector, Steps
+from ..core.progress import Collector, Reporter
+from ..core.workspace import Workspace, peak_memory_mb
 from ..inventory.tree_layer import OWN_LAYERS
 
 
@@ -69,7 +72,7 @@ class Stage(Generic[J]):
     """A stage of a chain.
 
     name: in ``run.json``, and what users read. share: of a usual run's time; only the progress bar depends on it.
-    run: ``(job, reporter) -> result`` does the work: fills the job or writes the outputs; the result is JSON.
+    run: ``(job, reporter) -> result`` does the work: fills the job or writes the outputs; the result, if any, is JSON.
     checks: each raises a ``TreeDGSError`` for what would end the job. Those of the first stage come before anything is
     read, the others' before anything expensive. cost: what the stage needs; says what the dry run finds. That of the
     first stage reads what the checks of the others need. key: what the outcome depends on; a stage of the same key
@@ -80,7 +83,7 @@ class Stage(Generic[J]):
 
     name: str
     share: float
-    run: Callable[[J, Collector], dict[str, Any]]
+    run: Callable[[J, Collector], dict[str, Any] | None]
     checks: tuple[Callable[[J], object], ...] = ()
     cost: Callable[[J, Findings], Cost] = lambda _job, _findings: Cost()
     key: Callable[[J], Key] = lambda _job: Key()
@@ -89,6 +92,97 @@ class Stage(Generic[J]):
     wanted: Callable[[J], bool] = lambda _job: True
     readable: Callable[[J], object] | None = None
     always: bool = False
+
+
+class NotKept(InputError):
+    """A stage would have to be done again."""
+
+
+class Steps:
+    """Runs stages one after the other; the key of a stage covers everything before it.
+
+    space: where finished stages are kept; without one nothing is. shares: stage -> share of the run's time. only_kept:
+    nothing is done again; a stage that would have to be is an error.
+    """
+
+    def __init__(
+        self, space: Workspace | None, reporter: Reporter, shares: dict[str, float], only_kept: bool = False
+    ) -> None:
+        self.space, self.reporter, self.only_kept = space, reporter, only_kept
+        self._key, self._at = "", 0.0
+        self._left = dict(shares)
+        self.warnings: list[str] = []
+        #: Stage -> name of the run by its inputs and settings up to there: the same inputs give the same.
+        self.run_ids: dict[str, str] = {}
+        #: Stage -> seconds and peak memory.
+        self.done: dict[str, dict[str, Any]] = {}
+
+    def weigh(self, name: str, factor: float) -> None:
+        """The stage ``name``, still to come, takes ``factor`` times longer than usual: the progress bar knows it."""
+        if name in self._left:
+            self._left[name] *= factor
+
+    def skip(self, name: str) -> None:
+        """The stage ``name`` will not run: the progress bar does not wait for it."""
+        self._left.pop(name, None)
+
+    def run(self, stage: Stage[J], job: J) -> dict[str, Any]:
+        """Do the stage unless it is done already; returns its (JSON) result.
+
+        Raises:
+            NotKept: the stage would have to be done again, and only kept ones are wanted.
+        """
+        name, key, outputs, space = stage.name, stage.key(job), stage.outputs(job), self.space
+        share = self._left.pop(name)
+        high = min(self._at + (1.0 - self._at) * share / (share + sum(self._left.values())), 1.0)
+        if space is None:
+            collector, began = Collector(self.reporter), time.monotonic()
+            with self.reporter.stage(name, self._at, high):
+                found = stage.run(job, collector) or {}
+            self.done[name] = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}
+            self._at, self.warnings = high, self.warnings + collector.warnings
+            return found
+        contents = fingerprint(key.files)
+        self.run_ids[name] = short_hash(__version__, *list(self.run_ids.values())[-1:], key.settings, contents)
+        # The same folder by another name is no reason to do a stage again.
+        absolute = {k: os.path.abspath(v) if isinstance(v, Path) else v for k, v in key.settings.items()}
+        self._key = short_hash(__version__, self._key, absolute, contents)
+        plain = json.loads(json.dumps(key.settings, default=str))
+        with self.reporter.stage(name, self._at, high):
+            if not stage.always and self._is_kept(space, stage, job, outputs):
+                self.reporter.info(f"{name}: unchanged since the last run, kept")
+                found = space.result(name)
+            elif self.only_kept:
+                raise NotKept(
+                    f"{space.folder}: the stage {name} of its run is not finished with these inputs and settings; "
+                    "run photos-to-dbh with them once without --at, then give the points again."
+                )
+            else:
+                collector = Collector(self.reporter)
+                edited = outputs if stage.readable else []
+                with space.running(name, self._key, plain, outputs, edited) as found:
+                    found.update(stage.run(job, collector) or {})
+                    found["warnings"] = list(dict.fromkeys(collector.warnings))
+        # A stage done again may come out otherwise: what follows depends on what is there, not on what was asked for.
+        self._key = short_hash(self._key, space.output_hashes(name))
+        self._at = high
+        self.warnings += found.get("warnings", [])
+        return found
+
+    def _is_kept(self, space: Workspace, stage: Stage[J], job: J, outputs: list[Path]) -> bool:
+        if not space.ran(stage.name, self._key):
+            return False
+        problem = space.damage(stage.name, outputs)
+        aside = ""
+        try:
+            if stage.readable is not None and not problem:
+                stage.readable(job)
+        except TreeDGSError as trouble:
+            problem = str(trouble)
+            aside = "".join(f" The file is kept as {move_aside(path).name}." for path in outputs)
+        if problem:
+            self.reporter.warn(f"{problem.rstrip('.')}; the stage {stage.name} is done again.{aside}")
+        return not problem
 
 
 def check(stage: Stage[J], job: J) -> None:
@@ -114,17 +208,7 @@ def run_stages(stages: Sequence[Stage[J]], job: J, steps: Steps) -> None:
         if not stage.wanted(job):
             steps.skip(stage.name)
             continue
-        key = stage.key(job)
-        result = steps.run(
-            stage.name,
-            key.settings,
-            list(key.files),
-            stage.outputs(job),
-            partial(stage.run, job),
-            stage.always,
-            None if stage.readable is None else partial(stage.readable, job),
-        )
-        stage.load(job, result)
+        stage.load(job, steps.run(stage, job))
 
 
 def dry_run(stages: Sequence[Stage[J]], job: J, findings: Findings, folder: Path) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
-from ..core.steps import Collector
+from ..core.progress import Collector
 from ..inventory.evidence.files import written_sheets
 from ..inventory.reviewed import reviewed
 from ..inventory.side_layers import StemCurves, crown_table
@@ -24,8 +24,7 @@ from ..stems.splats.ply import frame_path, read_field
 from ..terrain.ground import height_above_ground
 from .context import PhotoJob
 from .given_store import fits_by_id
-from .outputs import write_page
-from .report_facts import kept_table
+from .outputs import kept_table, write_page
 from .stage import Stage
 
 if TYPE_CHECKING:
@@ -109,16 +108,11 @@ def show_cloud(job: CloudJob, page: Path) -> None:
     write_view(page, stand)
 
 
-def _view(job: PhotoJob, reporter: Collector) -> dict[str, Any]:
-    show_stand(job, job.trees, reporter)
-    return {}
-
-
 # After the layer is written: no trouble with a picture costs a tree. A person may have changed the layer: always anew.
-VIEW = Stage(
+VIEW: Stage[PhotoJob] = Stage(
     "view",
     0.01,
-    _view,
+    lambda job, reporter: show_stand(job, job.trees, reporter),
     outputs=lambda job: [job.path(names.VIEW)],
     wanted=lambda job: job.site is not None and bool(job.trees),
     always=True,

@@ -15,7 +15,7 @@ from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
 from ..core.frames import heights_named, horizontal, vertical_of
 from ..core.frames import transform as convert
-from ..core.map_scale import zone_that_fits
+from ..core.map_scale import zone_hint
 from ..core.progress import Reporter
 from ..pointcloud.file_crs import odd_height_unit, same_place
 
@@ -329,8 +329,8 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str) -> None:
     share = float(np.mean(dtm.covers(xy))) if len(xy) else 0.0
     if share < 0.5:
         (west, south), (east, north) = np.min(xy, axis=0), np.max(xy, axis=0)
-        zone = zone_that_fits(dtm.crs, xy, lambda moved: bool(np.mean(dtm.covers(moved)) >= 0.5))
-        hint = f" (it covers these coordinates in EPSG:{zone.to_epsg()}, {zone.name})" if zone is not None else ""
+        said = " (it covers these coordinates in {zone})"
+        hint = zone_hint(said, dtm.crs, xy, lambda moved: bool(np.mean(dtm.covers(moved)) >= 0.5))
         raise InputError(
             f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y {south:.0f} "
             f"to {north:.0f}), expected all of it{hint}; give a DTM that covers the plot and is in its CRS."

@@ -11,31 +11,18 @@ import importlib.util
 from ..core.command import Command
 from ..core.extras import LAB, lab
 
-#: Verb -> module, in the order of the work. By name, so that a verb may live in a room above this one.
-MODULES = {
-    "plan-flight": "treedgs_geo.verbs.plan_flight",
-    "photos-to-dbh": "treedgs_geo.verbs.photos_to_dbh",
-    "pointcloud-to-dbh": "treedgs_geo.verbs.pointcloud_to_dbh",
+_NAMES = (
+    "plan-flight", "photos-to-dbh", "pointcloud-to-dbh", "campaign", "geotag", "reconstruct", "terrain",
+    "fit-gaussians", "sample-surface", "segment-stems", "measure-dbh", "review", "match-plots", "evaluate",
+    "tape-sample", "tape-check", "trial", "stand-table", "compare", "benchmark", "simulate-plot", "doctor",
+)  # fmt: skip
+_ELSEWHERE = {
     "campaign": "treedgs_geo.campaign.command",
-    "geotag": "treedgs_geo.verbs.geotag",
-    "reconstruct": "treedgs_geo.verbs.reconstruct",
-    "terrain": "treedgs_geo.verbs.terrain",
-    "fit-gaussians": "treedgs_geo.verbs.fit_gaussians",
-    "sample-surface": "treedgs_geo.verbs.sample_surface",
-    "segment-stems": "treedgs_geo.verbs.segment_stems",
-    "measure-dbh": "treedgs_geo.verbs.measure_dbh",
-    "review": "treedgs_geo.verbs.review",
-    "match-plots": "treedgs_geo.verbs.match_plots",
-    "evaluate": "treedgs_geo.verbs.evaluate",
-    "tape-sample": "treedgs_geo.verbs.tape_sample",
-    "tape-check": "treedgs_geo.verbs.tape_check",
-    "trial": "treedgs_geo.verbs.trial",
-    "stand-table": "treedgs_geo.verbs.stand_table",
-    "compare": "treedgs_geo.verbs.compare",
-    "benchmark": "treedgs_lab.verbs.benchmark",
-    "simulate-plot": "treedgs_lab.verbs.simulate_plot",
-    "doctor": "treedgs_geo.verbs.doctor",
+    "benchmark": f"{LAB}.verbs.benchmark",
+    "simulate-plot": f"{LAB}.verbs.simulate_plot",
 }
+#: Verb -> module, in the order of the work. By name, so that a verb may live in a room above this one.
+MODULES = {name: _ELSEWHERE.get(name, f"{__name__}.{name.replace('-', '_')}") for name in _NAMES}
 
 
 def get_command(name: str) -> Command:

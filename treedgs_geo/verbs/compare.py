@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.command import Command, run_by
+from ..core.settings import PLOT_FILES, TREE_LAYERS, param
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompareSettings:
     """Options of ``compare``."""
 
-    before: Path = param(kind="file", help="tree layer of the first date", suffixes=("gpkg", "shp", "geojson", "csv"))
-    after: Path = param(kind="file", help="tree layer of the second date", suffixes=("gpkg", "shp", "geojson", "csv"))
+    before: Path = param(kind="file", help="tree layer of the first date", suffixes=TREE_LAYERS)
+    after: Path = param(kind="file", help="tree layer of the second date", suffixes=TREE_LAYERS)
     years: float | None = param(
         None,
         minimum=0.1,
@@ -27,7 +25,7 @@ class CompareSettings:
         None,
         kind="file",
         help="plots, as for stand-table; without: all trees together, and nothing per hectare",
-        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
+        suffixes=PLOT_FILES,
     )
     min_dbh_cm: float = param(0.0, unit="cm", minimum=0, maximum=100, help="smallest DBH that counts")
     max_yearly_growth_cm: float = param(
@@ -39,11 +37,7 @@ class CompareSettings:
         "date",
     )
     common_se_cm: float = param(
-        0.2,
-        unit="cm",
-        minimum=0,
-        maximum=20,
-        help="standard error of a bias that all DBHs of one date share",
+        0.2, unit="cm", minimum=0, maximum=20, help="standard error of a bias that all DBHs of one date share"
     )
     block_before_pct: float = param(
         0.0,
@@ -53,13 +47,7 @@ class CompareSettings:
         help="relative standard error of lengths in the first date's block (scale_sd in the workspace's run.json, "
         "times 100)",
     )
-    block_after_pct: float = param(
-        0.0,
-        unit="%",
-        minimum=0,
-        maximum=10,
-        help="the same of the second date's block",
-    )
+    block_after_pct: float = param(0.0, unit="%", minimum=0, maximum=10, help="the same of the second date's block")
     centre_error_m: float = param(
         1.0,
         unit="m",
@@ -78,16 +66,10 @@ class CompareSettings:
     )
 
 
-def run(settings: CompareSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, pair, estimate, write."""
-    from ..inventory.change.run import compare_dates
-
-    return compare_dates(settings, reporter)
-
+run = run_by("inventory.change.run", "compare_dates")
 
 COMMAND = Command(
     name="compare",
-    qgis_id="compare",
     title="Compare two dates",
     group="4 Report",
     summary="Growth, ingrowth and mortality between two tree layers of the same ground, per tree and per hectare.",

@@ -13,60 +13,26 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.errors import MissingComponentError
-from ..core.extras import extra_of
+from ..core.extras import EXTRAS, extra_of
 from ..core.machine import cores
 from ..core.progress import Reporter
 from ..core.settings import param
 
-#: Import name -> name of the package that ``pip`` installs.
-PACKAGES = {
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "numba": "numba",
-    "pyproj": "pyproj",
-    "shapely": "shapely",
-    "pyogrio": "pyogrio",
-    "geopandas": "geopandas",
-    "rasterio": "rasterio",
-    "matplotlib": "matplotlib",
-    "psutil": "psutil",
-    "threadpoolctl": "threadpoolctl",
-    "tqdm": "tqdm",
-    "laspy": "laspy",
-    "lazrs": "lazrs",
-    "PIL": "pillow",
-    "cv2": "opencv-python-headless",
-    "pycolmap": "pycolmap",
-    "pygeomag": "pygeomag",
-    "jinja2": "jinja2",
-}
-#: Brought by extras (:mod:`treedgs_geo.core.extras`).
-OPTIONAL = {
-    "open3d": "open3d",
-    "openpyxl": "openpyxl",
-    "reportlab": "reportlab",
-    "warp": "warp-lang",
-    "torch": "torch",
-    "pye57": "pye57",
-    "shtab": "shtab",
-}
-
-_BASE = (
-    "numpy",
-    "scipy",
-    "numba",
-    "pyproj",
-    "shapely",
-    "pyogrio",
-    "geopandas",
-    "rasterio",
-    "matplotlib",
-    "jinja2",
-    "psutil",
-    "tqdm",
-)
 _CLOUDS = ("laspy", "lazrs")
 _PHOTOS = ("PIL", "cv2", "pycolmap")
+#: Name of the package that ``pip`` installs, where it is not the import name.
+_PACKAGE_OF = {"PIL": "pillow", "cv2": "opencv-python-headless", "warp": "warp-lang"}
+#: Import name -> name of the package: what every engine has, and what extras bring (:mod:`treedgs_geo.core.extras`).
+PACKAGES = {
+    name: _PACKAGE_OF.get(name, name)
+    for name in (
+        "numpy", "scipy", "numba", "pyproj", "shapely", "pyogrio", "geopandas", "rasterio", "matplotlib", "psutil",
+        "threadpoolctl", "tqdm", *_CLOUDS, *_PHOTOS, "pygeomag", "jinja2",
+    )
+}  # fmt: skip
+OPTIONAL = {name: _PACKAGE_OF.get(name, name) for modules in EXTRAS.values() for name in modules}
+#: What every verb imports.
+_BASE = tuple(name for name in PACKAGES if name not in (*_CLOUDS, *_PHOTOS, "threadpoolctl", "pygeomag"))
 
 #: Verb -> the modules it imports; the QGIS plugin checks them before it starts a job.
 NEEDS: dict[str, tuple[str, ...]] = {

@@ -132,7 +132,6 @@ def _plots(settings: EvaluateSettings) -> list[PlotFiles]:
 
 COMMAND = Command(
     name="evaluate",
-    qgis_id="evaluate",
     title="Evaluate DBH accuracy",
     group="3 Check",
     summary="Accuracy tables and charts of measured DBH against field DBH.",

@@ -48,7 +48,7 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
     from ..core.plots import read_plots
     from ..reconstruction.model import load_points
     from ..run.context import Site, area_of
-    from ..run.photo_files import views_of
+    from ..run.geotag_stage import views_of
     from ..run.published_plot import fit_gaussians as fit
     from ..stems.splats.options import SceneOptions
     from ..stems.splats.ply import frame_path, write_field
@@ -110,7 +110,6 @@ def photo_folder(space, given: Path | None) -> Path:
 
 COMMAND = Command(
     name="fit-gaussians",
-    qgis_id="fitgaussians",
     title="Fit Gaussians to a plot",
     group="5 Steps and research",
     summary="3D Gaussians over the whole plot, fitted to all photos as published.",
@@ -125,8 +124,5 @@ COMMAND = Command(
     run=fit_gaussians,
     main=("workspace", "photos", "plots", "time_limit"),
     example="treedgs fit-gaussians --workspace work --plots flight/plots.csv",
-    outputs={
-        "field": "Gaussian field (3DGS PLY, local metres)",
-        "gaussians": "number of Gaussians",
-    },
+    outputs={"field": "Gaussian field (3DGS PLY, local metres)", "gaussians": "number of Gaussians"},
 )

@@ -40,11 +40,7 @@ class GeotagSettings:
         help="New folder for copies of the photos with the corrected EXIF/XMP position; originals are never changed.",
     )
     camera_delay_ms: float = param(
-        0.0,
-        help="Exposure minus mark time, for cameras triggered by cable.",
-        unit="ms",
-        minimum=-1000,
-        maximum=1000,
+        0.0, help="Exposure minus mark time, for cameras triggered by cable.", unit="ms", minimum=-1000, maximum=1000
     )
 
 
@@ -91,7 +87,6 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="geotag",
-    qgis_id="geotag",
     title="Geotag drone photos",
     group="5 Steps and research",
     summary="MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.",

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.settings import TABLES, TREE_LAYERS, param
 from ..inventory.options import FieldProtocol, PairingOptions
 
 
@@ -17,9 +17,7 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
     """Options of ``match-plots``."""
 
     trees: Path = param(
-        kind="file",
-        help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        kind="file", help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm", suffixes=TREE_LAYERS
     )
     field: Path = param(
         kind="file",
@@ -113,7 +111,6 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="match-plots",
-    qgis_id="matchplots",
     title="Pair field and measured trees",
     group="3 Check",
     summary="Pair field trees with measured trees by position, as an editable layer.",

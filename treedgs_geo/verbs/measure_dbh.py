@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import param
+from ..core.command import Command, run_by
+from ..core.settings import TREE_LAYERS, param
 from ..run.settings import CloudSettings
 from ..stems.cloud.estimate.options import MeasureOptions
 
@@ -17,20 +15,12 @@ from ..stems.cloud.estimate.options import MeasureOptions
 class MeasureDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``measure-dbh``."""
 
-    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
+    output: Path = param(kind="output_file", help="tree layer", suffixes=TREE_LAYERS)
     id_field: str = param("tree_id", help="dimension of the cloud that holds the tree ids")
-
-
-def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, find the ground, measure, write."""
-    from ..run.cloud_steps import run_measure_dbh
-
-    return run_measure_dbh(settings, reporter)
 
 
 COMMAND = Command(
     name="measure-dbh",
-    qgis_id="measuredbh",
     title="Measure DBH of segmented stems",
     group="5 Steps and research",
     summary="Measure the DBH of stems whose points carry tree ids.",
@@ -42,7 +32,7 @@ COMMAND = Command(
         "measured stays in the layer with qc_flag=reject and the reason."
     ),
     settings=MeasureDbhSettings,
-    run=run,
+    run=run_by("run.cloud_steps", "run_measure_dbh"),
     main=("input", "dtm", "crs", "weights", "fit", "bh_m", "output"),
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output lidar_trees.gpkg",
     outputs={

@@ -21,7 +21,6 @@ def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
 
 COMMAND = Command(
     name="photos-to-dbh",
-    qgis_id="photostodbh",
     title="Measure DBH from drone photos",
     group="2 Measure",
     summary="Drone photos (and PPK geotags) in, tree points with DBH, error and reasons out.",

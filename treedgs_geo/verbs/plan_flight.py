@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..core.command import Command
-from ..core.progress import Reporter
+from ..core.command import Command, run_by
 from ..planning.settings import PlanFlightSettings
 
-
-def run(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, Any]:
-    """Plan the flight; see :func:`treedgs_geo.planning.plan.plan_flight`."""
-    from ..planning.plan import plan_flight
-
-    return plan_flight(settings, reporter)
-
-
+_MAIN = (
+    "plots", "dtm", "stand", "camera", "target_error_cm", "target_share_pct", "batteries", "stems_per_ha",
+    "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m", "take_off", "output",
+)  # fmt: skip
 COMMAND = Command(
     name="plan-flight",
-    qgis_id="planflight",
     title="Plan the flight",
     group="1 Plan",
     summary="What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.",
@@ -34,23 +26,8 @@ COMMAND = Command(
         "photos-to-dbh, given the plan, reports planned against got. Rules of the air and the pilot's eyes come first."
     ),
     settings=PlanFlightSettings,
-    run=run,  # fmt: skip
-    main=(
-        "plots",
-        "dtm",
-        "stand",
-        "camera",
-        "target_error_cm",
-        "target_share_pct",
-        "batteries",
-        "stems_per_ha",
-        "dbh_mean_cm",
-        "dbh_sd_cm",
-        "tree_height_m",
-        "crown_base_m",
-        "take_off",
-        "output",
-    ),
+    run=run_by("planning.plan", "plan_flight"),
+    main=_MAIN,
     example="treedgs plan-flight --plots flight/plots.csv --dtm flight/dtm.tif --stand flight/lidar/flight_uls.laz "
     "--dbh-mean-cm 27 --dbh-sd-cm 7 --crown-base-m 9 --camera m3e --target-error-cm 0.7 --output plan",
     outputs={

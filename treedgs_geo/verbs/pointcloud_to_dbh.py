@@ -19,7 +19,6 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
 
 COMMAND = Command(
     name="pointcloud-to-dbh",
-    qgis_id="pointcloudtodbh",
     title="Measure DBH from a point cloud",
     group="2 Measure",
     summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",

@@ -54,7 +54,6 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="reconstruct",
-    qgis_id="reconstruct",
     title="Reconstruct cameras from photos",
     group="5 Steps and research",
     summary="Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.",

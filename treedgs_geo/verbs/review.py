@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.settings import TABLES, TREE_LAYERS, param
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +18,7 @@ class ReviewSettings:
     trees: Path = param(
         kind="file",
         help="tree layer that the decisions are written into, in columns of their own",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     decisions: Path = param(
         kind="file",
@@ -27,9 +27,7 @@ class ReviewSettings:
         suffixes=TABLES,
     )
     dbh_unit: str = param(
-        "auto",
-        choices=("auto", "cm", "mm", "m", "in"),
-        help="unit of the DBH column (auto: from a name like dbh_cm)",
+        "auto", choices=("auto", "cm", "mm", "m", "in"), help="unit of the DBH column (auto: from a name like dbh_cm)"
     )
 
 
@@ -44,11 +42,7 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
     made = ", ".join(f"{n} {word}" for word, n in outcome.counts.items())
     more = f"; trees {', '.join(map(str, outcome.added))} are new" if outcome.added else ""
     reporter.info(f"{settings.trees.name}: {made or 'no decision'}{more}.")
-    result = {
-        "output": str(settings.trees),
-        "n_decisions": sum(outcome.counts.values()),
-        "n_added": len(outcome.added),
-    }
+    result = {"output": str(settings.trees), "n_decisions": sum(outcome.counts.values()), "n_added": len(outcome.added)}
     if settings.trees.suffix.lower() != ".csv":
         counted, review = reviewed(read_trees(settings.trees), settings.trees)
         reporter.tell(notes=review.sentences(settings.trees.name))
@@ -59,7 +53,6 @@ def run(settings: ReviewSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="review",
-    qgis_id="review",
     title="Apply decisions from a table",
     group="3 Check",
     summary="Write a person's decisions on trees into the tree layer, beside the measured values.",

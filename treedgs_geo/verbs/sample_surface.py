@@ -37,7 +37,7 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
 
 def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..pointcloud.files import write_cloud
-    from ..run.photo_files import views_of
+    from ..run.geotag_stage import views_of
     from ..run.published_plot import sample_gaussians
     from ..stems.splats.ply import read_field
     from .fit_gaussians import photo_folder
@@ -55,7 +55,6 @@ def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporte
 
 COMMAND = Command(
     name="sample-surface",
-    qgis_id="samplesurface",
     title="Sample surface points from Gaussians",
     group="5 Steps and research",
     summary="Points drawn inside the Gaussians, each with its opacity reliability over the photos.",

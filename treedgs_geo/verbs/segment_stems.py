@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import CLOUD_OUTPUTS, param
+from ..core.command import Command, run_by
+from ..core.settings import CLOUD_OUTPUTS, TREE_LAYERS, param
 from ..run.settings import CloudSettings
 from ..stems.cloud.propose.options import SegmentOptions
 
@@ -24,7 +22,7 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
         kind="file",
         help="positions of known stems (point layer, or CSV with x, y, "
         "tree_id): they are looked for harder, and name what is found",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     segmenter: str = param(
         "own",
@@ -37,16 +35,10 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     )
 
 
-def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, find the ground, find stems, write."""
-    from ..run.cloud_steps import run_segment_stems
-
-    return run_segment_stems(settings, reporter)
-
+run = run_by("run.cloud_steps", "run_segment_stems")
 
 COMMAND = Command(
     name="segment-stems",
-    qgis_id="segmentstems",
     title="Find stems in a point cloud",
     group="5 Steps and research",
     summary="Find stems in a point cloud and give each point the id of its tree.",

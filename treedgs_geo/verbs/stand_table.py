@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.command import Command, run_by
+from ..core.settings import PLOT_FILES, TABLES, TREE_LAYERS, param
 from ..inventory.options import FieldProtocol
 from ..stems.quality.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
@@ -29,15 +27,13 @@ FILES = (
 class StandTableSettings(FieldProtocol):
     """Options of ``stand-table``."""
 
-    trees: Path | None = param(
-        None, kind="file", help="measured trees: the tree layer", suffixes=("gpkg", "shp", "geojson", "csv")
-    )
+    trees: Path | None = param(None, kind="file", help="measured trees: the tree layer", suffixes=TREE_LAYERS)
     plots: Path | None = param(
         None,
         kind="file",
         help="plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is "
         "one census",
-        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
+        suffixes=PLOT_FILES,
     )
     boundary: Path | None = param(
         None,
@@ -73,8 +69,7 @@ class StandTableSettings(FieldProtocol):
     )
     min_dbh_cm: float = param(0.0, unit="cm", minimum=0, help="smallest DBH that counts")
     species: str | None = param(
-        None,
-        help="species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)",
+        None, help="species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)"
     )
     origin: str = param("natural", choices=("natural", "planted"), help="how the stand came about")
     missing: str = param(
@@ -112,11 +107,7 @@ class StandTableSettings(FieldProtocol):
         help="plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)",
     )
     dbh_se_cm: float | None = param(
-        None,
-        unit="cm",
-        minimum=0,
-        maximum=50,
-        help="standard error of DBH for trees that have none",
+        None, unit="cm", minimum=0, maximum=50, help="standard error of DBH for trees that have none"
     )
     common_se_cm: float | None = param(
         None,
@@ -140,16 +131,10 @@ class StandTableSettings(FieldProtocol):
     )
 
 
-def run(settings: StandTableSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, expand, estimate, write."""
-    from ..inventory.stand.run import make_report
-
-    return make_report(settings, reporter)
-
+run = run_by("inventory.stand.run", "make_report")
 
 COMMAND = Command(
     name="stand-table",
-    qgis_id="standtable",
     title="Stand table and report",
     group="4 Report",
     summary="Stand and stock tables per hectare with their errors, and a report for the client.",

@@ -4,31 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.command import Command, run_by
+from ..core.settings import PLOT_FILES, TREE_LAYERS, param
 
 
 @dataclass(frozen=True, kw_only=True)
 class TapeCheckSettings:
     """Options of ``tape-check``."""
 
-    trees: Path = param(
-        kind="file",
-        help="the tree layer that the taped trees were drawn from",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
-    )
+    trees: Path = param(kind="file", help="the tree layer that the taped trees were drawn from", suffixes=TREE_LAYERS)
     taped: Path = param(
         kind="file", help="the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv", suffixes=("gpkg", "csv")
     )
-    plots: Path | None = param(
-        None,
-        kind="file",
-        help="the plots that were given to tape-sample",
-        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
-    )
+    plots: Path | None = param(None, kind="file", help="the plots that were given to tape-sample", suffixes=PLOT_FILES)
     #: Of the intervals, per cent; of the library only.
     confidence_pct: float = 90.0
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
@@ -40,16 +29,10 @@ class TapeCheckSettings:
     )
 
 
-def run(settings: TapeCheckSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, compare, write."""
-    from ..inventory.taping.check import check_tape_table
-
-    return check_tape_table(settings, reporter)
-
+run = run_by("inventory.taping.check", "check_tape_table")
 
 COMMAND = Command(
     name="tape-check",
-    qgis_id="tapecheck",
     title="Check diameters against tapes",
     group="3 Check",
     summary="What taped trees say of the measured ones: bias, intervals, flags, outliers, corrected totals.",

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.command import Command, run_by
+from ..core.settings import PLOT_FILES, TREE_LAYERS, param
 from ..inventory.options import Bearings
 
 
@@ -16,13 +14,13 @@ from ..inventory.options import Bearings
 class TapeSampleSettings(Bearings):
     """Options of ``tape-sample``."""
 
-    trees: Path = param(kind="file", help="measured trees: the tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
+    trees: Path = param(kind="file", help="measured trees: the tree layer", suffixes=TREE_LAYERS)
     plots: Path | None = param(
         None,
         kind="file",
         help="plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from "
         "the plot's centre; without: the trees that have a plot_id, or all",
-        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
+        suffixes=PLOT_FILES,
     )
     n: int = param(20, minimum=2, maximum=2000, help="trees to tape")
     seed: int = param(0, minimum=0, help="another number draws other trees; the same draws the same again")
@@ -35,16 +33,10 @@ class TapeSampleSettings(Bearings):
     )
 
 
-def run(settings: TapeSampleSettings, reporter: Reporter) -> dict[str, Any]:
-    """Draw, write."""
-    from ..inventory.taping.sample import sample_tapes
-
-    return sample_tapes(settings, reporter)
-
+run = run_by("inventory.taping.sample", "sample_tapes")
 
 COMMAND = Command(
     name="tape-sample",
-    qgis_id="tapesample",
     title="Choose trees to tape",
     group="3 Check",
     summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",

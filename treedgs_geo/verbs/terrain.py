@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..core.command import Command
-from ..core.progress import Reporter
+from ..core.command import Command, run_by
 from ..core.settings import CLOUD_OUTPUTS, param
 from ..terrain.options import ClothSimulation
 
@@ -33,16 +31,10 @@ class TerrainSettings(ClothSimulation):
     use_classes: bool = param(False, help="trust the file's class 2 instead of finding the ground")
 
 
-def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, find the ground, grid, write."""
-    from ..run.cloud_steps import run_terrain
-
-    return run_terrain(settings, reporter)
-
+run = run_by("run.cloud_steps", "run_terrain")
 
 COMMAND = Command(
     name="terrain",
-    qgis_id="terrain",
     title="Terrain model from a point cloud",
     group="5 Steps and research",
     summary="Find the ground in a point cloud and write a terrain model (DTM).",

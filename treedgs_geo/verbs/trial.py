@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import TABLES, param
+from ..core.settings import PLOT_FILES, TREE_LAYERS, param
 from ..inventory.options import Bearings
 
 
@@ -21,7 +21,7 @@ class TrialSettings(Bearings):
         kind="file",
         help="first step: the tree layer to test; the trees.gpkg of a workspace seals the run's settings too. "
         "Second step: only where the layer was moved since",
-        suffixes=("gpkg", "shp", "geojson", "csv"),
+        suffixes=TREE_LAYERS,
     )
     limit_cm: float | None = param(
         None,
@@ -32,10 +32,7 @@ class TrialSettings(Bearings):
     )
     n: int | None = param(None, minimum=2, maximum=10000, help="trees to tape, drawn at random; without: all")
     plots: Path | None = param(
-        None,
-        kind="file",
-        help="plots, as for tape-sample: only trees in them are drawn",
-        suffixes=(*TABLES, "gpkg", "geojson", "shp"),
+        None, kind="file", help="plots, as for tape-sample: only trees in them are drawn", suffixes=PLOT_FILES
     )
     taped: Path | None = param(
         None,
@@ -72,7 +69,6 @@ def run(settings: TrialSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="trial",
-    qgis_id="trial",
     title="Test on your own taped plot",
     group="3 Check",
     summary="Seals measured diameters, has trees taped without knowing them, and judges them by the tapes.",

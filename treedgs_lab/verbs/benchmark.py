@@ -71,7 +71,6 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="benchmark",
-    qgis_id="benchmark",
     title="Benchmark speed and accuracy",
     group="5 Steps and research",
     summary="Chart seconds against DBH error for every preset and method; or test where they fail.",

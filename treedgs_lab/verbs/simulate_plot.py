@@ -19,7 +19,6 @@ def run(settings: SimulateOptions, reporter: Reporter) -> dict[str, Any]:
 
 COMMAND = Command(
     name="simulate-plot",
-    qgis_id="simulateplot",
     title="Simulate a plot",
     group="5 Steps and research",
     summary="Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.",

@@ -11,7 +11,7 @@ import pytest
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.report.html import write_html
-from treedgs_geo.run.presets import CHAIN_PRESETS
+from treedgs_geo.run.settings import CHAIN_PRESETS
 from treedgs_lab.benchmarks.records import markdown
 from treedgs_lab.benchmarks.speed import configurations as chart
 from treedgs_lab.benchmarks.speed import cost, pictures

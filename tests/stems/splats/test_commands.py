@@ -110,7 +110,7 @@ def test_the_verbs_one_after_the_other_are_the_published_route(workspace):
     frame, views = load_views(folder / "sfm", workspace / "photos")
     site = Site(frame, views, read_dtm(folder / "dtm.tif", CRS), Area.circle(0, 0, 2.0))
     asked = Published(scene=SceneOptions(steps=160, tried_every=0))
-    whole = published_route(site, points(), asked, folder.joinpath, Reporter())
+    whole, _ = published_route(site, points(), asked, folder.joinpath, Reporter())
     surface, stems = read_cloud(folder / "surface.laz"), read_cloud(folder / "stems.laz")
     assert {"opacity", "n_views", "tree_id"} <= set(surface.attributes) and 0 < len(stems) < len(surface)
     run(SAMPLE, workspace=folder, photos=workspace / "photos")
@@ -122,9 +122,9 @@ def test_the_verbs_one_after_the_other_are_the_published_route(workspace):
     published = {"weights": "opacity", "method": "paper", "source": "splat"}
     run(MEASURE, input=workspace / "stems.laz", output=workspace / "trees.gpkg", **published, **ground)
     layer = gpd.read_file(workspace / "trees.gpkg", layer="trees")
-    assert found["n_stems"] == len(whole.trees) == len(layer) == 1 and layer["method"][0] == "points-paper-opacity"
+    assert found["n_stems"] == len(whole) == len(layer) == 1 and layer["method"][0] == "points-paper-opacity"
     # In a file places are rounded, the foot is found from the points alone, and circles are drawn by other numbers.
-    assert layer["dbh_cm"][0] == pytest.approx(whole.trees[0].dbh_cm, rel=0.1)
+    assert layer["dbh_cm"][0] == pytest.approx(whole[0].dbh_cm, rel=0.1)
 
 
 def test_sentences(workspace):

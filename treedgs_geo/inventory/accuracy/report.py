@@ -15,7 +15,7 @@ from ...report.blocks import Block, Column, Document, Heading, Paragraph, Senten
 from ...report.charts import BLUE, VERMILION, new_chart, write_chart
 from ...report.html import write_html
 from ..charts import draw_scatter
-from .tables import INTERVALS, PairsEvidence
+from .tables import COMPARED, INTERVALS, PairsEvidence
 
 #: Figures of metrics.json as columns.
 COLUMNS = (
@@ -31,7 +31,6 @@ COLUMNS = (
     Column("coverage_90", "In 90 % interval %", 1, 100),
 )
 _COLUMN = {column.key: column for column in COLUMNS}
-_COMPARED = ("n", "rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
 
 
 def write_evaluation(
@@ -187,7 +186,7 @@ def _against(found: dict) -> list[Block]:
             f"RMSE of this one minus the other: {found['rmse_gain_cm']:+.2f} cm "
             f"({low:+.2f} to {high:+.2f}; resampled by {found['by']})."
         )
-    columns = [Column("which", "Method"), *(_COLUMN[name] for name in _COMPARED)]
+    columns = [Column("which", "Method"), *(_COLUMN[name] for name in COMPARED)]
     rows = [{"which": "this one", **found["this"]}, {"which": "the other", **found["other"]}]
     return [
         Heading(f"Against {found['file']}"),

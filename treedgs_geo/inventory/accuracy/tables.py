@@ -274,7 +274,7 @@ def _checked(evidence: PairsEvidence, path: Path) -> PairsEvidence:
 
 
 #: Figures that are compared on the common trees.
-COMPARED = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
+COMPARED = ("n", "rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
 
 
 def compare(
@@ -313,7 +313,7 @@ def compare(
     for side in ("this", "other"):
         names = {f"{name}_{side}": name for name in ("reference_cm", "error_cm", "inside_90")}
         scored = accuracy_of(common[list(names)].rename(columns=names)).figures()
-        result[side] = {"n": scored["n"], **{name: scored[name] for name in COMPARED}}
+        result[side] = {name: scored[name] for name in COMPARED}
     result.update(_gain(common, seed, repeats, level))
     return result
 

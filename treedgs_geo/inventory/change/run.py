@@ -29,9 +29,9 @@ from ..options import PairingOptions
 from ..searched import flown_on, searched_area
 from ..stand.estimate import Design, Estimate
 from ..stand.sample import SamplePlot, read_sample
-from ..stand.treelist import TreeList, from_layer, on_the_map, settle_status
+from ..stand.treelist import TreeList, measured_trees, on_the_map
 from .growth import SharedErrors, stand_change, tree_growth
-from .joining import Joined, Limits, join_dates
+from .joining import Joined, join_dates
 from .report import LAYER, OWN_LAYERS, change_table, make_change_document
 
 #: A tree that shrank, or grew faster than the limit, by more than this many standard errors is named.
@@ -61,17 +61,13 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         before.warnings += to_one_breast_height(before, after)
         before.notes += [said] if said else []
     with reporter.stage("pair trees", 0.2, 0.6):
-        limits = Limits(settings.min_dbh_cm, settings.max_yearly_growth_cm * settings.years)
         options = PairingOptions(centre_error_m=settings.centre_error_m, rotation_deg=_TURN_DEG, gate_m=_APART_M)
-        joined = join_dates(before, after, plots, options, limits)
+        most_cm = settings.max_yearly_growth_cm * settings.years
+        joined = join_dates(before, after, plots, options, settings.min_dbh_cm, most_cm)
         joined.warnings += judge_growth(joined.trees, years, settings.max_yearly_growth_cm)
     with reporter.stage("estimate", 0.6, 0.7):
         level = settings.confidence_pct / 100
-        shared = SharedErrors(
-            settings.common_se_cm,
-            settings.block_before_pct / 100,
-            settings.block_after_pct / 100,
-        )
+        shared = SharedErrors(settings.common_se_cm, settings.block_before_pct / 100, settings.block_after_pct / 100)
         trees = joined.trees.join(tree_growth(joined.trees, shared, settings.years, level))
         changes: dict[str, Estimate] = {}
         if plots:
@@ -129,12 +125,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
 
 def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
     crs = project_crs(settings.crs) if settings.crs else None
-    lists = []
-    for path in (settings.before, settings.after):
-        found = from_layer(path, crs)
-        settle_status(found)
-        lists.append(on_the_map(found, path, crs))
-    before, after = lists
+    before, after = (on_the_map(measured_trees(path, crs), path, crs) for path in (settings.before, settings.after))
     if before.crs != after.crs:
         before.searched = searched_area(settings.before, after.crs)
         before.trees[["x", "y"]] = moved(before.trees[["x", "y"]].to_numpy(float), before.crs, after.crs)

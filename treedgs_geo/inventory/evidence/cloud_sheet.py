@@ -9,7 +9,7 @@ import numpy as np
 
 from ...stems.quality.tree import Tree
 from .canvas import BLUE, FAINT, INK, LINE, Canvas
-from .parts import MARGIN, DiameterChart, begin_sheet
+from .parts import MARGIN, Box, DiameterChart, begin_sheet
 
 #: Heights of the slices, metres, and the thickness of one that shows this many points; thinner clouds get thicker ones.
 SLICE_HEIGHTS = np.arange(0.5, 4.51, 0.5)
@@ -123,9 +123,7 @@ def _cut(points: np.ndarray, height: float) -> tuple[np.ndarray, float]:
     return here, thickness
 
 
-def _side_view(
-    canvas: Canvas, evidence: CloudEvidence, axis: int, name: str, box: tuple[float, float, float, float], half_m: float
-) -> None:
+def _side_view(canvas: Canvas, evidence: CloudEvidence, axis: int, name: str, box: Box, half_m: float) -> None:
     """The lower stem from one side; widths are drawn larger than heights where the stem is slim."""
     left, top, width, height = box
     canvas.text(left, top, name, 11, FAINT)
@@ -152,7 +150,7 @@ def _side_view(
     canvas.text(end + 4, top + height + 8, f"{length_cm} cm", 10, INK, at="lm")
 
 
-def _taper(canvas: Canvas, evidence: CloudEvidence, box: tuple[float, float, float, float]) -> None:
+def _taper(canvas: Canvas, evidence: CloudEvidence, box: Box) -> None:
     tree = evidence.tree
     heights = np.linspace(0.3, 4.7, 9)
     reported = _reported(evidence, heights)

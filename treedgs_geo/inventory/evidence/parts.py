@@ -14,6 +14,8 @@ from .canvas import BLUE, FAINT, FLAG_COLOURS, INK, LINE, PAPER, Canvas, font, s
 WIDTH, MARGIN = 1200, 14
 #: Heights above the ground that sheets show, metres.
 LOW_M, HIGH_M = 0.0, 3.6
+#: Left, top, width and height of a part, pixels.
+Box = tuple[float, float, float, float]
 #: Longest plot id on a sheet, letters.
 _LONGEST_ID = 40
 
@@ -55,14 +57,13 @@ def dbh_words(tree: Tree) -> str:
     return f"DBH {shown_cm(tree.dbh_cm)}{error} cm"
 
 
-def numbers(canvas: Canvas, x: float, y: float, width: float, rows: list[tuple[str, str]]) -> float:
-    """A table of labels and values; returns the y below it."""
+def numbers(canvas: Canvas, x: float, y: float, width: float, rows: list[tuple[str, str]]) -> None:
+    """A table of labels and values."""
     for label, value in rows:
         canvas.text(x, y, label, 12, FAINT)
         canvas.text(x + width, y, value, 12, INK, False, "ra")
         canvas.line([(x, y + 16.5), (x + width, y + 16.5)], LINE)
         y += 19
-    return y
 
 
 def reasons(canvas: Canvas, x: float, y: float, width: float, tree: Tree) -> float:
@@ -87,9 +88,7 @@ def reason_lines(tree: Tree, width: float) -> int:
 class DiameterChart:
     """Diameter against height above the ground, in a box of the canvas."""
 
-    def __init__(
-        self, canvas: Canvas, box: tuple[float, float, float, float], shown_cm: list[float], high_m: float = HIGH_M
-    ) -> None:
+    def __init__(self, canvas: Canvas, box: Box, shown_cm: list[float], high_m: float = HIGH_M) -> None:
         """shown_cm: diameters that have to be in it."""
         self.canvas = canvas
         left, top, width, height = box

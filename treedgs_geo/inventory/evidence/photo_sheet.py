@@ -13,7 +13,7 @@ from ...stems.photos.stem_images import StemShown, choose_photos, straightened
 from ...stems.photos.tuned import SEES
 from ...stems.quality.tree import Tree
 from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, Colour, shortened
-from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, DiameterChart, begin_sheet
+from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, Box, DiameterChart, begin_sheet
 
 #: Most and fewest photos in a row, pixels between them, and the row's place and height.
 MAX_PHOTOS, FEWEST_PHOTOS = 9, 6
@@ -22,8 +22,8 @@ _GAP, _LEFT, _TOP, _HIGH = 6, 44, 92, 384
 _BESIDE_RADII, _BESIDE_M = 2.4, 0.45
 #: Radius of the section on the plan, pixels, and how many times its oval is drawn, at most.
 _SECTION_PX, _OVAL_TIMES = 20.0, 5.0
-#: Colours on the photos: edges that count, edges left out, the outline.
-_USED, _LEFT_OUT, _OUTLINE = (0, 230, 255), (255, 120, 200), (255, 235, 59)
+#: Colours on the photos: edges that count, edges left out, the outline; on the plan: photos that do not see the stem.
+_USED, _LEFT_OUT, _OUTLINE, _HIDDEN = (0, 230, 255), (255, 120, 200), (255, 235, 59), (150, 150, 150)
 
 
 @dataclass(frozen=True)
@@ -178,9 +178,7 @@ def _scale_bar(canvas: Canvas, x: float, y: float, px_m: float, half_m: float) -
     canvas.text(x + width / 2, y - 4, f"{length_cm} cm", 11, PAPER, at="ms")
 
 
-def _directions(
-    canvas: Canvas, evidence: PhotoEvidence, photos: list[int], box: tuple[float, float, float, float]
-) -> None:
+def _directions(canvas: Canvas, evidence: PhotoEvidence, photos: list[int], box: Box) -> None:
     """Where the photos were taken, seen from above: filled = sees the stem, hollow = does not."""
     left, top, width, _ = box
     shown = evidence.shown
@@ -196,23 +194,17 @@ def _directions(
     canvas.line([(middle, centre - reach - 14), (middle, centre - reach - 2)], FAINT, 2)
     canvas.text(middle + 5, centre - reach - 14, "N", 12, FAINT, True)
     _section(canvas, evidence, middle, centre, left, top)
-    place = np.column_stack(
-        [
-            middle + reach * shown.away_m / far * np.cos(shown.azimuth),
-            centre - reach * shown.away_m / far * np.sin(shown.azimuth),
-        ]
-    )
+    out = np.column_stack([np.cos(shown.azimuth), -np.sin(shown.azimuth)])
+    place = np.array([middle, centre]) + (reach * shown.away_m / far)[:, None] * out
     for v in np.argsort(sees):
-        canvas.circle(
-            float(place[v, 0]), float(place[v, 1]), 4, BLUE if sees[v] else (150, 150, 150), -1 if sees[v] else 1
-        )
+        x, y = place[v].tolist()
+        canvas.circle(x, y, 4, BLUE if sees[v] else _HIDDEN, -1 if sees[v] else 1)
     for number, v in enumerate(photos, start=1):
-        out = np.array([np.cos(shown.azimuth[v]), -np.sin(shown.azimuth[v])])
-        x, y = place[v] + 11 * out
-        canvas.text(float(x), float(y), str(number), 11, INK, True, "mm")
+        x, y = (place[v] + 11 * out[v]).tolist()
+        canvas.text(x, y, str(number), 11, INK, True, "mm")
     canvas.circle(left + 6, top + 274, 4, BLUE, -1)
     canvas.text(left + 16, top + 274, f"counts ({int(sees.sum())})", 11, INK, at="lm")
-    canvas.circle(left + 106, top + 274, 4, (150, 150, 150))
+    canvas.circle(left + 106, top + 274, 4, _HIDDEN)
     canvas.text(left + 116, top + 274, f"hidden or unclear ({looked - int(sees.sum())})", 11, INK, at="lm")
 
 
@@ -229,7 +221,7 @@ def _section(canvas: Canvas, evidence: PhotoEvidence, x: float, y: float, left: 
     canvas.text(left, top + 292, f"round the dot: the section, its oval {times:.0f} times as large", 11, INK, at="lm")
 
 
-def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: tuple[float, float, float, float]) -> None:
+def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: Box) -> None:
     shown, tree, fit = evidence.shown, evidence.tree, evidence.fit
     top_m = _top_m(fit)
     heights = np.linspace(0.3, top_m - 0.1, 9)

@@ -57,14 +57,19 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
     ):
         if picture is not None:
             blocks.append(Picture(text, picture))
-    q = UNITS[units]
+    q, dead = UNITS[units], list[str]()
+    if len(stand.dead):
+        dead = [
+            f"Dead trees are no part of any figure above: {stand.dead_per_ha['trees'] * q['trees'].factor:.1f} "
+            f"{q['trees'].unit}, {stand.dead_per_ha['ba'] * q['ba'].factor:.2f} {q['ba'].unit} (uncorrected)."
+        ]
     plot_columns = ["plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion"]
     plot_columns += [q[name].key for name in ("trees", "ba", "qmd", "dominant", "volume", "biomass")]
     blocks += [
         tables["plots"].only(*plot_columns),
         Heading("How the figures were made"),
         tables["corrections"],
-        Sentences([*stand.notes, *stand.values.curves, *_dead(stand, units)]),
+        Sentences([*stand.notes, *stand.values.curves, *dead]),
     ]
     if tables["equations"].rows:
         blocks.append(tables["equations"].only("id", "n", "beyond", "range", "source"))
@@ -98,17 +103,6 @@ def _cards(stand: Stand, units: str) -> list[tuple[str, str, str]]:
         label = "QMD" if name == "qmd" else q.label
         cards.append((label, f"{value} {q.unit}", interval))
     return cards
-
-
-def _dead(stand: Stand, units: str) -> list[str]:
-    sentences = []
-    if len(stand.dead):
-        q = UNITS[units]
-        sentences.append(
-            f"Dead trees are no part of any figure above: {stand.dead_per_ha['trees'] * q['trees'].factor:.1f} "
-            f"{q['trees'].unit}, {stand.dead_per_ha['ba'] * q['ba'].factor:.2f} {q['ba'].unit} (uncorrected)."
-        )
-    return sentences
 
 
 #: More plots than this are shown on the overview only.

@@ -272,7 +272,9 @@ def label_species(trees: pd.DataFrame, default: str | None) -> pd.DataFrame:
     return named
 
 
-def measured_trees(path: Path, crs: pyproj.CRS | None, pairs: Path | None, tally: pd.DataFrame | None) -> TreeList:
+def measured_trees(
+    path: Path, crs: pyproj.CRS | None, pairs: Path | None = None, tally: pd.DataFrame | None = None
+) -> TreeList:
     """The trees of a layer; species, status and heights as written there, where nothing is written by the crew's.
 
     Raises:

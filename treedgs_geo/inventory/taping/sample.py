@@ -25,7 +25,7 @@ from ..declination import parse_date
 from ..double_sampling.designs import draw_trees
 from ..double_sampling.tapes import LAYER, read_cells
 from ..stand.sample import first_plot, read_sample
-from ..stand.treelist import TreeList, from_layer, on_the_map, settle_status
+from ..stand.treelist import TreeList, measured_trees, on_the_map
 from ..stand.values import BA
 from .form import make_form, sheets, walk
 
@@ -44,9 +44,7 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> TreeLi
         InputError: not readable, no tree in any plot. CRSError: no CRS, or no projected one in metres.
     """
     path = Path(path)
-    frame = from_layer(path, crs)
-    settle_status(frame)
-    on_the_map(frame, path, crs)
+    frame = on_the_map(measured_trees(path, crs), path, crs)
     trees = frame.trees
     if plots is not None:
         frame.plots = frame.plots_searched(read_sample(plots, frame.crs), path.name)
@@ -86,10 +84,7 @@ def sample_tapes(settings: Any, reporter: Reporter) -> dict[str, Any]:
     reporter.tell(frame.warnings, frame.notes)
     with reporter.stage("draw", 0.3, 0.4):
         draw = draw_trees(
-            frame.trees["size"].to_numpy(float),
-            frame.trees["qc_flag"].to_numpy(object),
-            settings.n,
-            settings.seed,
+            frame.trees["size"].to_numpy(float), frame.trees["qc_flag"].to_numpy(object), settings.n, settings.seed
         )
     if settings.n > len(frame.trees):
         reporter.warn(f"{settings.n} tapes asked for (--n), {len(frame.trees)} trees are there: all of them are drawn.")

@@ -22,20 +22,19 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import SURFACE, peak_memory_mb
 from treedgs_geo.geotags.reading import read_stations
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.reconstruction.matching_strategy import GUIDED_FEATURES
+from treedgs_geo.reconstruction.matching_strategy import GUIDED_FEATURES, reconstruct_photos
 from treedgs_geo.reconstruction.model import load_points
 from treedgs_geo.reconstruction.options import ReconstructOptions
-from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.reconstruction.sift import extract
 from treedgs_geo.run.context import Site
 from treedgs_geo.run.heights import canopy_over, highest, pieces_of
-from treedgs_geo.run.presets import CHAIN_PRESETS, Preset
 from treedgs_geo.run.published_plot import Published, published_route
-from treedgs_geo.run.routes import photo_route
+from treedgs_geo.run.settings import CHAIN_PRESETS, Preset
 from treedgs_geo.stems.cloud.estimate.cloud import measure_cloud
 from treedgs_geo.stems.cloud.estimate.options import MeasureOptions
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.photos.trees import trees_of_photo_fits
 from treedgs_geo.stems.splats.options import SceneOptions
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_geo.terrain.sparse_ground import dtm_from_sparse
@@ -195,7 +194,8 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     named = job.get("preset")
     preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]))
     began = time.perf_counter()
-    trees = photo_route(site, preset.stems, Reporter()).trees
+    fits = search_photos(site.views, site.ground, site.area, preset.stems, Reporter()).fits
+    trees = trees_of_photo_fits(fits, site.frame)
     seconds = time.perf_counter() - began
     used, camera = min(len(site.views), preset.stems.max_views), site.views[0].camera
     return {
@@ -211,12 +211,14 @@ def run_published(job: dict[str, Any]) -> dict[str, Any]:
     plot, site, sparse = chain_scene(job)
     points = Path(job["points"])
     asked = Published(scene=SceneOptions(**job["params"]))
-    made = published_route(site, sparse, asked, lambda name: points.with_name(f"{points.stem}_{name}"), Reporter())
+    trees, facts = published_route(
+        site, sparse, asked, lambda name: points.with_name(f"{points.stem}_{name}"), Reporter()
+    )
     points.with_name(f"{points.stem}_{SURFACE}").replace(points)
-    fit = made.facts["published_fit"]
+    fit = facts["published_fit"]
     return {
-        "stages": made.facts["stages_cpu_s"],
-        "rows": in_plot_rows(plot, made.trees),
+        "stages": facts["stages_cpu_s"],
+        "rows": in_plot_rows(plot, trees),
         "modelled": {name: fit[name] for name in ("photos", "megapixels", "gaussians", "steps", "factor")},
     }
 
