@@ -312,12 +312,12 @@ INTERCEPT = -6.4
 PREDICTORS = {
     "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.9),
     "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.8),
-    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.7),
+    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.8),
     "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.3),
     "explanations": Predictor(
         "ambiguous",
         "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
-        0.5,
+        0.6,
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
