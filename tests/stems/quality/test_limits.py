@@ -112,9 +112,9 @@ def test_a_photo_fit_meets_the_table_s_limits():
 @pytest.mark.parametrize(
     ("name", "amounts"),
     [
-        ("photos", ({"kish": 10}, {"kish": 4.5}, {"kish": 2})),
+        ("photos", ({"kish": 10}, {"kish": 4.5}, {"kish": 1.5})),
         ("residual", ({"rms_px": 0.49}, {"rms_px": 0.55}, {"rms_px": 0.64})),
-        ("section", ({"oval": 0.02}, {"oval": 0.11}, {"oval": 0.22})),
+        ("section", ({"oval": 0.02}, {"oval": 0.11}, {"oval": 0.25})),
     ],
 )
 def test_a_predictor_flags_and_then_refuses_by_itself_and_is_the_reason(name, amounts):

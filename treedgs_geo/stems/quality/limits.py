@@ -321,4 +321,4 @@ PREDICTORS = {
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
-WRONG_CHECK, WRONG_REJECT = 0.02, 0.2
+WRONG_CHECK, WRONG_REJECT = 0.02, 0.3
