@@ -9,6 +9,7 @@ import numpy as np
 
 from .barks import Barks
 from .casting import cast, make_scene
+from .crowns import Crowns
 from .foliage import Faces
 from .stem_mesh import StemMesh
 from .terrain import Ground
@@ -20,7 +21,8 @@ class World:
     """Everything that rays can hit, in one scene; primitive ids run over ground, stems, then faces.
 
     scene: ``open3d.t.geometry.RaycastingScene``. bark_offset: (S, 3) float32 shifts of each stem on its bark tile,
-    around (turns) and along (m), and its brightness. stem_owner: (F_stems,) stem index of each stem triangle.
+    around (turns) and along (m), and its brightness. stem_owner: (F_stems,) stem index of each stem triangle. crowns:
+    those among the faces that others have grown.
     """
 
     scene: Any
@@ -32,6 +34,7 @@ class World:
     bark_offset: np.ndarray
     ground_faces: int
     stem_faces: int
+    crowns: Crowns | None = None
 
     @property
     def stem_owner(self) -> np.ndarray:
@@ -46,7 +49,13 @@ class World:
 
 
 def build_world(
-    ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, barks: Barks, rng: np.random.Generator
+    ground: Ground,
+    mesh: StemMesh,
+    faces: Faces,
+    texture: GroundTexture,
+    barks: Barks,
+    rng: np.random.Generator,
+    crowns: Crowns | None = None,
 ) -> World:
     """One Embree scene of ground, stems and faces; per-stem shifts of the bark tiles so that no two look alike."""
     scene = scene_of(ground, mesh, faces)
@@ -62,6 +71,7 @@ def build_world(
         shift.astype(np.float32),
         2 * (len(ground.z) - 1) ** 2,
         len(mesh.triangles),
+        crowns,
     )
 
 
