@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numba
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from treedgs_geo.core.children import find_program
 from treedgs_geo.core.errors import InputError, MissingComponentError, OutputError
@@ -210,5 +211,6 @@ def through_lens(picture: np.ndarray, camera: Camera) -> np.ndarray:
     u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
     x, y = camera.undistort(u, v)
     # An array's first pixel has its middle at 0, not at 0.5.
-    across, along = camera.fx * x + width / 2 - 0.5, camera.fy * y + height / 2 - 0.5
-    return cv2.remap(picture, across.astype(np.float32), along.astype(np.float32), cv2.INTER_CUBIC)
+    place = np.stack([camera.fy * y + height / 2 - 0.5, camera.fx * x + width / 2 - 0.5])
+    # Splines, as they move no edge; OpenCV's cubic interpolation does, by some hundredths of a pixel.
+    return np.stack([map_coordinates(channel, place, mode="nearest") for channel in np.moveaxis(picture, 2, 0)], axis=2)

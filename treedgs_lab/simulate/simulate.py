@@ -205,8 +205,8 @@ def grow_world(
         plates = lay_out(rng["control"], settings.control_points, layout, sizes.radius_m, ground, stems, sky)
         faces, texture = cleared(faces, plates), painted(texture, plates)
     barks = make_barks(rng["textures"], rng["barks"], barked)
-    world = build_world(ground, mesh, faces, texture, barks, rng["textures"], crowns)
-    return world, stems, plates
+    world = build_world(ground, mesh, faces, texture, barks, rng["textures"])
+    return replace(world, crowns=crowns), stems, plates
 
 
 def _grown(

@@ -49,13 +49,7 @@ class World:
 
 
 def build_world(
-    ground: Ground,
-    mesh: StemMesh,
-    faces: Faces,
-    texture: GroundTexture,
-    barks: Barks,
-    rng: np.random.Generator,
-    crowns: Crowns | None = None,
+    ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, barks: Barks, rng: np.random.Generator
 ) -> World:
     """One Embree scene of ground, stems and faces; per-stem shifts of the bark tiles so that no two look alike."""
     scene = scene_of(ground, mesh, faces)
@@ -71,7 +65,6 @@ def build_world(
         shift.astype(np.float32),
         2 * (len(ground.z) - 1) ** 2,
         len(mesh.triangles),
-        crowns,
     )
 
 
