@@ -207,13 +207,14 @@ def ground_material():
     shade = nodes.math("ADD", nodes.noise(place, 0.35, 6.0), nodes.noise(place, 6.0, 2.0))
     floor = nodes.add("VectorMath", {0: floor, "Scale": nodes.math("POWER", shade, 1.6)}, operation="SCALE")
     blades = nodes.mix(
-        nodes.noise(nodes.place(60.0, 60.0), 1.0, 2.0), colour((0.03, 0.045, 0.012)), colour((0.20, 0.24, 0.07))
+        nodes.noise(nodes.place(60.0, 60.0), 1.0, 2.0), colour((0.05, 0.05, 0.022)), colour((0.21, 0.21, 0.09))
     )
     green = nodes.ramp(nodes.noise(place, 0.55, 5.0), 0.54, 0.66)
     floor = nodes.mix(green, floor, blades)
-    rough = nodes.math("ADD", bits.outputs["Z"], nodes.noise(place, 40.0))
-    bump = nodes.add("Bump", {"Height": rough, "Strength": 0.8, "Distance": 0.02})
-    return nodes.finish(nodes.add("BsdfDiffuse", {"Color": floor, "Normal": bump}))
+    # Bits lie at all angles, some of them in the shade of others.
+    tilt = nodes.math("ADD", nodes.math("MULTIPLY", bits.outputs["Z"], 0.6), 0.65)
+    floor = nodes.add("VectorMath", {0: floor, "Scale": tilt}, operation="SCALE")
+    return nodes.finish(nodes.add("BsdfDiffuse", {"Color": floor}))
 
 
 def leafy(nodes, tone, through):
