@@ -112,7 +112,7 @@ def cycles_images(
         weather = weather_of(settings)
         for taken, line in zip(exposures, ready, strict=True):
             picture = Path(folder) / line.split()[-1]
-            code = cv2.imread(str(picture), cv2.IMREAD_UNCHANGED)[..., ::-1].astype(np.float32) / 65535
+            code = np.asarray(cv2.imread(str(picture), cv2.IMREAD_UNCHANGED))[..., ::-1].astype(np.float32) / 65535
             picture.unlink()
             yield through_lens(linear_light(code), taken.view.camera) / (EXPOSURE * weather.exposure)
 

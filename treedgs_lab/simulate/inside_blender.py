@@ -38,7 +38,7 @@ def grow(recipes, target):
     and the height of the whole tree."""
     if addon_utils.enable("add_curve_sapling") is None:
         sys.exit("Sapling is missing")
-    presets = Path(sys.modules["add_curve_sapling"].__file__).parent / "presets"
+    presets = Path(str(sys.modules["add_curve_sapling"].__file__)).parent / "presets"
     known = bpy.ops.curve.tree_add.get_rna_type().properties.keys()
     made = {}
     for number, recipe in enumerate(recipes):
