@@ -53,6 +53,8 @@ nitpick_ignore_regex = [
 ]
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
+# Blender's own modules, which only Blender has.
+autodoc_mock_imports = ["addon_utils", "bpy", "mathutils"]
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True

@@ -3,7 +3,7 @@
 import itertools
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ from treedgs_geo.planning.stand import CELL_M, Scene, StandNumbers, about_plot, 
 from treedgs_geo.planning.sun import sun_day
 from treedgs_geo.planning.views import ViewModel, framed_views, shown_share
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_lab.benchmarks.planning import curves as curve_fit
+from treedgs_lab.benchmarks.records import RESULTS
 
 NUMBERS = StandNumbers(700, 27, 6, 20, 10, 2.5)
 MODEL = ViewModel(0.6, 1.0, 2.0, 0.0)
@@ -97,12 +97,9 @@ def test_odds_of_views_are_exact():
 
 
 def test_the_shipped_curves_are_those_of_the_results():
-    views, width, measured = curve_fit.stems()
-    weights = curve_fit.fit(views, width, measured)
-    curves = Curves.load()
-    assert (curves.intercept, curves.views, curves.width) == pytest.approx(tuple(weights), abs=2e-3)
-    law = json.loads(curve_fit.HEIGHTS.read_text())["law"]
-    assert (curves.c, curves.a, curves.b) == (law["c"], law["a"], law["b"])
+    fitted = json.loads((RESULTS / "planning_curves.json").read_text())["curves"]
+    error = {name: fitted["error"][name] for name in "cab"}
+    assert asdict(Curves.load()) == {**fitted["measured"], **error}
 
 
 def test_more_and_nearer_views_give_more():

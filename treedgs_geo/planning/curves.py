@@ -1,7 +1,7 @@
 """From clear views to results: the chance that a stem is measured and its standard error, by measured curves.
 
-The curves are fitted by ``treedgs_lab/benchmarks/planning/curves.py`` to the project's own results
-(``planning/curves.json`` names them): true cameras, simulated stands.
+The curves were fitted to the project's own results (``planning/curves.json`` names them; the script has left:
+``treedgs_lab/benchmarks/README.md``): true cameras, simulated stands.
 """
 
 from __future__ import annotations

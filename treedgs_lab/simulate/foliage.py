@@ -126,20 +126,7 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
     tip = foot + direction * reach[:, None]
     wood = sticks_between(rng, foot, tip, np.maximum(0.010, 0.011 * reach), np.full(len(reach), 0.003))
     parts.append(wooden(rng, wood, (0.15, 0.115, 0.085)))
-    stubs = rng.poisson(9 if stem.detail else 2)
-    if stubs and stem.kind != "sapling":
-        s = rng.uniform(0.16, 1.0, stubs) * stem.crown_base_m
-        turn, drop = rng.uniform(0, 2 * np.pi, stubs), rng.normal(-0.05, 0.25, stubs)
-        way = unit(np.column_stack([np.cos(turn), np.sin(turn), drop]))
-        start = axis_at(stem, s)[0]
-        stub = rng.uniform(0.3, 1.5, (stubs, 1))
-        parts.append(
-            wooden(
-                rng,
-                sticks_between(rng, start, start + way * stub, np.full(stubs, 0.011), np.full(stubs, 0.005)),
-                (0.24, 0.215, 0.19),
-            )
-        )
+    parts.append(dead_branches(rng, stem))
     if stem.status == "dead" or leaf_area_m2 <= 0:
         return parts
     length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11), (0.34, 0.050))[2 - stem.detail]
@@ -163,6 +150,20 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
     albedo[brown] = np.array([0.40, 0.22, 0.09])
     parts.append(Faces.of(Material.FOLIAGE, blades, albedo, 0.25))
     return parts
+
+
+def dead_branches(rng: np.random.Generator, stem: PlantedStem) -> Faces:
+    """What is left of branches below the crown; a sapling has none."""
+    count = rng.poisson(9 if stem.detail else 2)
+    if not count or stem.kind == "sapling":
+        return Faces.none()
+    s = rng.uniform(0.16, 1.0, count) * stem.crown_base_m
+    turn, drop = rng.uniform(0, 2 * np.pi, count), rng.normal(-0.05, 0.25, count)
+    way = unit(np.column_stack([np.cos(turn), np.sin(turn), drop]))
+    start = axis_at(stem, s)[0]
+    length = rng.uniform(0.3, 1.5, (count, 1))
+    sticks = sticks_between(rng, start, start + way * length, np.full(count, 0.011), np.full(count, 0.005))
+    return wooden(rng, sticks, (0.24, 0.215, 0.19))
 
 
 def wooden(rng: np.random.Generator, faces: np.ndarray, tone: tuple[float, float, float]) -> Faces:

@@ -50,7 +50,10 @@ class CameraSettings(SensorSettings):
 
     image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
     image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
-    samples: int | None = count(None, 1, 16, "rays a pixel")
+    samples: int | None = count(None, 1, 16, "rays a pixel; of --world cycles four paths each")
+    look: str = param(
+        "standard", choices=("standard", "filmic"), help="tone curve of --world cycles, as Blender has it"
+    )
     labels: bool = flag("write truth/labels: what every pixel of every photo shows")
 
     readout_ms: float = number(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import datetime as dt
 import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from treedgs_geo.reconstruction.cameras import Camera, View
 
 from . import files, flight
 from .camera import Motion
+from .cycles import EXPOSURE, cycles_images
 from .flight import Station
 from .labels import Labels, write_labels
 from .layout import Layout
@@ -80,33 +82,66 @@ def photograph(
     exposures: list[Exposure],
     reporter: Reporter,
 ) -> None:
-    """Render, develop and write every photo; light is baked once a flight, or once in all under a still sun."""
+    """Render, develop and write every photo."""
     lon, lat, _ = geo.lonlat(np.zeros(3))[0]
-    sky = SkyField(world.faces, -world.ground.low)
+    weather = weather_of(settings)
+    suns = [
+        held_at(sun_direction(taken.station.utc, lon, lat, geo.convergence_deg), weather.elevation_deg)
+        for taken in exposures
+    ]
     wind = Wind(world, stems, settings, rng["trouble"], rng["wind"])
     troubles = photo_troubles(settings, len(exposures), rng["trouble"])
     troubled = any(
         (settings.shaken_pct, settings.misexposed_pct, settings.exposure_drift_stops, settings.white_drift_pct)
     )
-    lights: dict[tuple[int, int], Light] = {}
     exposure, white = 1.0, np.ones(3)
-    map_step_m = max(0.035, 2 * layout.reach_m / MAX_LIGHT_CELLS)
-    sensor, weather = sensor_of(settings), weather_of(settings)
+    sensor = sensor_of(settings)
     # The metadata know the first flight's lens only.
     writer = _Writer(folder / "images", settings, sizes.name, geo, exposures[0].view.camera, sensor.jpeg_quality)
+    if world.crowns is None:
+        images = _own_images(folder, rng, settings, sizes, layout, wind, world, exposures, suns)
+    else:
+        images = cycles_images(world, settings, sizes, exposures, suns)
     before = -1
+    for number, (taken, image) in enumerate(zip(exposures, images, strict=True)):
+        if taken.station.flight != before:
+            exposure, white = (
+                EXPOSURE * float(np.exp(rng["sensor"].normal(0, 0.06))),
+                1 + rng["sensor"].normal(0, 0.02, 3),
+            )
+        before = taken.station.flight
+        pixels = develop(image, exposure * weather.exposure, white, rng["sensor"], sensor, rng["image"])
+        if troubled:
+            pixels = disturb(pixels, troubles[number])
+        writer.write(taken, pixels, rng["sensor"])
+        reporter.progress((number + 1) / len(exposures), f"photo {number + 1} of {len(exposures)}")
+
+
+def _own_images(
+    folder: Path,
+    rng: dict[str, np.random.Generator],
+    settings: SimulateSettings,
+    sizes: Sizes,
+    layout: Layout,
+    wind: Wind,
+    world: World,
+    exposures: list[Exposure],
+    suns: list[np.ndarray],
+) -> Iterator[np.ndarray]:
+    """(H, W, 3) float32 linear radiance, photo by photo; light is baked once a flight, or once in all under a still
+    sun."""
+    sky = SkyField(world.faces, -world.ground.low)
+    map_step_m = max(0.035, 2 * layout.reach_m / MAX_LIGHT_CELLS)
+    weather = weather_of(settings)
+    lights: dict[tuple[int, int], Light] = {}
     for number, taken in enumerate(exposures):
         station = taken.station
         block = station.flight if settings.sun_shift_min > 0 else 0
         phase = number % wind.phases
         here = wind.at(number, station.seconds)
         if (block, phase) not in lights:
-            sun = held_at(sun_direction(station.utc, lon, lat, geo.convergence_deg), weather.elevation_deg)
-            baked = bake(here, sky, sun, layout.reach_m, rng["light"], map_step_m, weather)
+            baked = bake(here, sky, suns[number], layout.reach_m, rng["light"], map_step_m, weather)
             lights = {key: light for key, light in lights.items() if key[0] == block} | {(block, phase): baked}
-        if station.flight != before:
-            exposure, white = 3.9 * float(np.exp(rng["sensor"].normal(0, 0.06))), 1 + rng["sensor"].normal(0, 0.02, 3)
-        before = station.flight
         seed = settings.seed * 7919 + number
         labels = Labels(here, taken.view, sizes.samples) if settings.labels else None
         image = radiance(
@@ -114,11 +149,7 @@ def photograph(
         )
         if labels is not None:
             write_labels(folder / "truth" / "labels" / Path(station.name).with_suffix(".png").name, labels.shares)
-        pixels = develop(image, exposure * weather.exposure, white, rng["sensor"], sensor, rng["image"])
-        if troubled:
-            pixels = disturb(pixels, troubles[number])
-        writer.write(taken, pixels, rng["sensor"])
-        reporter.progress((number + 1) / len(exposures), f"photo {number + 1} of {len(exposures)}")
+        yield image
 
 
 class _Writer(NamedTuple):

@@ -65,6 +65,11 @@ def srgb(linear: np.ndarray) -> np.ndarray:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
+def linear_light(code: np.ndarray) -> np.ndarray:
+    """sRGB code 0..1 -> linear light 0..1, float32."""
+    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
 def develop(
     image: np.ndarray,
     exposure: float,

@@ -136,6 +136,13 @@ class PlotSettings:
     lidar_density_m2: float | None = number(
         None, 0, 5000, "1/m2", "LiDAR pulses per square metre; 0 = no cloud", dialog=False
     )
+    world: str = param(
+        "own",
+        choices=("own", "cycles"),
+        dialog=False,
+        help="what renders the photos: own; cycles: the path tracer of Blender (the program blender, 3.4 to 4.1, with "
+        "its add-on Sapling), crowns, bark, ground and sky with it",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

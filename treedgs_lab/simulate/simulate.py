@@ -20,6 +20,8 @@ from . import files, flight, tables
 from .barks import make_barks
 from .camera import Motion, camera_of_flight, make_camera, motions
 from .control import Plates, cleared, lay_out, painted, write_control
+from .crowns import Crowns
+from .cycles import check_cycles, grown_crowns
 from .dress import dressed
 from .foliage import Faces
 from .grid import follow_terrain, grid_shots, survey_area
@@ -48,7 +50,7 @@ MAX_TEXELS = 9000
 PARTS = (
     "site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble", "camera",
     "image", "plots", "wind", "control", "spacing", "snags", "hardwoods", "barks", "ivy", "wrap", "sections",
-    "shrubs",
+    "shrubs", "crowns",
 )  # fmt: skip
 
 
@@ -73,6 +75,8 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         raise OutputError(f"{output}: is a file, expected a folder; choose another output.")
     if output.exists() and any(output.iterdir()) and not (output / "truth" / "config.json").exists():
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
+    if settings.world == "cycles":
+        check_cycles(settings)
     began = time.monotonic()
     cloud = None if settings.from_cloud is None else read_scan(settings.from_cloud, reporter)
     settings, sizes = resolve(settings if cloud is None else scanned_settings(settings, cloud))
@@ -184,8 +188,9 @@ def grow_world(
     """The world, its stems, and the control points laid out in it."""
     reach = layout.reach_m
     step = 0.25 if layout.ground_half_m <= FINE_GROUND_M else 0.5
+    crowns = None
     if cloud is None:
-        ground, mesh, faces, stems = _grown(rng, settings, sizes, layout, step, reporter)
+        ground, mesh, faces, stems, crowns = _grown(rng, settings, sizes, layout, step, reporter)
         barked = stems
     else:
         ground, mesh, barked = cloud.ground_mesh(layout.ground_half_m, step), no_stems(), []
@@ -201,7 +206,7 @@ def grow_world(
         faces, texture = cleared(faces, plates), painted(texture, plates)
     barks = make_barks(rng["textures"], rng["barks"], barked)
     world = build_world(ground, mesh, faces, texture, barks, rng["textures"])
-    return world, stems, plates
+    return replace(world, crowns=crowns), stems, plates
 
 
 def _grown(
@@ -211,7 +216,7 @@ def _grown(
     layout: Layout,
     step_m: float,
     reporter: Reporter,
-) -> tuple[Ground, StemMesh, Faces, list[PlantedStem]]:
+) -> tuple[Ground, StemMesh, Faces, list[PlantedStem], Crowns | None]:
     """Ground, stems and everything that grows about them."""
     reach = layout.reach_m
     ground = make_ground(rng["site"], layout.ground_half_m, settings.slope_pct, step_m=step_m)
@@ -221,8 +226,10 @@ def _grown(
     )
     mesh = mesh_stems(rng["stand"], stems, settings.ellipticity_pct)
     reporter.progress(0.2)
-    faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng)
-    return ground, mesh, overgrown(faces, rng, settings, ground, stems, mesh, reach), stems
+    crowns = grown_crowns(settings, rng["crowns"]) if settings.world == "cycles" else None
+    faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng, crowns)
+    faces = overgrown(faces, rng, settings, ground, stems, mesh, reach)
+    return ground, mesh, faces if crowns is None else crowns.with_plants(faces), stems, crowns
 
 
 def _scan_name(settings: SimulateSettings) -> dict[str, str]:

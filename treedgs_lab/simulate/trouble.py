@@ -87,9 +87,8 @@ def disturb(pixels: np.ndarray, trouble: PhotoTrouble) -> np.ndarray:
     """A developed (H, W, 3) uint8 sRGB photo with its trouble, by way of linear light (what is blown out stays so)."""
     import numpy as np
 
-    from .sensor import srgb
+    from .sensor import linear_light, srgb
 
-    code = pixels.astype(np.float32) / 255
-    linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear = linear_light(pixels.astype(np.float32) / 255)
     linear = np.clip(shake(linear, trouble.shake_px, trouble.angle_rad) * (trouble.gain * trouble.white), 0, 1)
     return (255 * srgb(linear) + 0.5).astype(np.uint8)

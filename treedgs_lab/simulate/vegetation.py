@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .crowns import Crowns
 from .dress import Streams
 from .foliage import (
     LYING,
@@ -42,10 +43,12 @@ def all_foliage(
     stems: list[PlantedStem],
     reach_m: float,
     own: Streams | None = None,
+    crowns: Crowns | None = None,
 ) -> Faces:
     """Crowns, shrubs, grass, sticks and logs. Needle area of a tree goes with the square of its DBH, about the mean's.
 
-    own: the streams of hardwoods and of shrubs of several kinds, needed where there are any.
+    own: the streams of hardwoods and of shrubs of several kinds, needed where there are any. crowns: others' crowns,
+    set on the stems in place of ours.
     """
     parts: list[Faces] = []
     owner: list[int] = []
@@ -55,7 +58,9 @@ def all_foliage(
         else:
             area = settings.leaf_area_m2 * (stem.dbh_m * 100 / settings.dbh_mean_cm) ** 1.6
             area *= 0.55 if stem.kind in ("branch", "fork_above") else 1.0
-        if own is not None and stem.look.hardwood:
+        if crowns is not None and stem.kind != "snag":
+            parts += crowns.grow(rng, stem, index)
+        elif own is not None and stem.look.hardwood:
             parts += hardwood_crown(own["hardwoods"], stem, area, settings.leaf_off)
         elif stem.kind != "snag":
             parts += crown(rng, stem, area)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .barks import Barks
 from .casting import cast, make_scene
+from .crowns import Crowns
 from .foliage import Faces
 from .stem_mesh import StemMesh
 from .terrain import Ground
@@ -20,7 +21,8 @@ class World:
     """Everything that rays can hit, in one scene; primitive ids run over ground, stems, then faces.
 
     scene: ``open3d.t.geometry.RaycastingScene``. bark_offset: (S, 3) float32 shifts of each stem on its bark tile,
-    around (turns) and along (m), and its brightness. stem_owner: (F_stems,) stem index of each stem triangle.
+    around (turns) and along (m), and its brightness. stem_owner: (F_stems,) stem index of each stem triangle. crowns:
+    those among the faces that others have grown.
     """
 
     scene: Any
@@ -32,6 +34,7 @@ class World:
     bark_offset: np.ndarray
     ground_faces: int
     stem_faces: int
+    crowns: Crowns | None = None
 
     @property
     def stem_owner(self) -> np.ndarray:

@@ -1,1 +1,0 @@
-"""Flight plans against what they get: clear views, share measured, standard errors, photos, seconds."""
