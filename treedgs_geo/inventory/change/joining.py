@@ -56,12 +56,17 @@ class Joined:
 
 
 def join_dates(
-    before: TreeList, after: TreeList, plots: list[SamplePlot], options: PairingOptions, least_cm: float, most_cm: float
+    before: TreeList,
+    after: TreeList,
+    plots: list[SamplePlot],
+    options: PairingOptions,
+    min_dbh_cm: float,
+    max_growth_cm: float,
 ) -> Joined:
     """Pair the trees of both dates plot by plot (without plots: all together).
 
-    least_cm: smallest DBH that counts. most_cm: what no tree grows between the dates; less where the survivors say so
-    (1.5 times their 95 % quantile, from :data:`ENOUGH` on). A thicker new tree was there before.
+    min_dbh_cm: smallest DBH that counts. max_growth_cm: what no tree grows between the dates; less where the survivors
+    say so (1.5 times their 95 % quantile, from :data:`ENOUGH` on). A thicker new tree was there before.
 
     Raises:
         InputError: too many trees without plots; no tree of either date in the plots.
@@ -108,12 +113,12 @@ def join_dates(
             "of the same ground, their CRS and positions."
         )
     made.warnings += [_in_these_words(text) for text in found.warnings if "has no field tree" not in text]
-    _judge(made.trees, least_cm, np.inf)
+    _judge(made.trees, min_dbh_cm, np.inf)
     grown = (made.trees["dbh2_cm"] - made.trees["dbh1_cm"])[made.trees["fate"] == "survivor"].to_numpy(float)
     if len(grown) >= ENOUGH:
-        most_cm = min(most_cm, 1.5 * max(float(np.quantile(grown, 0.95)), 0.0))
-    _judge(made.trees, least_cm, least_cm + most_cm)
-    _chances(made, least_cm + most_cm)
+        max_growth_cm = min(max_growth_cm, 1.5 * max(float(np.quantile(grown, 0.95)), 0.0))
+    _judge(made.trees, min_dbh_cm, min_dbh_cm + max_growth_cm)
+    _chances(made, min_dbh_cm + max_growth_cm)
     return made
 
 
@@ -216,10 +221,10 @@ def _home_of_new(place: np.ndarray, plots: list[SamplePlot], circles: list[Plot]
     return -1
 
 
-def _judge(table: pd.DataFrame, least_cm: float, thickest_new_cm: float) -> None:
+def _judge(table: pd.DataFrame, min_dbh_cm: float, thickest_new_cm: float) -> None:
     """Fill ``fate``. thickest_new_cm: a new tree above it was there before."""
     d1, d2 = table["dbh1_cm"].to_numpy(float), table["dbh2_cm"].to_numpy(float)
-    kind, least = table["kind"].to_numpy(object), least_cm - 1e-9
+    kind, least = table["kind"].to_numpy(object), min_dbh_cm - 1e-9
     dead1, dead2 = table["dead1"].to_numpy(bool), table["dead2"].to_numpy(bool)
     low2 = d2 - HALF_WIDTH_SE * np.nan_to_num(table["se2_cm"].to_numpy(float))
     pair = kind == "pair"
