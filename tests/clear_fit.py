@@ -45,7 +45,8 @@ def with_changes(fit: PhotoFit, flag: str = "", reasons: tuple[str, ...] = ("amb
     """The fit with other values of fields: its own, else of the evidence. flag: with evidence that makes it so,
     ``check`` for these reasons, ``reject`` for the first of them."""
     if flag == "ok":
-        changed = CLEAR | {"dbh_cm": fit.dbh_cm, "refused": "", "rivals_cm": ()} | changed
+        sure = {"sure": 1.0, "oval": 0.0, "refused": "", "rivals_cm": ()}
+        changed = CLEAR | sure | {"dbh_cm": fit.dbh_cm} | changed
     elif flag == "check":
         for reason in reasons:
             changed |= FLAGGED.get(reason, {"rivals_cm": (fit.dbh_cm,)})
