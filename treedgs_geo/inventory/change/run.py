@@ -62,8 +62,8 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         before.notes += [said] if said else []
     with reporter.stage("pair trees", 0.2, 0.6):
         options = PairingOptions(centre_error_m=settings.centre_error_m, rotation_deg=_TURN_DEG, gate_m=_APART_M)
-        most_cm = settings.max_yearly_growth_cm * settings.years
-        joined = join_dates(before, after, plots, options, settings.min_dbh_cm, most_cm)
+        max_growth_cm = settings.max_yearly_growth_cm * settings.years
+        joined = join_dates(before, after, plots, options, settings.min_dbh_cm, max_growth_cm)
         joined.warnings += judge_growth(joined.trees, years, settings.max_yearly_growth_cm)
     with reporter.stage("estimate", 0.6, 0.7):
         level = settings.confidence_pct / 100

@@ -5,10 +5,11 @@
 DIR: a folder of plots with their truth, and of their workspaces of ``photos-to-dbh``: NAME and NAME_ws. A workspace
 keeps the fits, those that were refused too.
 ``weights``: a logistic regression over the plots that set them, none negative; its prior are the library's own, which
-earlier plots gave (copied to ``treedgs_geo.stems.quality.limits.PREDICTORS`` by hand; a test compares). ``set``,
-``held``: fits by the probability of a wrong diameter (``from`` it on), how many are wrong and how many should be, false
-ones (nothing stands there) and the RMSE of the others; of the plots that set the weights each by those of all others.
-A diameter is wrong that is off by more than 8 % and 2 cm, or where nothing stands.
+earlier plots gave, so that ``--set`` takes plots that are not in them yet (copied to
+``treedgs_geo.stems.quality.limits.PREDICTORS`` by hand; a test compares). ``set``, ``held``: fits by the probability of
+a wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
+RMSE of the others; of the plots that set the weights each by those of all others. A diameter is wrong that is off by
+more than 8 % and 2 cm, or where nothing stands.
 """
 
 from __future__ import annotations
