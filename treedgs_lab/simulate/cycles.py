@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,8 +36,8 @@ if TYPE_CHECKING:
 
 #: What makes our own radiance a photo of usual brightness; Blender's pictures have it already.
 EXPOSURE = 3.9
-#: Paths a pixel for each ray of ours.
-PATHS = 4
+#: Paths a pixel for each ray of ours, before the denoiser.
+PATHS = 2
 _SCRIPT = Path(__file__).with_name("inside_blender.py")
 
 
@@ -69,8 +71,11 @@ def _blender(settings: SimulateSettings, *arguments: Any) -> Iterator[str]:
     Raises:
         OutputError: it failed.
     """
-    words = [check_cycles(settings), "-b", "-noaudio", "--factory-startup", "--python-exit-code", "3"]
-    words += ["--python", str(_SCRIPT), "--", *map(str, arguments)]
+    words = [check_cycles(settings), "-b", "-noaudio", "--factory-startup", "--python-exit-code", "3", "--python"]
+    if arguments[0] == "render" and find_spec("bpy"):
+        # Isolated: Blender's own module ``cycles`` is not this one.
+        words = [sys.executable, "-I"]
+    words += [str(_SCRIPT), "--", *map(str, arguments)]
     said: list[str] = []
     with subprocess.Popen(
         words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
