@@ -14,7 +14,6 @@ CLEAR = {
     "r1": -0.005,
     "lean_deg": 1.1,
     "llr": 120,
-    "gap": 60,
     "n_views": 12,
     "kish": 10,
     "se_cm": 0.5,
@@ -24,7 +23,7 @@ CLEAR = {
 
 def clear_photo_fit(x: float, dbh_cm: float, **changed) -> PhotoFit:
     """An upright stem at (x, 2) that eight of nine photos show. changed: other fields of the fit."""
-    seen = {"llr": 90.0, "gap": 20.0, "n_views": 8, "arc_deg": 250.0}
+    seen = {"llr": 90.0, "n_views": 8, "arc_deg": 250.0}
     evidence = Evidence(**CLEAR | seen | {"dbh_cm": dbh_cm, "polish_cm": dbh_cm})
     fit = PhotoFit(
         axis=StemAxis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37),

@@ -89,6 +89,14 @@ def test_two_diameters_with_equal_support_are_even_odds_and_one_diameter_is_sure
     assert choose([one, same, other], 1.0, 1.0, NOWHERE, np.array([np.nan])).sure == pytest.approx(2 / 3, abs=1e-4)
 
 
+def test_where_edges_alone_speak_a_part_is_no_rival_of_its_whole():
+    whole, part, other = (explanation(dbh, 0.0, 0.0, edges) for dbh, edges in ((30, 100), (24, 110), (36, 90)))
+    choice = choose([whole, part], 0.0, 1.0, Prior(), np.array([np.nan]))
+    assert choice.best is whole and choice.sure == pytest.approx(1.0)
+    beside = replace(other, vector=other.vector + np.array([0.15, 0, 0, 0, 0]))
+    assert choose([whole, beside], 0.0, 1.0, Prior(), np.array([np.nan])).sure == pytest.approx(0.9, abs=1e-3)
+
+
 def test_between_two_limbs_stands_no_third_stem():
     def at(x: float, item: Explanation) -> Explanation:
         return replace(item, vector=item.vector + np.array([x, 0, 0, 0, 0]))

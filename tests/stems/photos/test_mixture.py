@@ -31,7 +31,7 @@ def explanation(dbh_cm: float) -> Explanation:
 
 def choice(*dbh_and_share: tuple[float, float]) -> Selected:
     rivals = tuple(explanation(dbh) for dbh, _ in dbh_and_share)
-    return Selected(rivals[0], 20.0, 0.7, rivals, np.array([share for _, share in dbh_and_share]))
+    return Selected(rivals[0], 0.7, rivals, np.array([share for _, share in dbh_and_share]))
 
 
 def test_one_explanation_is_the_plain_interval():

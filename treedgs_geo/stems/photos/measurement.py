@@ -57,14 +57,13 @@ class Shared:
 
 
 class Fitted(NamedTuple):
-    """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain: as of
+    """An explanation that was chosen. best: it; fine: its last refinement; sure, gain: as of
     :class:`.quality_control.Evidence`; silhouette: of the place; choice: among single discs, ``None`` in a first look,
     which weighs nothing yet; touched: the place as a stem that another one touches, if that was tried; above_cm: the
     diameter read farther up, brought down, NaN where there is none; twins: full stems instead of it."""
 
     best: Explanation
     fine: FineFit
-    gap: float
     sure: float = np.nan
     silhouette: Silhouette | None = None
     gain: float = 0.0
@@ -113,7 +112,7 @@ def by_edges(found: Found) -> dict[str, float]:
 def by_selection(found: Found) -> dict[str, Any]:
     """What the other explanations of the place say."""
     chosen = found.chosen
-    numbers: dict[str, Any] = {"gap": chosen.gap, "sure": chosen.sure}
+    numbers: dict[str, Any] = {"sure": chosen.sure}
     if chosen.choice is None:
         return numbers
     tried = chosen.choice, chosen.touched, chosen.gain

@@ -46,8 +46,6 @@ class Evidence:
     lean_deg: float = np.nan
     #: Log likelihood ratio of the fit against chance.
     llr: float = 0.0
-    #: Lead of ``llr`` over the next different explanation.
-    gap: float = 0.0
     #: Photos that see it clearly.
     n_views: int = 0
     #: Effective number of photos (Kish); infinite for one of a pair, which hardly any photo shows whole.
@@ -114,7 +112,7 @@ class Evidence:
         limit of its name; where no silhouette stands out, edges have to do alone."""
         through = self.n_through / max(self.n_through + self.n_views, 1)
         found = {name: getattr(self, name) for name in _LIMITED} | {"through": through, "rivals": len(self.rivals_cm)}
-        return found if self.solid else found | {"llr_alone": self.llr, "gap_alone": self.gap}
+        return found if self.solid else found | {"llr_alone": self.llr}
 
     def predictors(self) -> dict[str, float]:
         """How much speaks against the diameter, by the names of :data:`treedgs_geo.stems.quality.limits.PREDICTORS`: 0

@@ -68,7 +68,7 @@ class Fitter(Shared):
             return None
         if quick:
             best = max(tried, key=lambda item: item.edges)
-            return measured(self, seed, Fitted(best, best.fine, best.edges))
+            return measured(self, seed, Fitted(best, best.fine))
         found = self._chosen(place, self._compared(tried, known), hypotheses)
         best, hidden, window = found.best, known, WINDOWS_PX[2:]
         if best.mate is not None:
@@ -172,12 +172,12 @@ class Fitter(Shared):
         if touched is not None and gain > GAIN_MERGED:
             best = touched
             # Which single disc would be the next best is no longer the question.
-            sure = 1.0 if np.isfinite(sure) else sure
+            sure = 1.0
         # A companion may be the other one of two full stems: the disc that holds both is asked, too.
         twins = find_twins(search, best.vector, silhouette)
         if best is not choice.best:
             twins = twins.clearest(find_twins(search, choice.best.vector, silhouette))
-        return Fitted(best, best.fine, choice.gap, sure, silhouette, gain, choice, touched, twins=twins)
+        return Fitted(best, best.fine, sure, silhouette, gain, choice, touched, twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
         """The same with evidence and residual over the same photos for all."""

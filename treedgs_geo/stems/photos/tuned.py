@@ -120,8 +120,8 @@ PLAIN_ODDS, NETWORK_ODDS = np.array([1.06, 2.73, -1.7, -1.5]), np.array([4.1, 2.
 SAME_DBH_CM = 2.0
 #: Two readings of one stem differ by less than this, cm; leans by less than this (tangent).
 SAME_DBH, SAME_LEAN = Bound(1.0, 0.04), 0.09
-#: Lead in edge score over the next explanation below which it is open which is right; nine to one at this lead.
-GAP_LLR = bound_of("photos", "gap_alone", "check")
+#: Lead in edge score at which an explanation is nine times as probable.
+GAP_LLR = 10.0
 EDGES_A_LOG_ODD = GAP_LLR / np.log(9)
 #: A stem inside another one counts against it below this share of its diameter.
 THINNER = 0.85

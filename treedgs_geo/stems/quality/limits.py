@@ -133,7 +133,6 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             _RENDERED,
         ),
         Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.2, 0.35), _IVY),
-        Limit("ambiguous", "gap_alone", "lead in edge score, no clear silhouette", "", *_below(10, 4), _RENDERED),
         Limit("ambiguous", "rivals", "other looks at the stem with another diameter", "", *_above(0, None), _TWO_LOOKS),
         Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
         Limit(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...quality.priors import TAPER_SD, USUAL_TAPER
-from ..tuned import EDGES_A_LOG_ODD, GAP_LLR, LEAD_LLR, NETWORK_ODDS, PLAIN_ODDS, SAME_DBH_CM
+from ..tuned import EDGES_A_LOG_ODD, LEAD_LLR, NETWORK_ODDS, PLAIN_ODDS, SAME_DBH_CM
 from .edge_adjustment import FineFit
 from .search import Hypothesis, Prior
 
@@ -42,13 +42,11 @@ class Explanation:
 class Selected:
     """The explanation taken, and what was left of the others.
 
-    best: of those tried. gap: its lead in edge score over the next different one. sure: how probable its diameter is
-    among all that were tried (NaN where silhouettes say little: then the edges decide, and the lead). rivals: the
-    explanations of this very stem (not of a neighbour), ``best`` first; share: (N,) their probabilities, of sum 1.
+    best: of those tried. sure: how probable its diameter is among all that were tried. rivals: the explanations of this
+    very stem (not of a neighbour), ``best`` first; share: (N,) their probabilities, of sum 1.
     """
 
     best: Explanation
-    gap: float
     sure: float
     rivals: tuple[Explanation, ...]
     share: np.ndarray
@@ -88,20 +86,22 @@ def choose(
     tried = plausible(tried)
     # Where no silhouettes are to be had, finer edges and taper are the other witnesses.
     solid = trust > 0.5 or not np.isfinite(chance)
-    edges = np.array([item.edges for item in tried])
-    odds = log_odds(tried, trust, chance, stand, network) if solid else edges / EDGES_A_LOG_ODD
-    best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
+    if solid:
+        odds = log_odds(tried, trust, chance, stand, network)
+        best = tried[int(np.argmax(odds))]
+    else:
+        odds = np.array([item.edges for item in tried]) / EDGES_A_LOG_ODD
+        best = prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
     weight = np.exp(odds - odds.max())
-    same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])
-    sure = float(weight[same].sum() / weight.sum()) if solid else np.nan
-    rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
-    # A part of the chosen stem is no rival of the whole; where it won by far confidence is low all the same.
-    parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
-    gap = best.edges - max((edges[i] for i in rivals if i not in parts), default=0.0)
-    if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
-        gap = min(gap, GAP_LLR - 1.0)
-    listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
-    return Selected(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
+    # By edges alone a part of the chosen stem is no rival of the whole.
+    same = [
+        abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 or (not solid and contains(best.vector, item.vector))
+        for item in tried
+    ]
+    listed = [i for i, item in enumerate(tried) if item is best or different(item.vector, best.vector)]
+    listed.sort(key=lambda i: tried[i] is not best)
+    share = weight[listed] / weight[listed].sum()
+    return Selected(best, float(weight[same].sum() / weight.sum()), tuple(tried[i] for i in listed), share)
 
 
 def plausible(tried: list[Explanation]) -> list[Explanation]:
