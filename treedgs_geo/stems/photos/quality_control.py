@@ -15,7 +15,7 @@ from ..quality.assessment import Assessment
 from ..quality.findings import Flag
 from ..quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT, judge
 from ..quality.mixture import Mixture
-from .tuned import COVER_CM, NETWORK_OFFSET_CM, OPEN_SHARE, OUTLINE_OFFSET_CM, PARTS, WRONG_SD
+from .tuned import BARK, COVER_CM, NETWORK_OFFSET_CM, OPEN_SHARE, OUTLINE_OFFSET_CM, PARTS, THERE_LLR, WRONG_SD
 
 
 class OtherExplanation(NamedTuple):
@@ -96,8 +96,9 @@ class Evidence:
 
     @property
     def solid(self) -> bool:
-        """The silhouette stands out from what chance reaches."""
-        return self.contrast > 1.0
+        """More than edges speak for a stem: a silhouette that stands out from what chance reaches, or bark between the
+        edges."""
+        return self.contrast > 1.0 or (self.on_bark > BARK and self.llr > THERE_LLR)
 
     @property
     def open_cm(self) -> list[float]:
@@ -109,7 +110,7 @@ class Evidence:
 
     def quantities(self) -> dict[str, float]:
         """What is judged by limits of its own (:func:`treedgs_geo.stems.quality.limits.judge`): every field that has a
-        limit of its name; where no silhouette stands out, edges have to do alone."""
+        limit of its name; where nothing else speaks for a stem, edges have to do alone."""
         through = self.n_through / max(self.n_through + self.n_views, 1)
         found = {name: getattr(self, name) for name in _LIMITED} | {"through": through, "rivals": len(self.rivals_cm)}
         return found if self.solid else found | {"llr_alone": self.llr}

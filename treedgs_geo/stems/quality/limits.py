@@ -127,7 +127,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit(
             "few_views",
             "llr_alone",
-            "edge score, no clear silhouette (chance: 45 to 50)",
+            "edge score, neither silhouette nor bark clear (chance: 45 to 50)",
             "",
             *_below(60, 52),
             _RENDERED,

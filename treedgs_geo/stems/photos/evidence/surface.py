@@ -25,7 +25,8 @@ def surface_likeness(
     stack: PhotoStack, axis: StemAxis, radius: tuple[float, float], band_m: tuple[float, float], seen: np.ndarray
 ) -> tuple[float, float]:
     """How alike neighbouring photos are on a stem's bark, -1 to 1; and by how much more, at most (two standard errors),
-    than on the plane through its edges. NaN where fewer than five pairs of photos show it.
+    than on the plane through its edges. No likeness, and no lead, where fewer than five pairs of photos show it: so few
+    edges line up anywhere.
 
     radius: at breast height (m) and its slope (m/m). band_m: heights above the ground. seen: (V,) probability that a
     photo sees the stem.
@@ -47,7 +48,7 @@ def surface_likeness(
         if len(shown) == len(pictures):
             found.append([_alike(*shown[:2]), _alike(*shown[2:])])
     if len(found) < _MIN_PAIRS:
-        return np.nan, np.nan
+        return 0.0, np.nan
     on_bark, in_plane = np.array(found).T
     lead = on_bark - in_plane
     return float(on_bark.mean()), float(lead.mean() + 2 * lead.std(ddof=1) / np.sqrt(len(lead)))
