@@ -118,3 +118,6 @@ def test_bark_is_alike_where_a_stem_is_round_and_not_where_it_is_a_strip_of_wall
     alike, lead = surface_likeness(stack, strip, (0.2, 0.0), (0.9, 1.9), np.ones(len(stack)))
     assert np.isfinite(alike) and lead < 0
     assert "see_through" in judge("photos", {"bark_lead": lead}, 40.0).reasons
+    # What no two photos show from near one another is no bark.
+    alike, _ = surface_likeness(stack, strip, (0.2, 0.0), (0.9, 1.9), np.zeros(len(stack)))
+    assert judge("photos", {"on_bark": alike}, 40.0).flag("photos") == "reject"

@@ -106,6 +106,7 @@ def test_a_photo_fit_meets_the_table_s_limits():
     assert thin_flag == "reject" and "too_small" in thin_reasons
     # Where no silhouettes are to be had, edges have to do alone; with one, few of them will do.
     assert judged(llr=40.0)[:2] == ("reject", ("few_views",))
+    assert judged(llr=41.0, on_bark=0.3)[0] == "ok" and judged(llr=41.0, on_bark=0.2)[0] == "reject"
     assert judged(llr=40.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
 
 
