@@ -170,6 +170,13 @@ def test_tables(tmp_path: Path) -> None:
     geo.write_text("EPSG:4326\n# x\na.jpg -91.8 33.6 100\n")
     np.testing.assert_allclose(read_position_table(geo, crs).xyz[0], read.xyz[0])
     assert is_position_table(table) and is_position_table(geo)
+    metashape = tmp_path / "reference.csv"
+    metashape.write_text(
+        '# CoordinateSystem: GEOGCS["WGS 84",DATUM["World Geodetic System 1984"]]\n'
+        "#Label,X/Longitude,Y/Latitude,Z/Altitude,Accuracy_X/Y_(m)\na.jpg,-91.8,33.6,100,0.02\n"
+    )
+    assert is_position_table(metashape)
+    np.testing.assert_allclose(read_position_table(metashape, crs).xyz[0], read.xyz[0])
     plots = tmp_path / "plots.csv"
     plots.write_text("plot_id,lon,lat,radius_m\n1,2,3,4\n")
     assert not is_position_table(plots)

@@ -107,6 +107,12 @@ def test_truncated_files_are_refused(tmp_path, suffix):
             read_cloud(broken)
 
 
+def test_a_compressed_cloud_under_the_other_ending_is_read(tmp_path):
+    write_cloud(tmp_path / "a.laz", make_cloud(1000))
+    (tmp_path / "a.laz").rename(tmp_path / "a.las")
+    assert len(read_cloud(tmp_path / "a.las")) == 1000
+
+
 def test_a_header_that_promises_too_much(tmp_path):
     write_cloud(tmp_path / "a.las", make_cloud(1000))
     data = bytearray((tmp_path / "a.las").read_bytes())

@@ -73,13 +73,17 @@ QUANTITIES = {
     "azimuth": Quantity("the bearing", "azimuth bearing az azim azimut peilung rumbo acimut", _DEG),
     "distance": Quantity("the distance", "distance dist entfernung distanz abstand distancia", _M),
     "easting": Quantity(
-        "the easting", "easting x x_m east e este ostwert rechtswert utm_x utm_e x_utm x_coord coord_x coordenada_x"
+        "the easting",
+        "easting x x_m east e este ostwert rechtswert utm_x utm_e x_utm x_coord coord_x coordenada_x x_easting",
     ),
     "northing": Quantity(
-        "the northing", "northing y y_m north n norte nordwert hochwert utm_y utm_n y_utm y_coord coord_y coordenada_y"
+        "the northing",
+        "northing y y_m north n norte nordwert hochwert utm_y utm_n y_utm y_coord coord_y coordenada_y y_northing",
     ),
-    "lon": Quantity("the longitude", "lon long longitude lng lon_deg longitude_deg gpslongitude laengengrad longitud"),
-    "lat": Quantity("the latitude", "lat latitude lat_deg latitude_deg gpslatitude breitengrad latitud"),
+    "lon": Quantity(
+        "the longitude", "lon long longitude lng lon_deg longitude_deg gpslongitude laengengrad longitud x_longitude"
+    ),
+    "lat": Quantity("the latitude", "lat latitude lat_deg latitude_deg gpslatitude breitengrad latitud y_latitude"),
     "epsg": Quantity("the EPSG code", "epsg srid crs epsg_code"),
     "radius": Quantity("the radius", "radius plot_radius halbmesser radio r", _M, 0.1, 1000.0),
     "width": Quantity("the width", "width breite ancho", _M, 0.1, 1000.0),
@@ -100,11 +104,17 @@ QUANTITIES = {
 QUANTITIES |= {
     "photo": Quantity("the photo", "photo image image_name imagename filename file sourcefile name label"),
     "altitude": Quantity(
-        "the height", "h height height_m alt altitude ellh z elevation ellipsoidal_height gpsaltitude"
+        "the height", "h height height_m alt altitude ellh z elevation ellipsoidal_height gpsaltitude z_altitude"
     ),
-    "sd_e": Quantity("its error", "sd_e sde sde_m std_e sd_h_m acch h_acc", units={"m": 1.0}, low=1e-4, high=100.0),
-    "sd_n": Quantity("its error", "sd_n sdn sdn_m std_n sd_h_m acch h_acc", units={"m": 1.0}, low=1e-4, high=100.0),
-    "sd_u": Quantity("its error", "sd_u sdu sdu_m std_u sd_v_m accv v_acc", units={"m": 1.0}, low=1e-4, high=100.0),
+    "sd_e": Quantity(
+        "its error", "sd_e sde sde_m std_e sd_h_m acch h_acc accuracy_x", units={"m": 1.0}, low=1e-4, high=100.0
+    ),
+    "sd_n": Quantity(
+        "its error", "sd_n sdn sdn_m std_n sd_h_m acch h_acc accuracy_y", units={"m": 1.0}, low=1e-4, high=100.0
+    ),
+    "sd_u": Quantity(
+        "its error", "sd_u sdu sdu_m std_u sd_v_m accv v_acc accuracy_z", units={"m": 1.0}, low=1e-4, high=100.0
+    ),
     "point": Quantity("the point", "label gcp gcp_name point point_id marker id name"),
     "u": Quantity("the pixel's column", "u u_px px pixel_x im_x"),
     "v": Quantity("the pixel's row", "v v_px py pixel_y im_y"),

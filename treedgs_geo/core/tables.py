@@ -8,6 +8,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Iterable
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +101,7 @@ def read_rows(
     decimal commas become points, and thousands lose their marks, where that is certain. Titles above the heading are
     left out; units below it, or behind every number, go to the columns' names. What stands for nothing (``NA``, ``-``)
     is empty. A row may lack cells at its end only where the columns hold notes. comments: rows that begin with ``#``
-    are left out. as_written: names of columns as they stand there.
+    are left out, but the last one where the heading should be. as_written: names of columns as they stand there.
 
     Raises:
         InputError: another format, not readable, no heading, a column twice, a cell too many or too few in a row, a row
@@ -161,6 +162,8 @@ def _cells_of(
             continue
         if heads and not rows and not any(heads[1:]) and any(cells[1:]):
             heads = []  # what stands alone above the heading is a title
+        if comments and not rows and heads and heads[0][:1] == cells[0][:1] == "#":
+            heads = []  # of several lines behind a mark the last one is the heading
         if not heads:
             heads = cells
         elif not (comments and cells[0].startswith("#")):
@@ -201,15 +204,16 @@ def read_table(path: Path, comments: bool = False, as_written: bool = False) -> 
 
 
 def read_heading(path: Path) -> list[str]:
-    """Names of the columns by the first line that is not empty, to know a table by; none where it is no text."""
+    """Names of the columns, to know a table by; none where it is no text."""
     try:
         text = decoded(Path(path).read_bytes()[:65536].rpartition(b"\n")[0] or Path(path).read_bytes()[:65536])
     except (OSError, ValueError):
         return []
     text, _, separator = _separator(text.replace("\r\n", "\n").replace("\r", "\n"))
-    first = next((line for line in text.split("\n") if line.strip()), "")
+    lines = [line for line in text.split("\n") if line.strip()]
+    heading = ([*takewhile(lambda line: line.startswith("#"), lines)][-1:] or lines[:1] or [""])[0]
     try:
-        return [column_name(cell) for cell in next(csv.reader([first], delimiter=separator), [])]
+        return [column_name(cell) for cell in next(csv.reader([heading], delimiter=separator), [])]
     except csv.Error:
         return []
 

@@ -67,7 +67,7 @@ def open_reader(path: Path, attributes: tuple[str, ...] | None = None) -> Any:
         trouble = f"the header gives coordinate scales {scales.tolist()}, expected positive ones (0.001)"
     elif not np.isfinite(offsets).all() or (np.abs(offsets) > 1e9).any():
         trouble = f"the header gives coordinate offsets {offsets.tolist()}, expected map coordinates"
-    elif path.suffix.lower() == ".las" or not header.are_points_compressed:
+    elif not header.are_points_compressed:
         stored = (path.stat().st_size - header.offset_to_point_data) // max(header.point_format.size, 1)
         trouble = _promise(promised, stored) if stored < promised else ""
     if not trouble and (held := held_beyond_promise(path, header)):
