@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import geopandas as gpd
 import numpy as np
@@ -168,6 +169,13 @@ def test_one_layer_is_not_two_dates(survey):
     )
     with pytest.raises(InputError, match="it is the same measurement"):
         compare_dates(settings, Ears())
+
+    def grown(table):
+        return table.assign(dbh_cm=table["dbh_cm"] + np.where(np.arange(len(table)) % 3 > 0, 1.1, 0.0))
+
+    ears = Ears()
+    compare_dates(replace(settings, after=edited(survey, grown, "part.gpkg")), ears)
+    assert any("to the digit" in text for text in ears.warnings)
 
 
 def _tally(tmp_path, text, read=read_tally, **protocol):

@@ -141,7 +141,7 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
                 f"{settings.after}: its trees are {away:,.0f} m away from those of {settings.before}; give two layers "
                 "of the same ground."
             )
-    _refuse_same(before.trees, after.trees, settings)
+    _refuse_same(before.trees, after, settings)
     return before, after, _common_ground(before, after, settings)
 
 
@@ -165,16 +165,22 @@ def _common_ground(before: TreeList, after: TreeList, settings: Any) -> list[Sam
     return plots
 
 
-def _refuse_same(before: pd.DataFrame, after: pd.DataFrame, settings: Any) -> None:
-    """Refuse one layer as both dates: no two flights give the same DBHs at the same places."""
+def _refuse_same(before: pd.DataFrame, after: TreeList, settings: Any) -> None:
+    """Refuse one layer as both dates: no two flights give the same DBHs at the same places. A warning of the second
+    date where it holds part of the first."""
     one, two = (
         set(map(tuple, trees[["x", "y", "dbh_cm"]].dropna().round({"x": 1, "y": 1, "dbh_cm": 3}).to_numpy().tolist()))
-        for trees in (before, after)
+        for trees in (before, after.trees)
     )
-    if len(one) >= 3 and len(one & two) > 0.9 * min(len(one), len(two)):
-        raise InputError(
-            f"{settings.after}: {len(one & two)} of its {len(two)} trees have the places and DBHs of those in "
-            f"{settings.before} to the digit: it is the same measurement; give the layers of two dates."
+    share = len(one & two) / max(min(len(one), len(two)), 1)
+    said = (
+        f"{len(one & two)} of its {len(two)} trees have the places and DBHs of those in {settings.before} to the digit"
+    )
+    if len(one) >= 3 and share > 0.9:
+        raise InputError(f"{settings.after}: {said}: it is the same measurement; give the layers of two dates.")
+    if len(one & two) >= 3 and share > 0.1:
+        after.warnings.append(
+            f"{settings.after.name}: {said}: were they not measured again? They count as trees that did not grow."
         )
 
 
