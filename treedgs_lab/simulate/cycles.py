@@ -185,7 +185,7 @@ def photo_job(
         right, down, forward = taken.view.rotation
         photos.append(
             {
-                "file": f"{number:04d}.png",
+                "file": f"{number:04d}.tif",
                 "seed": settings.seed * 7919 + number & 0x7FFFFFFF,
                 "focal_px": camera.fx,
                 "centre": taken.view.centre.tolist(),

@@ -126,7 +126,7 @@ class Nodes:
             if isinstance(value, bpy.types.NodeSocket):
                 self.tree.links.new(value, node.inputs[key])
             else:
-                node.inputs[key].default_value = value
+                node.inputs[key].default_value = (*value, 1.0)[:4] if node.inputs[key].type == "RGBA" else value
         return node.outputs[output]
 
     def math(self, operation, *values):
@@ -157,11 +157,6 @@ class Nodes:
         return self.material
 
 
-def colour(rgb):
-    """RGB with alpha."""
-    return (*rgb, 1.0)
-
-
 def bark_material(number, row):
     """Bark of one kind; the stems' layer ``look`` says brightness, moss and lichen of each."""
     dark, light, pattern, cells, stretch, low, high = row
@@ -177,7 +172,7 @@ def bark_material(number, row):
         relief = nodes.noise(bent, cells)
     fine = nodes.noise(nodes.place(1.0, 0.4), 110.0)
     share = nodes.math("MULTIPLY", nodes.ramp(relief, low, high), nodes.ramp(fine, 0.1, 0.7))
-    tone = nodes.mix(share, colour(dark), colour(light))
+    tone = nodes.mix(share, dark, light)
     look = nodes.add("SeparateXYZ", {"Vector": nodes.add("Attribute", attribute_name="look", output="Vector")})
     separate = look.node
     for output, own, size in (("Z", LICHEN, 14.0), ("Y", MOSS, 7.0)):
@@ -197,21 +192,19 @@ def ground_material():
     place = nodes.place(1.0, 1.0)
     cells = nodes.add("TexVoronoi", {"Vector": place, "Scale": 26.0}, output="Color")
     bits = nodes.add("SeparateXYZ", {"Vector": cells}).node
-    leaf = nodes.mix(bits.outputs["X"], colour((0.055, 0.038, 0.026)), colour((0.33, 0.235, 0.15)))
+    leaf = nodes.mix(bits.outputs["X"], (0.055, 0.038, 0.026), (0.33, 0.235, 0.15))
     pale = nodes.ramp(bits.outputs["Y"], 0.90, 0.92)
-    leaf = nodes.mix(pale, leaf, colour((0.52, 0.42, 0.31)))
+    leaf = nodes.mix(pale, leaf, (0.52, 0.42, 0.31))
     # Needles: noise drawn out along two directions.
     streaks = [
         nodes.noise(nodes.add("Mapping", {"Vector": place, "Rotation": (0, 0, turn), "Scale": (14, 170, 1)}), 1.0, 1.0)
         for turn in (0.4, 2.1)
     ]
     needles = nodes.ramp(nodes.math("MAXIMUM", *streaks), 0.55, 0.72)
-    floor = nodes.mix(nodes.math("MULTIPLY", needles, 0.75), leaf, colour((0.36, 0.24, 0.13)))
+    floor = nodes.mix(nodes.math("MULTIPLY", needles, 0.75), leaf, (0.36, 0.24, 0.13))
     shade = nodes.math("ADD", nodes.noise(place, 0.35, 6.0), nodes.noise(place, 6.0, 2.0))
     floor = nodes.add("VectorMath", {0: floor, "Scale": nodes.math("POWER", shade, 1.6)}, operation="SCALE")
-    blades = nodes.mix(
-        nodes.noise(nodes.place(60.0, 60.0), 1.0, 2.0), colour((0.05, 0.05, 0.022)), colour((0.21, 0.21, 0.09))
-    )
+    blades = nodes.mix(nodes.noise(nodes.place(60.0, 60.0), 1.0, 2.0), (0.05, 0.05, 0.022), (0.21, 0.21, 0.09))
     green = nodes.ramp(nodes.noise(place, 0.55, 5.0), 0.54, 0.66)
     floor = nodes.mix(green, floor, blades)
     # Bits lie at all angles, some of them in the shade of others.
@@ -232,8 +225,8 @@ def crown_material(tone):
     nodes = Nodes("leaves")
     leaf = nodes.add("NewGeometry", output="Random Per Island")
     tree = nodes.add("ObjectInfo", output="Random")
-    tone = nodes.mix(leaf, colour(0.6 * np.array(tone)), colour(1.4 * np.array(tone)))
-    tone = nodes.mix(nodes.math("MULTIPLY", tree, 0.35), tone, colour((0.14, 0.13, 0.04)))
+    tone = nodes.mix(leaf, 0.6 * np.array(tone), 1.4 * np.array(tone))
+    tone = nodes.mix(nodes.math("MULTIPLY", tree, 0.35), tone, (0.14, 0.13, 0.04))
     return leafy(nodes, tone, 0.35)
 
 
@@ -258,7 +251,7 @@ def build(scene):
         paint(mesh, "tone", "FACE", scene["plant_tone"])
         put(mesh, plant_material())
     nodes = Nodes("branches")
-    wood = nodes.finish(nodes.add("BsdfDiffuse", {"Color": colour((0.15, 0.12, 0.09))}))
+    wood = nodes.finish(nodes.add("BsdfDiffuse", {"Color": (0.15, 0.12, 0.09)}))
     for number in range(int(scene["crown_kinds"])):
         matrices = scene["instance_matrix"][scene["instance_kind"] == number]
         put(loose("wood", scene[f"wood_{number}"]), wood, matrices)
@@ -291,9 +284,8 @@ def set_up(job):
     scene.render.resolution_percentage = 100
     scene.render.use_persistent_data = True
     scene.render.threads_mode, scene.render.threads = "FIXED", job["threads"]
-    scene.render.image_settings.file_format = "PNG"
+    scene.render.image_settings.file_format, scene.render.image_settings.tiff_codec = "TIFF", "NONE"
     scene.render.image_settings.color_mode, scene.render.image_settings.color_depth = "RGB", "16"
-    scene.render.image_settings.compression = 0
     scene.render.dither_intensity = 0.0
     scene.view_settings.view_transform = job["look"]
     scene.cycles.use_denoising = _cycles.with_openimagedenoise
@@ -339,7 +331,7 @@ def move(scene, photo):
 
 
 def render(scene_file, job, folder):
-    """Every photo of the job as a 16-bit PNG; says which one is ready."""
+    """Every photo of the job as a 16-bit TIFF; says which one is ready."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = set_up(job)
     build(np.load(scene_file))
