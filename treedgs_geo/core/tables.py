@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError
 from .column_names import spellings
+from .errors import InputError
 from .files import atomic_path
 from .number_cells import are_units, column_name, with_points, with_unit, without_thousands, without_units
 
@@ -286,8 +286,7 @@ def _refuse_totals(path: Path, heads: list[str], rows: list[tuple[int, list[str]
 
 
 def _sums_up(cell: str, first: bool) -> bool:
-    """Whether a cell says that its row is a sum or a mean. first: it names the row, also in several words (``Mean P1``).
-    """
+    """Whether a cell says that its row is a sum or a mean. first: it names the row, then also by ``Mean P1``."""
     words = cell.lower().replace(":", " ").split()
     return bool(words) and (words[0] in _TOTALS or words[-1] in _TOTALS) and (first or len(words) == 1)
 

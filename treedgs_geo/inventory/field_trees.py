@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..core.column_names import QUANTITIES
+from ..core.column_names import QUANTITIES, plain_name
 from ..core.columns import (
     FoundColumn,
     columns,
@@ -41,7 +41,7 @@ _CROSSWISE = 1.5
 #: Trees of a plot are not this many radii from its centre; in feet read as metres nine tenths of them reach 3.
 _FAR = 2.2
 #: Names of columns that number trees, or count them.
-_COUNT_OR_NUMBER = {"n", "no"}
+_COUNT_OR_NUMBER = {"n", "no", "num", "numero"}
 #: Of the steps between numbers of trees this share is 1; a range is no chance from so many on.
 _RISING, _MANY = 0.7, 6
 #: So many DBHs are not the same again by chance.
@@ -123,11 +123,13 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
     Raises:
         InputError: no whole number, or several trees with the place of one.
     """
-    place = [has[key].name for key in (*_POLAR, *_ON_MAP) if key in has]
+    where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), ())
+    place = [has[key].name for key in where]
     plots = plot_ids(table, has["plot_id"]).ffill() if "plot_id" in has else pd.Series("", table.index)
     column = columns(table, "count").get("count")
     number = has.get("field_id")
-    if number is not None and number.name in _COUNT_OR_NUMBER:
+    if number is not None and plain_name(number.name) in _COUNT_OR_NUMBER:
+        # Rows of several places are trees.
         apart = bool(place) and not table[place].assign(plot=plots).duplicated().any()
         if not apart and not _numbers_trees(pd.to_numeric(table[number.name], errors="coerce"), plots):
             del has["field_id"]
@@ -141,8 +143,8 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
     ):
         if bad.any():
             raise InputError(
-                f"{path}, {line_of(bad)}: {column.name} is {times[bad.idxmax()]:g}, expected {what}; correct it, or name "
-                "the column for what it is (tree_id where it numbers trees)."
+                f"{path}, {line_of(bad)}: {column.name} is {times[bad.idxmax()]:g}, expected {what}; correct it, or "
+                "name the column for what it is (tree_id where it numbers trees)."
             )
     if (times == 1).all():
         return None, []

@@ -246,9 +246,9 @@ def _refuse_several_sizes(path: Path) -> None:
     sizes = [] if column is None else sorted(numbers(path, cells, column.name).replace(0, np.nan).dropna().unique())
     if column is not None and len(sizes) > 1 and sizes[-1] > (1 + _SAME_SIZE) * sizes[0]:
         raise InputError(
-            f"{path}: {column.name} is {sizes[0]:g} and {sizes[-1]:g}: its trees are of plots of several sizes, expected "
-            "those of one; keep the trees of one size (in FIA's table those of the subplots, 5 inches and thicker, or the "
-            "saplings of the microplots) and give that size in the plots table."
+            f"{path}: {column.name} is {sizes[0]:g} and {sizes[-1]:g}: its trees are of plots of several sizes, "
+            "expected those of one; keep the trees of one size (in FIA's table those of the subplots, 5 inches and "
+            "thicker, or the saplings of the microplots) and give that size in the plots table."
         )
 
 
