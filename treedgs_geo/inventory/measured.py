@@ -48,7 +48,8 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
                 trees[name] = numbers(path, table, name)
         if "height" in found:
             trees["height_m"] = measured(path, table, "height", found["height"]).where(lambda height: height > 0)
-        trees["status"] = statuses(path, table)
+        if (said := statuses(path, table)) is not None:
+            trees["status"] = said
         for name in ("qc_flag", "qc_reason", "plot_id", "species", "note", *DECIDED):
             if (written := found[name].name if name in found else name) in table:
                 trees[name] = table[written]
