@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import signal
 import sys
 import traceback
@@ -222,7 +223,11 @@ def _overview(commands: list[Command]) -> str:
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse that says what is wrong in one sentence."""
+    """argparse that says what is wrong in one sentence, and takes ``-33.6,150.2`` for a value."""
+
+    def __init__(self, **more: Any) -> None:
+        super().__init__(**more)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"error: {message}; see {self.prog} --help.\n")

@@ -62,6 +62,8 @@ def test_every_parameter_is_explained_and_limits_hold_for_defaults():
         (["photos-to-dhb"], "did you mean 'photos-to-dbh'"),
         (["geotag", "--photoss", "x"], "did you mean 'photos'"),
         (["geotag"], "--photos is required"),
+        (["geotag", "--base-position", "-33.6,150.2,40"], "--photos is required"),
+        (["geotag", "--base-position", "-.5, -60,40", "--photoss", "x"], "did you mean 'photos'"),
         (["geotag", "stray"], "options start with --"),
         (
             [

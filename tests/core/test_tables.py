@@ -326,6 +326,8 @@ def test_thousands_in_doubt_are_no_numbers(tmp_path):
         ),
         ("plot,x,y,radius_m,area_ha\nA,611300,3718400,10,0.05\n", "line 2: its size makes 314 m², but area_ha is 0.05"),
         ("plot,x,y,radius_m\nA,1,2,10\nB,3,2,10\nC,5,9,10\nMittel,3,4,10\n", "line 5: 'Mittel' sums up the rows above"),
+        ("plot,x,y,radius_m\nA,1,2,10\nMean A,3,4,10\nC,5,9,10\nD,9,9,10\nE,8,1,10\nF,7,2,10\n", "line 3: 'Mean A'"),
+        ("x,y,plot,radius_m\n1,2,A,10\n3,4,Subtotal:,10\n5,9,C,10\n", "line 3: 'Subtotal:' sums up"),
         ("plot,x,y,width_m,length_m\nA,10,20,4,9\nB,10,20.01,4,9\n", "plots A and B are the same ground"),
     ],
 )
@@ -334,6 +336,20 @@ def test_what_contradicts_itself_is_refused(tmp_path, text, says):
     path.write_text(text)
     with pytest.raises(InputError, match=says):
         read_sample(path, UTM)
+
+
+def test_tables_of_means_and_notes_on_them_are_no_sums(tmp_path):
+    path = tmp_path / "plots.csv"
+    path.write_text(
+        "plot,x,y,radius_m,statistic,note\nA,1,2,10,mean,\nB,9,2,10,mean,total\nC,1,9,10,mean,mean of two\n"
+    )
+    assert [plot.plot_id for plot in read_sample(path, UTM)] == ["A", "B", "C"]
+
+
+def test_fia_s_subplots_are_plots_of_their_plot(tmp_path):
+    path = tmp_path / "plots.csv"
+    path.write_text("PLOT,SUBP,x,y,radius_ft\n7,1,1,2,24\n7,2,50,2,24\n8,1,1,90,24\n")
+    assert [plot.plot_id for plot in read_sample(path, UTM)] == ["7-1", "7-2", "8-1"]
 
 
 def test_plots_of_a_layer_may_have_heights_and_be_multipoints(tmp_path):

@@ -16,9 +16,10 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plausible import odd_diameters, refuse_odd_heights
 from treedgs_geo.inventory.change.run import compare_dates
 from treedgs_geo.inventory.field_trees import read_field_trees
+from treedgs_geo.inventory.measured import read_measured
 from treedgs_geo.inventory.options import FieldProtocol
 from treedgs_geo.inventory.review.apply import review_trees
-from treedgs_geo.inventory.stand.treelist import from_layer, read_tally
+from treedgs_geo.inventory.stand.treelist import from_layer, from_tally, read_tally
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.written import read_written
 from treedgs_geo.stems.quality.tree import Tree
@@ -195,6 +196,117 @@ def test_fia_s_table_and_two_readings_of_callipers(tmp_path):
         _tally(tmp_path, "Plot;Baum;dbh1_cm;dbh2_cm\n1;1;24,1;25,3\n1;2;31,0;13\n")
     girth = _tally(tmp_path, "plot_id,tree_id,Umfang cm\n1,1,78.5\n")
     assert girth.dbh_cm[0] == pytest.approx(78.5 / np.pi)
+
+
+def test_fia_s_subplots_of_several_plots_and_trees_of_several_sizes(tmp_path):
+    head = "PLT_CN,PLOT,SUBP,TREE,DIA,SPCD,TPA_UNADJ\n"
+    rows = "11,7,1,1,9.8,131,6.018046\n11,7,2,1,9.1,131,6.018046\n12,8,1,1,8.8,131,6.018046\n"
+    assert from_tally(*_table(tmp_path, head + rows)).trees["plot_id"].tolist() == ["7-1", "7-2", "8-1"]
+    with pytest.raises(InputError, match="tpa_unadj is 6.01805 and 74.9653: its trees are of plots of several sizes"):
+        from_tally(*_table(tmp_path, head + rows + "12,8,1,2,2.2,131,74.965282\n"))
+
+
+def _table(tmp_path, text):
+    path = tmp_path / "tally.csv"
+    path.write_text(text)
+    return path, FieldProtocol()
+
+
+CLASSES = "A,12,8\nA,16,4\nA,20,12\nA,24,0\nB,12,8\nB,16,4\nB,20,12\nB,24,0\n"
+
+
+@pytest.mark.parametrize(
+    "name", ["n", "No.", "count", "Anzahl", "Stückzahl", "number of trees", "stems", "Nº de árboles"]
+)
+def test_a_row_of_a_class_counts_as_its_trees(tmp_path, name):
+    found = from_tally(*_table(tmp_path, f"plot,dbh_cm,{name}\n" + CLASSES))
+    assert found.trees.groupby(["plot_id", "dbh_cm"]).size().tolist() == [8, 4, 12] * 2
+    assert found.trees["tree_id"].is_unique and "its 8 rows stand for 48 trees" in found.warnings[0]
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [(1, 2, 3, 1, 2, 3), (1, 2, 3, 4, 5, 6), (1, 2, 4, 5, 6, 7), (6, 5, 3, 1, 2, 4), ("T1", 2, 3, 4, 5, "T6")],
+)
+def test_what_numbers_trees_is_no_count(tmp_path, numbers):
+    plots = "AAABBB" if numbers[0] == numbers[3] else "AAAAAA"
+    rows = [f"{plot},{k},{20 + row}\n" for row, (plot, k) in enumerate(zip(plots, numbers, strict=True))]
+    found = from_tally(*_table(tmp_path, "plot,n,dbh_cm\n" + "".join(rows)))
+    assert found.trees["tree_id"].tolist() == [str(k) for k in numbers] and not found.warnings
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("plot,dbh_cm,count\nA,12,2\nA,16,2.5\n", "line 3: count is 2.5, expected a whole number of trees"),
+        ("plot,dbh_cm,count\nA,12,-2\n", "line 2: count is -2, expected a whole number"),
+        ("plot,dbh_cm,count\nA,12,\n", "line 2: count is empty, expected a number"),
+        (
+            "plot,tree,azimuth_deg,distance_m,dbh_cm,stems\nA,1,9,3,20,2\n",
+            "line 2: stems is 2, expected one row a tree",
+        ),
+        ("plot,x,y,dbh_cm,n\nA,5,5,12,8\nA,5,5,16,4\n", "line 2: n is 8, expected one row a tree"),
+    ],
+)
+def test_counts_that_are_none(tmp_path, text, says):
+    with pytest.raises(InputError, match=says):
+        _tally(tmp_path, text)
+
+
+def test_counts_and_words_of_dead_trees_in_a_list_of_measured_ones(tmp_path):
+    path = tmp_path / "trees.csv"
+    path.write_text("tree_id,x,y,dbh_cm,count\n1,5,5,20,1\n2,9,9,21,3\n")
+    with pytest.raises(InputError, match="line 3: count is 3, expected one row a tree"):
+        read_measured(path, None)
+    path.write_text("tree_id,x,y,dbh_cm,dead\n1,5,5,20,no\n2,9,9,21,yes\n")
+    assert read_measured(path, None)["status"].tolist() == ["live", "dead"]
+
+
+@pytest.mark.parametrize(
+    ("name", "cells", "dead"),
+    [
+        ("Dead", ["yes", "no", "", "X"], [True, False, False, True]),
+        ("tot", ["ja", "nein", "1", "0"], [True, False, True, False]),
+        ("muerto", ["sí", "no", "si", ""], [True, False, True, False]),
+        ("Alive?", ["TRUE", "FALSE", "no", "dead"], [False, True, True, True]),
+        ("condition", ["live", "Dead", "snag", "D"], [False, True, True, False]),
+        ("condition", ["L", "D", "L", "D"], [False, True, False, True]),
+        ("Vitalität", ["1", "2", "3", "2"], [False] * 4),
+        ("status,dead", ["live,yes", "dead,no", "ok,", ",yes"], [True, True, False, True]),
+    ],
+)
+def test_dead_trees_by_the_names_of_other_columns(tmp_path, name, cells, dead):
+    rows = "".join(f"A,{k},{20 + k},{cell}\n" for k, cell in enumerate(cells))
+    found = from_tally(*_table(tmp_path, f"plot,tree,dbh_cm,{name}\n" + rows))
+    assert found.trees["dead"].tolist() == dead
+    assert bool(found.warnings) == (name == "Vitalität" or "snag" in cells)  # numbers and grades are said
+
+
+def test_a_number_of_dead_trees_is_not_yes_or_no(tmp_path):
+    with pytest.raises(InputError, match="line 3: dead is 4, expected yes or no of one tree"):
+        _tally(tmp_path, "plot,tree,dbh_cm,dead\nA,1,20,1\nA,2,22,4\n")
+
+
+def test_trees_that_are_gone_leave_the_others_their_places(tmp_path):
+    rows = "A,1,10,3,20,cut\nA,2,20,4,22,live\n"
+    found = from_tally(*_table(tmp_path, "plot,tree,azimuth_deg,distance_m,dbh_cm,status\n" + rows))
+    assert found.trees[["azimuth_deg", "distance_m", "line"]].to_numpy().tolist() == [[20, 4, 3]]
+
+
+def test_merged_cells_of_plots_are_filled_down_and_other_gaps_are_not(tmp_path):
+    found = from_tally(*_table(tmp_path, "plot,tree,dbh_cm\nA,1,20\n,2,22\n,3,21\nB,1,30\n,2,31\n"))
+    assert found.trees["plot_id"].tolist() == [*"AAABB"] and "first row of each plot alone (A, B)" in found.warnings[0]
+    path, protocol = _table(tmp_path, "plot,tree,dbh_cm\nA,1,20\n,2,22\nB,1,30\nB,2,31\n")
+    assert from_tally(path, protocol).trees["plot_id"].isna().tolist() == [False, True, False, False]
+
+
+def test_a_tree_without_a_plot_is_named_by_its_line(survey, tmp_path):
+    head = "plot_id,tree_id,azimuth_deg,distance_m,dbh_cm\n"
+    path, _ = _table(tmp_path, head + "P1,1,10,3,20\n,2,20,4,22\nP1,3,30,5,24\nP2,1,10,3,20\n")
+    plots = tmp_path / "two.csv"
+    plots.write_text(f"plot_id,x,y,epsg,radius_m\nP1,{EAST},{NORTH},6344,10\nP2,{EAST + 60},{NORTH},6344,10\n")
+    with pytest.raises(InputError, match="Line 3 of the field table has no plot_id"):
+        figures(survey, trees=None, field=path, plots=plots, north="grid")
 
 
 HEAD = "plot_id,tree_id,dbh_cm,height_m\n"

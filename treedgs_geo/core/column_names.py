@@ -63,12 +63,12 @@ QUANTITIES = {
     "plot_id": Quantity(
         "the plot",
         "plot_id plot plotid plot_no plot_nr plot_number plot_name probekreis probekreis_nr probeflaeche parcela "
-        "parcela_id id_parcela parcela_no subplot",
+        "parcela_id id_parcela parcela_no subplot subp",
     ),
     "field_id": Quantity(
         "the tree's number",
         "tree_id field_id tree treeid tree_no tree_nr tree_number stem_id tag baum_id baum baumnr baum_nr baumnummer "
-        "arbol_id id_arbol arbol arbol_no nr no n",
+        "arbol_id id_arbol arbol arbol_no numero_de_arbol nr no num numero n",
     ),
     "azimuth": Quantity("the bearing", "azimuth bearing az azim azimut peilung rumbo acimut", _DEG),
     "distance": Quantity("the distance", "distance dist entfernung distanz abstand distancia", _M),
@@ -97,6 +97,30 @@ QUANTITIES = {
     "slope": Quantity("the slope", "slope neigung hangneigung pendiente", {"deg": 1.0, "pct": 1.0}),
     "aspect": Quantity("where the slope faces", "aspect exposition orientacion", _DEG),
     "status": Quantity("live or dead", "status tree_status zustand estado"),
+    "condition": Quantity(
+        "the condition",
+        "condition tree_condition health tree_health vitality live_dead dead_live alive_dead gesundheit vitalitaet "
+        "lebend_tot condicion sanidad vitalidad vivo_muerto",
+    ),
+    "dead": Quantity(
+        "whether it is dead",
+        "dead is_dead isdead dead_tree snag standing_dead mortality tot abgestorben totholz stehend_tot duerr muerto "
+        "muerta muerto_en_pie seco",
+    ),
+    "alive": Quantity("whether it lives", "alive live living is_alive is_live isalive lebend lebendig lebt vivo viva"),
+    "count": Quantity(
+        "how many trees",
+        "count tree_count stem_count n_trees n_stems no_trees no_stems no_of_trees no_of_stems number_of_trees "
+        "number_of_stems num_trees num_stems total_trees trees stems frequency freq tally qty quantity "
+        "anzahl anzahl_baeume anzahl_staemme baumzahl stammzahl stueckzahl stueck stk haeufigkeit "
+        "n_arboles n_pies num_arboles no_arboles no_de_arboles numero_arboles numero_de_arboles numero_pies "
+        "numero_de_pies arboles pies conteo cantidad cantidad_arboles cantidad_de_arboles frecuencia",
+    ),
+    "expansion": Quantity(
+        "trees per area",
+        "tpa_unadj tpa tph trees_per_acre trees_per_ha stems_per_acre stems_per_ha expansion expansion_factor "
+        "exp_factor n_ha n_per_ha stems_ha trees_ha baeume_ha baeume_pro_ha staemme_ha arboles_ha pies_ha",
+    ),
     "species": Quantity("the species", "species spp sp species_code baumart art especie"),
     "date": Quantity("the date", "date field_date survey_date date_measured datum fecha"),
 }

@@ -46,6 +46,24 @@ def columns(table: Iterable[str], *keys: str) -> dict[str, FoundColumn]:
     return found
 
 
+def plot_ids(table: pd.DataFrame, column: FoundColumn) -> pd.Series:
+    """The plot of each row, ``None`` where it is empty. FIA numbers its subplots anew in each plot: in a table of
+    several plots both make the id (``7-1``)."""
+    if "subp" not in table:
+        return table[column.name]
+    inner, outer = (
+        table["subp"],
+        max(
+            (table[name] for name in ("plot", "plt_cn") if name in table),
+            key=lambda cells: cells.nunique(),
+            default=None,
+        ),
+    )
+    if outer is None or outer.nunique() < 2:
+        return inner
+    return (outer + "-" + inner).where(outer.notna() & inner.notna(), None)
+
+
 def require(
     path: Path,
     table: pd.DataFrame,

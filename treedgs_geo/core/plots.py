@@ -11,7 +11,7 @@ import numpy as np
 import pyproj
 from scipy.spatial import cKDTree
 
-from .columns import FoundColumn, columns, line_of, measured, places, require
+from .columns import FoundColumn, columns, line_of, measured, places, plot_ids, require
 from .errors import InputError
 from .tables import read_table
 
@@ -68,7 +68,7 @@ def plot_names(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> l
     """
     if column is None:
         return [f"plot_{k + 1}" for k in range(len(table))]
-    cells = table[column.name]
+    cells = plot_ids(table, column)
     if cells.isna().any():
         raise InputError(f"{path}, {line_of(cells.isna())}: has no {column.name}; give every plot its own id.")
     twice = cells.duplicated()

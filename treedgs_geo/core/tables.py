@@ -12,6 +12,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .column_names import spellings
 from .errors import InputError
 from .files import atomic_path
 from .number_cells import are_units, column_name, with_points, with_unit, without_thousands, without_units
@@ -43,13 +44,13 @@ _EMPTY = {
 #: Endings of tables: text, and workbooks.
 _TEXT = {".csv", ".txt", ".tsv", ".tab"}
 _WORKBOOKS = {".xlsx", ".ods"}
-#: First words of a row that sums up the others.
+#: Words of a row that sums up the others.
 _TOTALS = {
     *("total", "totals", "sum", "mean", "average", "avg", "count", "summe", "gesamt", "mittel", "mittelwert"),
-    *("durchschnitt", "anzahl", "suma", "media", "promedio", "media:", "summe:", "total:", "mittel:", "mean:"),
+    *("durchschnitt", "anzahl", "suma", "media", "promedio", "subtotal", "subtotals", "zwischensumme", "median"),
 }
-#: Rows at the end of a table in which such a word stands.
-_LAST = 3
+#: Columns that name a row.
+_NAMES = {name for key in ("plot_id", "field_id") for name, _ in spellings(key)}
 #: Columns that a row may lack at its end: programs and people leave off what is empty, and nothing can slip into them.
 _NOTES = {
     *("note", "notes", "remark", "remarks", "comment", "comments", "tape_note", "by", "at"),
@@ -277,12 +278,21 @@ def _refuse_totals(path: Path, heads: list[str], rows: list[tuple[int, list[str]
     Raises:
         InputError: the row.
     """
-    for line, cells in rows[-_LAST:] if len(rows) > _LAST else ():
-        for head, cell in zip(heads, cells, strict=True):
-            if cell.lower() in _TOTALS and head not in _NOTES:
-                raise InputError(
-                    f"{path}, line {line}: {cell!r} sums up the rows above, expected one thing a row; delete it."
-                )
+    for k, head in enumerate(heads):
+        first = k == 0 or head in _NAMES
+        found = [line for line, cells in rows if head not in _NOTES and _sums_up(cells[k], first)]
+        # What stands in most rows is what these are: a table of means.
+        if 0 < len(found) < len(rows) / 2:
+            cell = dict(rows)[found[0]][k]
+            raise InputError(
+                f"{path}, line {found[0]}: {cell!r} sums up the rows above, expected one thing a row; delete it."
+            )
+
+
+def _sums_up(cell: str, first: bool) -> bool:
+    """Whether a cell says that its row is a sum or a mean. first: it names the row, then also by ``Mean P1``."""
+    words = cell.lower().replace(":", " ").split()
+    return bool(words) and (words[0] in _TOTALS or words[-1] in _TOTALS) and (first or len(words) == 1)
 
 
 def decoded(data: bytes) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..core.column_names import QUANTITIES
+from ..core.column_names import QUANTITIES, plain_name
 from ..core.columns import (
     FoundColumn,
     columns,
@@ -16,6 +16,7 @@ from ..core.columns import (
     line_of,
     measured,
     numbers,
+    plot_ids,
     refuse_bounds,
     refuse_contradiction,
     require,
@@ -29,6 +30,7 @@ from ..core.shown import some
 from ..core.tables import read_table
 from .declination import declination_deg, parse_date
 from .options import Bearings, FieldProtocol
+from .statuses import statuses
 
 #: Names of the table's columns -> where the tally's places come from.
 _POLAR, _ON_MAP = ("azimuth", "distance"), ("easting", "northing")
@@ -38,6 +40,10 @@ _CIRCLE = {"deg": 360.0, "gon": 400.0, "mil": 6400.0}
 _CROSSWISE = 1.5
 #: Trees of a plot are not this many radii from its centre; in feet read as metres nine tenths of them reach 3.
 _FAR = 2.2
+#: Names of columns that number trees, or count them.
+_COUNT_OR_NUMBER = {"n", "no", "num", "numero"}
+#: Of the steps between numbers of trees this share is 1; a range is no chance from so many on.
+_RISING, _MANY = 0.7, 6
 #: So many DBHs are not the same again by chance.
 _LIST = 8
 
@@ -51,15 +57,17 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
         one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
         the pith) or ``x`` and ``y`` (m, with their ``epsg``), all NaN where the row does not say them
         (:func:`drop_unplaced`), ``dbh_cm`` and ``height_m`` (NaN where not measured), ``status``,
-        ``species``, ``date``, ``line`` (in the file), ``lacks`` (what keeps the tree off the map, empty for most).
+        ``species``, ``date``, ``line`` (in the file), ``lacks`` (what keeps the tree off the map, empty for most); in
+        ``attrs["said"]`` sentences on what was made of the table. A row of a class counts as its trees.
 
     Raises:
         InputError: missing columns, values that are no numbers or impossible, a unit that is nowhere stated or
-            contradicts the values, doubled ids, more trees without a place than with one.
+            contradicts the values, doubled ids, more trees without a place than with one, counts that are none.
     """
     path = Path(path)
     table = read_table(path)
     has = columns(table, *_TALLY)
+    times, said = tree_counts(path, table, has)
     where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), None)
     place = ("field_id", ("azimuth", "easting"), ("distance", "northing")) if placed else ()
     if not heights:
@@ -72,8 +80,11 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
     require(path, table, has, (*place, ("dbh", "dbh1", "girth")), unsaid)
     found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
     found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"])
-    for name in ("plot_id", "field_id", "status", "species", "date"):
+    for name in ("plot_id", "field_id", "species", "date"):
         found[name] = table[has[name].name] if name in has else None
+    found["status"] = statuses(path, table)
+    if "plot_id" in has:
+        found["plot_id"] = _filled_down(path, plot_ids(table, has["plot_id"]), said)
     found["line"], found["lacks"] = table.index, ""
     if "field_id" not in has and not placed:
         found["field_id"] = [str(k + 1) for k in range(len(found))]
@@ -94,8 +105,74 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
             found[name] = where_said(table, has[key].name, found)
         found["epsg"] = table[has["epsg"].name] if "epsg" in has else None
         clear_unplaced(path, found, ["x", "y"])
-    _refuse_repeated(path, found)
-    return found.reset_index(drop=True)
+    if times is None:
+        _refuse_repeated(path, found)
+    else:
+        found = found.loc[found.index.repeat(times)]
+        again = found.groupby(level=0).cumcount()
+        found["field_id"] = found["field_id"].where(again == 0, found["field_id"] + "-" + (again + 1).astype(str))
+    found = found.reset_index(drop=True)
+    found.attrs["said"] = said
+    return found
+
+
+def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) -> tuple[np.ndarray | None, list[str]]:
+    """How many trees each row of a tally by DBH class stands for, (N,), with the sentence that says so; ``None`` where
+    a row is a tree. A number ``n`` that does not number trees is such a count, and goes out of ``has``.
+
+    Raises:
+        InputError: no whole number, or several trees with the place of one.
+    """
+    where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), ())
+    place = [has[key].name for key in where]
+    plots = plot_ids(table, has["plot_id"]).ffill() if "plot_id" in has else pd.Series("", table.index)
+    column = columns(table, "count").get("count")
+    number = has.get("field_id")
+    if number is not None and plain_name(number.name) in _COUNT_OR_NUMBER:
+        # Rows of several places are trees.
+        apart = bool(place) and not table[place].assign(plot=plots).duplicated().any()
+        if not apart and not _numbers_trees(pd.to_numeric(table[number.name], errors="coerce"), plots):
+            del has["field_id"]
+            column = column or number
+    if column is None:
+        return None, []
+    times = numbers(path, table, column.name, required=True)
+    for bad, what in (
+        ((times < 0) | (times % 1 != 0), "a whole number of trees"),
+        ((times > 1) & bool(place), "one row a tree, as it says one place"),
+    ):
+        if bad.any():
+            raise InputError(
+                f"{path}, {line_of(bad)}: {column.name} is {times[bad.idxmax()]:g}, expected {what}; correct it, or "
+                "name the column for what it is (tree_id where it numbers trees)."
+            )
+    if (times == 1).all():
+        return None, []
+    said = f"{path}: column {column.name!r} counts trees: its {len(times)} rows stand for {times.sum():.0f} trees."
+    return times.to_numpy(int), [said]
+
+
+def _numbers_trees(values: pd.Series, plots: pd.Series) -> bool:
+    """Whether they number the trees of each plot: rising by one but for gaps, or in another order all of a range."""
+    if values.isna().any():
+        return True
+    each = values.groupby(plots).agg(["min", "max", "size", "nunique"])
+    whole = (each["nunique"] == each["size"]) & (each["max"] - each["min"] < each["size"])
+    steps = values.groupby(plots).diff().dropna()
+    return bool((steps == 1).mean() >= _RISING or whole.all() and each["size"].mean() >= _MANY)
+
+
+def _filled_down(path: Path, ids: pd.Series, said: list[str]) -> pd.Series:
+    """Ids of plots, those of merged cells filled down: each stands in the first row of its plot alone, others below are
+    empty; adds the sentence that says so."""
+    known = ids.dropna()
+    if not len(known) or pd.isna(ids.iloc[0]) or known.duplicated().any() or 2 * len(known) > len(ids):
+        return ids
+    said.append(
+        f"{path}: {ids.name or 'the plot'} stands in the first row of each plot alone ({some(known, 5)}) and was taken "
+        f"for the {len(ids) - len(known)} rows below without one; write it into every row if they are others'."
+    )
+    return ids.ffill()
 
 
 def _refuse_repeated(path: Path, trees: pd.DataFrame) -> None:
@@ -121,7 +198,7 @@ def _refuse_repeated(path: Path, trees: pd.DataFrame) -> None:
 #: What a tally may hold.
 _TALLY = (
     *("plot_id", "field_id", *_POLAR, *_ON_MAP, "epsg", "slope", "dbh", "dbh1", "dbh2", "girth", "height"),
-    *("status", "species", "date"),
+    *("species", "date"),
 )
 
 

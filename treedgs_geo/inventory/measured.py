@@ -15,8 +15,9 @@ from ..core.frames import suggest_utm
 from ..core.plausible import odd_diameters, refuse_height_units
 from ..core.tables import is_table, read_table
 from ..core.wrong_units import wrong_unit
-from .field_trees import dbh_in_cm
+from .field_trees import dbh_in_cm, tree_counts
 from .reviewed import COLUMNS as DECIDED
+from .statuses import statuses
 from .tree_reading import plain_flags, read_trees
 
 #: A layer was moved as a whole where its points lie this far from their rows' x, y, m: more than datums differ, less
@@ -36,7 +37,8 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
     path = Path(path)
     if is_table(path):
         table = read_table(path)
-        found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth", "species", "status", "height")
+        found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth", "species", "height")
+        tree_counts(path, table, found)  # refuses rows of several trees
         require(path, table, found, ("field_id", "easting", "northing", ("dbh", "dbh1", "girth")))
         trees = pd.DataFrame({"tree_id": numbers(path, table, found["field_id"].name, required=True)})
         trees[["x", "y"]] = places(path, table, crs)
@@ -46,7 +48,9 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
                 trees[name] = numbers(path, table, name)
         if "height" in found:
             trees["height_m"] = measured(path, table, "height", found["height"]).where(lambda height: height > 0)
-        for name in ("qc_flag", "qc_reason", "plot_id", "species", "status", "note", *DECIDED):
+        if (said := statuses(path, table)) is not None:
+            trees["status"] = said
+        for name in ("qc_flag", "qc_reason", "plot_id", "species", "note", *DECIDED):
             if (written := found[name].name if name in found else name) in table:
                 trees[name] = table[written]
         trees = plain_flags(path, trees) if "qc_flag" in trees else trees

@@ -68,7 +68,9 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     check_projected(measured.crs, str(settings.trees))
     check_place(measured.crs, measured[["x", "y"]].to_numpy(float), str(settings.trees), reporter)
     plots = read_plots(settings.plots, measured.crs)
-    tally, left_out = drop_unplaced(read_field_trees(settings.field, settings), settings.field)
+    tally = read_field_trees(settings.field, settings)
+    reporter.tell(tally.attrs["said"])
+    tally, left_out = drop_unplaced(tally, settings.field)
     tally = place(tally, plots, measured.crs, settings, settings.field)
     locked = read_locked(settings.output)
     if locked.pairs or locked.plots:

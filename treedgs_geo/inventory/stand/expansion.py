@@ -137,7 +137,8 @@ def _by_name(
         table["plot_id"] = table["plot_id"].where(table["plot_id"].notna(), names[0])
     listed = table["plot_id"].map(lambda value: None if value is None or pd.isna(value) else str(value))
     if listed.isna().any():
-        raise InputError("The field table has trees without a plot_id; name the plot of every tree.")
+        line = table.loc[listed.isna(), "line"].iloc[0]
+        raise InputError(f"Line {line} of the field table has no plot_id; name the plot of every tree.")
     listed = listed.replace(as_in_plots(listed.tolist(), names))
     lost = sorted(set(listed) - set(names))
     if lost and not any("left out" in note for note in found.warnings):

@@ -141,7 +141,9 @@ def _read_trees(settings: Any) -> TreeList:
     if settings.trees is None:
         return from_tally(settings.field, settings)
     tally = read_tally(settings.field, settings) if settings.field is not None else None
-    return on_the_map(measured_trees(settings.trees, crs, settings.pairs, tally), settings.trees, crs)
+    found = on_the_map(measured_trees(settings.trees, crs, settings.pairs, tally), settings.trees, crs)
+    found.warnings += [] if tally is None else tally.attrs["said"]
+    return found
 
 
 def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:

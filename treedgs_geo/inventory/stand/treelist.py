@@ -12,7 +12,7 @@ import pyproj
 from scipy.spatial import cKDTree
 from shapely.geometry.base import BaseGeometry
 
-from ...core.columns import columns
+from ...core.columns import columns, numbers
 from ...core.crs import check_projected
 from ...core.errors import CRSError, InputError
 from ...core.map_scale import check_place
@@ -27,26 +27,15 @@ from ..pairs_layer import FIELD, LOCKED, MEASURED, PAIRS, PLOTS, STATUSES, read_
 from ..reviewed import TAPE_SE_CM, Reviewed, reviewed
 from ..searched import searched_area
 from ..side_layers import with_readings
+from ..statuses import DEAD, GONE, LIVE
 from ..tree_reading import text_of, texts_of
 from .sample import SamplePlot, as_searched
 from .species import species_of
 
+#: Trees per area that differ by less are of plots of one size.
+_SAME_SIZE = 0.02
 #: Stems whose axes are nearer than this share of their radii together are one.
 _INSIDE = 0.6
-_LIVE = {
-    *("", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"),
-    *("lebend", "lebendig", "vital", "gesund", "grün", "vivo", "viva", "sano", "sana"),
-}
-_DEAD = {
-    *("dead", "d", "snag", "2", "standing dead", "mort", "ds", "tot", "abgestorben", "dürr", "duerr", "dürrständer"),
-    *("stehend tot", "totholz", "muerto", "muerta", "seco", "seca", "muerto en pie"),
-}
-#: No tree stands there any more.
-_GONE = {
-    *("3", "removed", "cut", "harvested", "felled", "fallen", "down", "stump", "missing", "gone"),
-    *("gefällt", "gefaellt", "entnommen", "geerntet", "fehlt", "stumpf", "stubben", "stock", "liegend", "umgestürzt"),
-    *("talado", "talada", "cortado", "cortada", "caido", "caído", "tocon", "tocón", "falta"),
-}
 #: Columns of a tree list.
 COLUMNS = (
     "tree_id", "plot_id", "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "species", "dead", "qc_flag",
@@ -214,9 +203,10 @@ def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     """The crew's own tally as the tree list.
 
     Raises:
-        InputError: as :func:`read_tally`.
+        InputError: as :func:`read_tally`; trees of plots of several sizes.
     """
     table = read_tally(path, protocol)
+    _refuse_several_sizes(path)
     trees = pd.DataFrame({name: table.get(name) for name in COLUMNS})
     for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
@@ -226,10 +216,10 @@ def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     trees["qc_flag"] = np.where(trees["dbh_cm"].notna(), "ok", "reject")
     trees["qc_reason"] = ""
     found = TreeList(trees, None, True)
-    found.trees["status"] = table["status"]
+    found.warnings += table.attrs["said"]
+    for name in ("status", "azimuth_deg", "distance_m", "line"):
+        found.trees[name] = table.get(name)
     settle_status(found)
-    found.trees["azimuth_deg"] = table.get("azimuth_deg")
-    found.trees["distance_m"] = table.get("distance_m")
     return found
 
 
@@ -245,16 +235,33 @@ def read_tally(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
     return read_field_trees(path, protocol, heights=True, placed=placed)
 
 
+def _refuse_several_sizes(path: Path) -> None:
+    """Refuse trees that stand for areas of several sizes, as FIA's of subplots and microplots do: a plot has one.
+
+    Raises:
+        InputError: two of the sizes.
+    """
+    cells = read_table(path)
+    column = columns(cells, "expansion").get("expansion")
+    sizes = [] if column is None else sorted(numbers(path, cells, column.name).replace(0, np.nan).dropna().unique())
+    if column is not None and len(sizes) > 1 and sizes[-1] > (1 + _SAME_SIZE) * sizes[0]:
+        raise InputError(
+            f"{path}: {column.name} is {sizes[0]:g} and {sizes[-1]:g}: its trees are of plots of several sizes, "
+            "expected those of one; keep the trees of one size (in FIA's table those of the subplots, 5 inches and "
+            "thicker, or the saplings of the microplots) and give that size in the plots table."
+        )
+
+
 def settle_status(found: TreeList) -> None:
     """Turn ``status`` into ``dead``; trees that are gone count nowhere, unknown words as live: both are named."""
     words = found.trees.pop("status").map(_word)
-    gone = words.isin(_GONE)
+    gone = words.isin(GONE)
     if gone.any():
         said = ", ".join(f"{word!r}" for word in words[gone].unique()[:5])
         found.notes.append(f"Status {said}: {count_of(int(gone.sum()), 'tree')} no longer there, counted nowhere.")
         found.trees, words = found.trees[~gone].reset_index(drop=True), words[~gone].reset_index(drop=True)
-    found.trees["dead"] = words.isin(_DEAD).to_numpy()
-    odd = words[~words.isin(_LIVE | _DEAD)].value_counts()
+    found.trees["dead"] = words.isin(DEAD).to_numpy()
+    odd = words[~words.isin(LIVE | DEAD)].value_counts()
     if len(odd):
         named = ", ".join(f"{word!r} ({count_of(int(n), 'tree')})" for word, n in odd.head(5).items())
         found.warnings.append(f"Status {named}: not known as live or dead; these trees count as live.")
@@ -365,7 +372,7 @@ def _by_key(table: pd.DataFrame) -> pd.DataFrame:
 def _take(trees: pd.DataFrame, theirs: pd.DataFrame) -> list[str]:
     """The crew's species and status where the layer has none; what differs, in words."""
     differ = []
-    rules = {"species": lambda entry: species_of(entry).symbol.upper(), "status": lambda entry: _word(entry) in _DEAD}
+    rules = {"species": lambda entry: species_of(entry).symbol.upper(), "status": lambda entry: _word(entry) in DEAD}
     for name, same in rules.items():
         own, crew = trees[name], texts_of(theirs[name])
         both = own.notna() & crew.notna()
