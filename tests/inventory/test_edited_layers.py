@@ -241,10 +241,6 @@ def test_what_numbers_trees_is_no_count(tmp_path, numbers):
         ("plot,dbh_cm,count\nA,12,2\nA,16,2.5\n", "line 3: count is 2.5, expected a whole number of trees"),
         ("plot,dbh_cm,count\nA,12,-2\n", "line 2: count is -2, expected a whole number"),
         ("plot,dbh_cm,count\nA,12,\n", "line 2: count is empty, expected a number"),
-        (
-            "plot,tree,azimuth_deg,distance_m,dbh_cm,stems\nA,1,9,3,20,2\n",
-            "line 2: stems is 2, expected one row a tree",
-        ),
         ("plot,x,y,dbh_cm,n\nA,5,5,12,8\nA,5,5,16,4\n", "line 2: n is 8, expected one row a tree"),
     ],
 )
@@ -253,9 +249,19 @@ def test_counts_that_are_none(tmp_path, text, says):
         _tally(tmp_path, text)
 
 
+def test_a_tree_of_several_stems_is_one_tree(tmp_path):
+    found = from_tally(
+        *_table(tmp_path, "plot,tree,azimuth_deg,distance_m,dbh_cm,stems\nA,1,9,3,20,2\nA,2,50,4,30,1\n")
+    )
+    assert len(found.trees) == 2 and "'stems' was not used" in found.warnings[0]
+    # Tags without order, of trees in no order, are no counts.
+    tags = from_tally(*_table(tmp_path, "plot,no,dbh_cm\nA,311,30.1\nA,207,18.4\nA,502,25.0\n"))
+    assert tags.trees["tree_id"].tolist() == ["311", "207", "502"] and not tags.warnings
+
+
 def test_counts_and_words_of_dead_trees_in_a_list_of_measured_ones(tmp_path):
     path = tmp_path / "trees.csv"
-    path.write_text("tree_id,x,y,dbh_cm,count\n1,5,5,20,1\n2,9,9,21,3\n")
+    path.write_text("tree_id,x,y,dbh_cm,count\n1,5,5,20,1\n2,5,5,21,3\n")
     with pytest.raises(InputError, match="line 3: count is 3, expected one row a tree"):
         read_measured(path, None)
     path.write_text("tree_id,x,y,dbh_cm,dead\n1,5,5,20,no\n2,9,9,21,yes\n")

@@ -126,12 +126,16 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
     where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), ())
     place = [has[key].name for key in where]
     plots = plot_ids(table, has["plot_id"]).ffill() if "plot_id" in has else pd.Series("", table.index)
+    apart = bool(place) and not table[place].assign(plot=plots).duplicated().any()
     column = columns(table, "count").get("count")
     number = has.get("field_id")
     if number is not None and plain_name(number.name) in _COUNT_OR_NUMBER:
-        # Rows of several places are trees.
-        apart = bool(place) and not table[place].assign(plot=plots).duplicated().any()
-        if not apart and not _numbers_trees(pd.to_numeric(table[number.name], errors="coerce"), plots):
+        # Rows of several places are trees; classes are listed from thin to thick.
+        thick = next((has[key].name for key in ("dbh", "dbh1", "girth") if key in has), None)
+        kind = [plots, *(table[has[key].name] for key in ("species",) if key in has)]
+        step = pd.to_numeric(table[thick], errors="coerce").groupby(kind, dropna=False).diff() if thick else None
+        listed = step is not None and not (step < 0).any()
+        if listed and not apart and not _numbers_trees(pd.to_numeric(table[number.name], errors="coerce"), plots):
             del has["field_id"]
             column = column or number
     if column is None:
@@ -139,7 +143,7 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
     times = numbers(path, table, column.name, required=True)
     for bad, what in (
         ((times < 0) | (times % 1 != 0), "a whole number of trees"),
-        ((times > 1) & bool(place), "one row a tree, as it says one place"),
+        ((times > 1) & bool(place) & (not apart), "one row a tree, as it says one place"),
     ):
         if bad.any():
             raise InputError(
@@ -148,6 +152,8 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
             )
     if (times == 1).all():
         return None, []
+    if apart:
+        return None, [f"{path}: column {column.name!r} was not used: a row with a place of its own is one tree."]
     said = f"{path}: column {column.name!r} counts trees: its {len(times)} rows stand for {times.sum():.0f} trees."
     return times.to_numpy(int), [said]
 

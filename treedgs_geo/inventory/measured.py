@@ -38,7 +38,7 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
     if is_table(path):
         table = read_table(path)
         found = columns(table, "field_id", "easting", "northing", "dbh", "dbh1", "girth", "species", "height")
-        tree_counts(path, table, found)  # refuses rows of several trees
+        tree_counts(path, table, found)  # refuses classes
         require(path, table, found, ("field_id", "easting", "northing", ("dbh", "dbh1", "girth")))
         trees = pd.DataFrame({"tree_id": numbers(path, table, found["field_id"].name, required=True)})
         trees[["x", "y"]] = places(path, table, crs)
