@@ -71,7 +71,8 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
     unsaid = {key: option for key, (unit, option) in units.items() if unit == "auto"}
     require(path, table, has, (*place, ("dbh", "dbh1", "girth")), unsaid)
     found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
-    found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"])
+    plots = table[has["plot_id"].name] if "plot_id" in has else None
+    found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"], plots)
     for name in ("plot_id", "field_id", "status", "species", "date"):
         found[name] = table[has[name].name] if name in has else None
     found["line"], found["lacks"] = table.index, ""
@@ -125,13 +126,19 @@ _TALLY = (
 )
 
 
-def _heights(path: Path, table: pd.DataFrame, column: FoundColumn | None, dbh_cm: pd.Series) -> pd.Series:
+def _heights(
+    path: Path, table: pd.DataFrame, column: FoundColumn | None, dbh_cm: pd.Series, plots: pd.Series | None
+) -> pd.Series:
     """Heights, m; NaN where there is none."""
     heights = measured(path, table, "height", column)
     # Nobody measures a height of 0: tables write it for "not measured".
     heights = heights.where(heights > 0)
     refuse_odd_heights(
-        heights, dbh_cm, lambda bad: f"{path}, {line_of(bad, table)}", "name its unit in the column's name (height_ft)"
+        heights,
+        dbh_cm,
+        lambda bad: f"{path}, {line_of(bad, table)}",
+        "name its unit in the column's name (height_ft)",
+        plots,
     )
     return heights
 
