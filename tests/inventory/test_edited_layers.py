@@ -406,7 +406,7 @@ def test_trees_of_a_tally_measured_twice_are_refused_and_stools_are_not(tmp_path
     with pytest.raises(InputError, match="6 pairs of trees stand in one another"):
         figures(tmp_path, **_four(tmp_path, more=twice))
     warnings = figures(tmp_path, **_four(tmp_path, more=twice[:4]))[1].warnings
-    assert any("4 pairs of trees stand in one another (1 and 901" in text for text in warnings)
+    assert any("4 pairs of trees stand in one another" in text for text in warnings)
     stools = [("p", [row[0] + 900, *row[1:3], round(row[3] * 0.6 + row[0] % 3, 1), row[4]]) for row in rows]
     assert not any("in one another" in text for text in figures(tmp_path, **_four(tmp_path, more=stools))[1].warnings)
 
