@@ -463,3 +463,96 @@ def test_metres_edited_in_feet_are_refused(survey, column, times):
 
     with pytest.raises(InputError, match="feet"):
         basal_area(survey, edited(survey, change))
+
+
+PLOTS = ("p", "q", "r", "s")
+
+
+def _four(folder, change=lambda plot, row: row, radius="radius_m,10", seeds=(2, 3, 4, 5), more=()):
+    """The stand of a tally of four plots, each row changed; the reporter, too."""
+    rows = [(plot, row) for plot, seed in zip(PLOTS, seeds, strict=True) for row in _crew(16, seed)]
+    lines = [f"{plot},{','.join(map(str, change(plot, row)))},PITA\n" for plot, row in (*rows, *more)]
+    (folder / "tally.csv").write_text(LIST + "".join(lines))
+    size, value = radius.split(",")
+    places = "".join(f"{plot},{611300 + 90 * k},3718400,6344,{value}\n" for k, plot in enumerate(PLOTS))
+    (folder / "four.csv").write_text(f"plot_id,easting,northing,epsg,{size}\n{places}")
+    settings = {"trees": None, "field": folder / "tally.csv", "plots": folder / "four.csv", "boundary": None}
+    return settings | {"north": "grid"}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda plot, row: [*row[:3], round(row[3] * (np.pi if plot == "q" else 1), 1), row[4]], "as girths read as"),
+        (lambda plot, row: [*row[:3], round(row[3] / (2.54 if plot == "q" else 1), 1), row[4]], "as inches read as"),
+        (lambda plot, row: [*row[:4], round(row[4] / (0.3048 if plot in "ps" else 1), 1)], "as feet read as metres"),
+        (lambda plot, row: [*row[:4], round(row[4] / (0.3048 if row[0] % 2 else 1), 1)], "as feet read as metres"),
+    ],
+)
+def test_plots_and_trees_in_another_unit_are_refused_or_said(tmp_path, change, says):
+    given = _four(tmp_path, change)
+    if "feet" in says:
+        with pytest.raises(InputError, match=says):
+            figures(tmp_path, **given)
+    else:  # trees that grew in the open may be as thick
+        assert any(says in text for text in figures(tmp_path, **given)[1].warnings)
+
+
+def test_old_trees_skewed_stands_and_coppice_are_no_other_unit(tmp_path):
+    def curve(d):
+        return round(1.37 + (d / (1.5 + 0.19 * d)) ** 2, 1)
+
+    def old(plot, row):
+        return [*row[:3], row[3] + 45, curve(row[3] + 45)] if plot == "q" else row
+
+    def skewed(plot, row):
+        d = round(6 + row[3] ** 2 / 40, 1)
+        return [*row[:3], d, curve(d)]
+
+    def standards(plot, row):
+        d = row[3] + 30 if row[0] % 5 == 0 else round(row[3] / 3, 1)
+        return [*row[:3], d, curve(d)]
+
+    for change in (old, skewed, standards):
+        warnings = figures(tmp_path, **_four(tmp_path, change))[1].warnings
+        assert not any("read as" in text or "there twice" in text for text in warnings), warnings
+
+
+def test_a_tally_s_empty_rim_is_said(tmp_path):
+    for radius in ("radius_m,20", "radius_m,25"):
+        warnings = figures(tmp_path, **_four(tmp_path, radius=radius))[1].warnings
+        assert any("tally.csv: of 64 trees none stands in their outer" in text for text in warnings)
+    assert not any("outer" in text for text in figures(tmp_path, **_four(tmp_path))[1].warnings)
+
+    def half(plot, row):
+        return [*row[:2], round(row[2] / 2, 2), *row[3:]] if plot == "r" else row
+
+    assert any("16 trees of plot r none" in text for text in figures(tmp_path, **_four(tmp_path, half))[1].warnings)
+
+
+def test_trees_of_a_tally_measured_twice_are_refused_and_stools_are_not(tmp_path):
+    rows = _crew(16, 2)
+    twice = [("p", [row[0] + 900, row[1], round(row[2] + 0.05, 2), round(row[3] + 0.3, 1), row[4]]) for row in rows[:6]]
+    with pytest.raises(InputError, match="6 pairs of trees stand in one another"):
+        figures(tmp_path, **_four(tmp_path, more=twice))
+    warnings = figures(tmp_path, **_four(tmp_path, more=twice[:4]))[1].warnings
+    assert any("4 pairs of trees stand in one another" in text for text in warnings)
+    stools = [("p", [row[0] + 900, *row[1:3], round(row[3] * 0.6 + row[0] % 3, 1), row[4]]) for row in rows]
+    assert not any("in one another" in text for text in figures(tmp_path, **_four(tmp_path, more=stools))[1].warnings)
+
+
+def test_plots_of_an_area_alone_are_drawn(tmp_path):
+    from treedgs_geo.inventory.stand.document import draw_overview, draw_plots
+
+    stand, _ = figures(tmp_path, **_four(tmp_path, radius="area_ha,0.0314"))
+    assert all(plot.outline is None for plot in stand.plots) and stand.design.n == 4
+    assert draw_plots(stand)[:4] == draw_overview(stand)[:4] == b"\x89PNG"
+
+
+def test_bearings_stay_with_their_trees_where_one_is_gone(tmp_path):
+    rows = _crew(10)
+    lines = [f"{line},{'felled' if k == 0 else ''}" for k, line in enumerate(_text(rows).splitlines()[1:])]
+    path = tmp_path / "gone.csv"
+    path.write_text("\n".join([LIST.strip() + ",status", *lines]))
+    trees = from_tally(path, FieldProtocol()).trees
+    assert trees["distance_m"].tolist() == [row[2] for row in rows[1:]]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from .errors import InputError
-from .wrong_units import wrong_unit
 
 #: Trees that a distribution needs.
 _LEAST = 5
@@ -18,6 +18,16 @@ LARGE_CM, GAP = 150.0, 3.0
 _SLENDER, _SLENDER_STAND, _THIN_CM = 4.0, 2.0, 5.0
 #: A tree from this DBH on, so many times as thick as the next of its species, is worth a second look.
 _LOOKED_AT_CM, _THICKER = 60.0, 1.8
+#: What a column in two units holds: its values are so many times the others', at the same DBH or height, within this
+#: (logarithm). Heights of 3.3 times the others' no forest has; trees grown in the open may have such DBHs.
+_UNITS = (
+    ("heights", 1 / 0.3048, "feet read as metres", 0.25),
+    ("DBHs", np.pi, "girths read as diameters", 0.15),
+    ("DBHs", 1 / 2.54, "inches read as centimetres", 0.15),
+)
+#: Slopes to begin with, of log height over log DBH; a gap between trees of two units is this share of what lies between
+#: the units.
+_SLOPES, _GAP_OF_TREES = np.array([0.3, 0.55, 0.8]), 0.3
 #: Nobody can have measured a DBH on a lower tree, m.
 _MIN_HEIGHT_M = 1.3
 
@@ -84,10 +94,96 @@ def slenderness(height_m: np.ndarray, dbh_cm: np.ndarray) -> float:
     return 100 * float(np.median(h[both] / d[both])) if both.sum() >= _LEAST else np.nan
 
 
+@dataclass(frozen=True)
+class MixedUnits:
+    """Rows (N,) whose heights, or DBHs, are in another unit than the others. of: how many were compared. certain: no
+    forest is like this; else one plot of another kind might be."""
+
+    rows: np.ndarray
+    of: int
+    what: str
+    ratio: float
+    unit: str
+    certain: bool
+
+    def text(self) -> str:
+        """``12 of 20 heights are 3.3 times those of trees as thick, as feet read as metres are``."""
+        alike = "thick" if self.what == "heights" else "high"
+        return (
+            f"{self.what}: {int(self.rows.sum())} of {self.of} values are {self.ratio:.2g} times those of trees as "
+            f"{alike}, as {self.unit} are"
+        )
+
+
+def mixed_units(height_m: np.ndarray, dbh_cm: np.ndarray, plots: np.ndarray | None = None) -> MixedUnits | None:
+    """Whether heights and DBHs (N,) lie on two height curves that are a unit apart: plot by plot (their names, (N,)),
+    or tree by tree with a gap between. Where the two hold other heights, or DBHs, nothing can be compared: old trees
+    beside young ones."""
+    h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
+    known = np.flatnonzero(np.isfinite(h) & (h > 0) & (d >= _THIN_CM))
+    if len(known) < 2 * _LEAST:
+        return None
+    log_h, log_d = np.log(h[known]), np.log(d[known])
+    places = None if plots is None else np.unique(np.asarray(plots).astype(str)[known], return_inverse=True)[1]
+    best, nearest = None, 1.0
+    for what, times, unit, near in _UNITS:
+        of_heights = what == "heights"
+        values, other, slopes = (log_h, log_d, _SLOPES) if of_heights else (log_d, log_h, 1 / _SLOPES)
+        sign = 1.0 if times > 1 else -1.0
+        for slope in slopes:
+            # High curves are flat: by its height alone a single tree's DBH cannot be told from another unit's.
+            for by in ((None,) if of_heights else ()) + ((places,) if places is not None else ()):
+                odd = _apart(sign * values, sign * slope * other, by)
+                if odd is None or not max(2, 0.1 * len(odd)) <= odd.sum() <= 0.9 * len(odd):
+                    continue
+                among = odd & (other >= other[~odd].min()) & (other <= other[~odd].max())
+                if among.sum() < max(3, 0.5 * odd.sum()):
+                    continue
+                left = _above(values, other, ~odd)
+                shift = float(np.median(left[among]))
+                off = abs(shift - np.log(times)) / near
+                # Of plots nearly all trees belong to theirs; single trees leave a gap.
+                low, high = np.quantile(sign * left[~odd], 0.95), np.quantile(sign * left[among], 0.05)
+                if off < nearest and high - low > (_GAP_OF_TREES if by is None else 0.0) * abs(np.log(times)):
+                    rows = np.zeros(len(h), bool)
+                    rows[known[odd]] = True
+                    best, nearest = MixedUnits(rows, len(known), what, float(np.exp(shift)), unit, of_heights), off
+    return best
+
+
+def _apart(values: np.ndarray, expected: np.ndarray, places: np.ndarray | None) -> np.ndarray | None:
+    """(N,) the upper of the two groups that values less expected ones fall into, of trees or of places (their medians);
+    ``None`` where there are no two."""
+    left = values - expected
+    if places is None:
+        middles, of = left, np.arange(len(left))
+    else:
+        middles, of = np.array([np.median(left[places == k]) for k in range(places.max() + 1)]), places
+    order = np.sort(middles)
+    if len(order) < 2:
+        return None
+    count = np.arange(1, len(order))
+    lower, total = np.cumsum(order)[:-1], order.sum()
+    between = (lower / count - (total - lower) / (len(order) - count)) ** 2 * count * (len(order) - count)
+    return (middles > order[np.argmax(between)])[of]
+
+
+def _above(values: np.ndarray, other: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(N,) values less the median of the right ones with the nearest ``other``, without itself."""
+    order = np.flatnonzero(right)[np.argsort(other[right], kind="stable")]
+    at = np.searchsorted(other[order], other)[:, None] + np.arange(-_LEAST // 2, _LEAST // 2 + 2)
+    near = order[np.clip(at, 0, len(order) - 1)]
+    return values - np.nanmedian(np.where(near == np.arange(len(values))[:, None], np.nan, values[near]), axis=1)
+
+
 def refuse_height_units(
-    height_m: np.ndarray, dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str
+    height_m: np.ndarray,
+    dbh_cm: np.ndarray,
+    where: Callable[[np.ndarray], str],
+    remedy: str,
+    plots: np.ndarray | None = None,
 ) -> None:
-    """Refuse heights that are in feet, all or some: by their DBHs, and by the trees of about the same DBH. The
+    """Refuse heights that are in feet, all or some, and DBHs in another unit than the others, by their heights. The
     arguments are those of :func:`refuse_odd_heights`.
 
     Raises:
@@ -101,30 +197,27 @@ def refuse_height_units(
             f"{where(some)}: the trees are {ratio:.0f} times as high as they are thick (median of {int(some.sum())}), "
             f"expected 40 to 150: the heights look like feet in metres; {remedy}."
         )
-    order = np.flatnonzero(some)[np.argsort(d[some], kind="stable")]
-    if len(order) < 2 * _LEAST:
-        return
-    known = np.full(len(h), np.nan)
-    for k, row in enumerate(order):
-        low = min(max(k - _LEAST, 0), max(len(order) - 2 * _LEAST - 1, 0))
-        known[row] = np.median(h[order[low : low + 2 * _LEAST + 1]])
-    slip = wrong_unit(h, known, lengths=True)
-    if slip is not None and slip.ratio > 1:
+    found = mixed_units(h, d, plots)
+    if found is not None and found.certain:
         raise InputError(
-            f"{where(slip.rows)}: heights: {slip.text('those of trees as thick')}; correct them, or {remedy}."
+            f"{where(found.rows)}: {found.text()}; correct them{', or ' + remedy if found.what == 'heights' else ''}."
         )
 
 
 def refuse_odd_heights(
-    height_m: np.ndarray, dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str
+    height_m: np.ndarray,
+    dbh_cm: np.ndarray,
+    where: Callable[[np.ndarray], str],
+    remedy: str,
+    plots: np.ndarray | None = None,
 ) -> None:
     """Refuse heights that no tree of its DBH has. height_m, dbh_cm: (N,), NaN where there is none. where: of the first
-    of a mask, for the sentence.
+    of a mask, for the sentence. plots: (N,) names, where they are known.
 
     Raises:
-        InputError: a height above 120 m, below breast height, too slender; heights in feet.
+        InputError: a height above 120 m, below breast height, too slender; heights, or DBHs, in mixed units.
     """
-    refuse_height_units(height_m, dbh_cm, where, remedy)
+    refuse_height_units(height_m, dbh_cm, where, remedy, plots)
     h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
     with np.errstate(invalid="ignore", divide="ignore"):
         slender = np.where(d >= _THIN_CM, h / d, np.nan)

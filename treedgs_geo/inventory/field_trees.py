@@ -79,12 +79,11 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
     unsaid = {key: option for key, (unit, option) in units.items() if unit == "auto"}
     require(path, table, has, (*place, ("dbh", "dbh1", "girth")), unsaid)
     found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
-    found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"])
-    for name in ("plot_id", "field_id", "species", "date"):
+    found["plot_id"] = _filled_down(path, plot_ids(table, has["plot_id"]), said) if "plot_id" in has else None
+    found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"], found["plot_id"])
+    for name in ("field_id", "species", "date"):
         found[name] = table[has[name].name] if name in has else None
     found["status"] = statuses(path, table)
-    if "plot_id" in has:
-        found["plot_id"] = _filled_down(path, plot_ids(table, has["plot_id"]), said)
     found["line"], found["lacks"] = table.index, ""
     if "field_id" not in has and not placed:
         found["field_id"] = [str(k + 1) for k in range(len(found))]
@@ -208,13 +207,19 @@ _TALLY = (
 )
 
 
-def _heights(path: Path, table: pd.DataFrame, column: FoundColumn | None, dbh_cm: pd.Series) -> pd.Series:
+def _heights(
+    path: Path, table: pd.DataFrame, column: FoundColumn | None, dbh_cm: pd.Series, plots: pd.Series | None
+) -> pd.Series:
     """Heights, m; NaN where there is none."""
     heights = measured(path, table, "height", column)
     # Nobody measures a height of 0: tables write it for "not measured".
     heights = heights.where(heights > 0)
     refuse_odd_heights(
-        heights, dbh_cm, lambda bad: f"{path}, {line_of(bad, table)}", "name its unit in the column's name (height_ft)"
+        heights,
+        dbh_cm,
+        lambda bad: f"{path}, {line_of(bad, table)}",
+        "name its unit in the column's name (height_ft)",
+        plots,
     )
     return heights
 

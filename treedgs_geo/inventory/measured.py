@@ -73,6 +73,7 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
             pd.to_numeric(trees["dbh_cm"]).to_numpy(float),
             lambda odd: f"{path}: tree {trees['tree_id'][odd].iloc[0]}",
             "give them in metres",
+            trees.get("plot_id"),
         )
     for name in ("qc_flag", "dbh_lo_cm", "dbh_hi_cm"):
         if name not in trees:

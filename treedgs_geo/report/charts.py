@@ -51,8 +51,8 @@ def new_chart(width: float = 6.2, height: float = 4.6, grid: bool = True, **more
 
 
 def polygons_of(shape: Any) -> list[Any]:
-    """The polygons of a shape of one or several."""
-    return [part for part in getattr(shape, "geoms", [shape]) if part.geom_type == "Polygon"]
+    """The polygons of a shape of one or several; none of ``None``."""
+    return [part for part in getattr(shape, "geoms", [shape]) if getattr(part, "geom_type", "") == "Polygon"]
 
 
 def draw_outline(axes: Any, shape: Any, origin: np.ndarray, **line: Any) -> None:

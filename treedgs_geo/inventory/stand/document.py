@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from shapely.geometry import MultiPoint
 
 from ...report.blocks import Block, Cards, Document, Heading, Picture, Sentences, Table, facts_table
 from ...report.charts import COLOURS, LIGHT_GREY, VERMILION, chart_png, draw_outline, new_chart, polygons_of
@@ -137,7 +138,7 @@ def draw_classes(long: Table, units: str) -> bytes:
 
 def draw_overview(stand: Stand) -> bytes | None:
     """PNG: where the plots are, with the stand's boundary; None when nothing is on the map."""
-    placed = [plot for plot in stand.plots if plot.outline is not None]
+    placed = [plot for plot in stand.plots if np.isfinite(plot.x)]
     if not placed or (len(placed) == 1 and stand.boundary is None):
         return None
     figure, axis = new_chart(6.4, 4.6)
@@ -179,9 +180,9 @@ def draw_overview(stand: Stand) -> bytes | None:
 
 def draw_plots(stand: Stand) -> bytes | None:
     """PNG: the trees of each plot, discs growing with DBH; None without positions or for a census."""
-    placed = [(k, plot) for k, plot in enumerate(stand.plots) if plot.outline is not None]
+    placed = [(k, plot) for k, plot in enumerate(stand.plots) if np.isfinite(plot.x)]
     known = np.isfinite(stand.trees["x"].to_numpy(float))[stand.rows["tree"].to_numpy(int)]
-    if stand.design.census or not (known & (stand.rows["kind"] == "measured")).any():
+    if stand.design.census or not placed or not (known & (stand.rows["kind"] == "measured")).any():
         return None
     placed = placed[:_MAPS]
     across = min(len(placed), 2 if len(placed) in (2, 4) else 3)
@@ -199,8 +200,10 @@ def draw_plots(stand: Stand) -> bytes | None:
             handles.setdefault("stand's boundary", axis.plot([], [], color=VERMILION, ls="--")[0])
         handles.update(_trees(axis, stand, k, origin, 1.0 if len(placed) == 1 else 2.2 / across, len(placed) <= 4))
         axis.plot(0, 0, "+", color="0.5", ms=7)
-        assert plot.outline is not None
-        low_x, low_y, high_x, high_y = plot.outline.bounds
+        # Of a plot that is an area alone nothing but the trees says how far it reaches.
+        mine = stand.trees[["x", "y"]].iloc[stand.rows["tree"][stand.rows["plot"] == k]].dropna()
+        seen = plot.outline or MultiPoint([*mine.to_numpy(float), origin]).buffer(1.0)
+        low_x, low_y, high_x, high_y = seen.bounds
         half = 0.55 * max(high_x - low_x, high_y - low_y)
         middle = np.array([low_x + high_x, low_y + high_y]) / 2 - origin
         axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")

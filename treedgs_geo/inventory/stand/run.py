@@ -16,7 +16,7 @@ from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.folder_lock import one_writer
 from ...core.map_scale import check_place
-from ...core.plots import Plot
+from ...core.plots import Plot, as_in_plots
 from ...core.progress import Reporter
 from ...core.shown import count_of, some
 from ...core.tables import is_table
@@ -41,7 +41,7 @@ from .files import (
     write_shapefiles,
     write_workbook,
 )
-from .sample import SamplePlot, census, crs_of_plots, read_boundary, read_sample
+from .sample import SamplePlot, census, crs_of_plots, empty_rim, read_boundary, read_sample
 from .species import unknown_sentences
 from .stem_volume import add_stem_volumes
 from .survey import Stand, make_stand
@@ -189,8 +189,24 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
         trees.notes.append(f"Centres as match-plots found them (co-registered): {count_of(len(moved), 'plot')}.")
     if trees.from_field and trees.crs is not None:
         _place_tally(settings, trees, plots, reporter)
+    if not trees.from_field:
+        return trees.plots_searched(plots, settings.trees.name), boundary
     # A crew's tally is of whole plots.
-    return plots if trees.from_field else trees.plots_searched(plots, settings.trees.name), boundary
+    if empty := empty_rim(_reached(trees.trees, plots)):
+        trees.warnings.append(f"{Path(settings.field).name}: {empty}")
+    return plots, boundary
+
+
+def _reached(trees: pd.DataFrame, plots: list[SamplePlot]) -> dict[str, np.ndarray]:
+    """Round plot -> distances of a tally's trees from its centre, in radii; NaN where it does not say them."""
+    names = trees["plot_id"].where(trees["plot_id"].notna(), plots[0].plot_id if len(plots) == 1 else "").astype(str)
+    names = names.replace(as_in_plots(names.tolist(), [plot.plot_id for plot in plots]))
+    found = {}
+    for plot in plots:
+        mine = trees[names == plot.plot_id]
+        away = np.hypot(mine["x"] - plot.x, mine["y"] - plot.y)
+        found[plot.plot_id] = (pd.to_numeric(mine["distance_m"]).fillna(away) / plot.radius_m).to_numpy(float)
+    return found
 
 
 def _place_tally(settings: Any, trees: TreeList, plots: list[SamplePlot], reporter: Reporter) -> None:

@@ -365,8 +365,8 @@ def _in_crs(path: Path, layer: gpd.GeoDataFrame, crs: pyproj.CRS | None) -> gpd.
 _MIN_M2 = 1.0
 #: Plots that share more than this of what was searched of them are one plot in other words.
 _SAME_GROUND = 0.5
-#: Chance below which an empty rim of the plots is none.
-_CHANCE = 1e-4
+#: Chance below which an empty rim of the plots is none, and that of one plot, whose trees may stand in a clump.
+_CHANCE, _CHANCE_ONE = 1e-4, 1e-6
 
 
 def as_searched(
@@ -386,8 +386,13 @@ def as_searched(
             f"{name} does not say where stems were searched for (another format, an older version, or edited): every "
             "plot is taken as searched all over"
         )
-        empty = _empty_rim(plots, xy)
-        return list(plots), [f"{said}, {empty}"] if empty else [], [] if empty else [f"{said}."]
+        inside = {
+            plot.plot_id: np.hypot(*(xy[plot.contains(*xy.T)] - [plot.x, plot.y]).T) / plot.radius_m
+            for plot in plots
+            if plot.shape == "circle"
+        }
+        empty = empty_rim(inside)
+        return list(plots), [f"{said}, but {empty}"] if empty else [], [] if empty else [f"{said}."]
     kept: list[SamplePlot] = []
     missing, part_of = [], []
     for plot in plots:
@@ -432,21 +437,22 @@ def as_searched(
     return kept, warnings, notes
 
 
-def _empty_rim(plots: Sequence[SamplePlot], xy: np.ndarray) -> str:
-    """What is odd where no tree stands in the outer part of any round plot; '' where chance can leave it empty."""
-    shares = [
-        np.hypot(*(xy[plot.contains(xy[:, 0], xy[:, 1])] - [plot.x, plot.y]).T) ** 2 / plot.radius_m**2
-        for plot in plots
-        if plot.shape == "circle"
-    ]
-    inner = np.concatenate(shares) if shares else np.zeros(0)
-    if not len(inner) or inner.max() >= ALMOST or inner.max() ** len(inner) > _CHANCE:
-        return ""
-    return (
-        f"but of {len(inner)} trees none stands in their outer {100 * (1 - inner.max()):.0f} %: if only the inner "
-        f"{100 * np.sqrt(inner.max()):.0f} % of the radius was searched, every figure per hectare is too low by that "
-        "share; give the plots as they were measured, or measure again."
-    )
+def empty_rim(reached: dict[str, np.ndarray]) -> str:
+    """What is odd where no tree stands in the outer part of the round plots, of all or of one; '' where chance can
+    leave it empty. reached: plot -> its trees' distances from the centre, in radii of the plot."""
+    every = ("", np.concatenate([*reached.values(), []]), _CHANCE)
+    for plot, trees, chance in (every, *((f" of plot {name}", found, _CHANCE_ONE) for name, found in reached.items())):
+        inner = trees[np.isfinite(trees)] ** 2
+        if not len(inner) or inner.max() >= ALMOST or inner.max() ** len(inner) > chance:
+            continue
+        share = np.sqrt(inner.max())
+        diameter = " or a diameter is given as the radius" if 0.42 < share <= 0.5 else ""
+        return (
+            f"of {len(inner)} trees{plot} none stands in their outer {100 * (1 - inner.max()):.0f} %: if only the "
+            f"inner {100 * share:.0f} % of the radius was searched{diameter}, every figure per hectare is too low by "
+            "that share; give the plots as they were measured, or measure again."
+        )
+    return ""
 
 
 def _refuse_same_ground(part_of: list[tuple[SamplePlot, SamplePlot]], name: str) -> None:

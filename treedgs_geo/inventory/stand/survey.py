@@ -10,8 +10,8 @@ import pyproj
 from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
-from ...core.plausible import slenderness, thick_ones
-from ...core.shown import count_of
+from ...core.plausible import mixed_units, slenderness, thick_ones
+from ...core.shown import count_of, some
 from ..reviewed import Reviewed
 from .equations import Equation
 from .estimate import (
@@ -232,6 +232,10 @@ def _implausible(stand: Stand) -> list[str]:
             f"The trees are {slender:.0f} times as high as they are thick (median), expected {SLENDER[0]} to "
             f"{SLENDER[1]}: look whether DBHs are girths or in inches, or heights in feet."
         )
+    plots = stand.rows.drop_duplicates("tree")["plot"].to_numpy()
+    if (mixed := mixed_units(trees["height_m"].to_numpy(float), trees["dbh_cm"].to_numpy(float), plots)) is not None:
+        odd = some((str(stand.plots[k].plot_id) for k in np.unique(plots[mixed.rows])), 5)
+        found.append(f"{mixed.text()[0].upper()}{mixed.text()[1:]} (plot {odd}): look whether they are in two units.")
     stubs = trees[(trees["height_m"].to_numpy(float) < STUB * dbh / 100)]
     if len(stubs):
         named = ", ".join(f"{row.tree_id} ({row.height_m:.1f} m)" for row in stubs.head(5).itertuples())

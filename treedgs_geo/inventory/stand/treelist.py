@@ -36,6 +36,9 @@ from .species import species_of
 _SAME_SIZE = 0.02
 #: Stems whose axes are nearer than this share of their radii together are one.
 _INSIDE = 0.6
+#: A crew writes one place for all stems of a fork or a stool: of its tally only stems with the same DBH, within so many
+#: cm or this share, are one; not where fewer than so many of those in one another have it.
+_SAME_CM, _SAME_SHARE, _MOSTLY = 1.0, 0.04, 0.8
 #: Columns of a tree list.
 COLUMNS = (
     "tree_id", "plot_id", "x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "species", "dead", "qc_flag",
@@ -166,8 +169,9 @@ def on_the_map(found: TreeList, path: Path, crs: pyproj.CRS | None) -> TreeList:
     return found
 
 
-def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
-    """Stems that stand inside one another are one stem, measured twice; so are all of two scans not registered.
+def _doubles(path: Path, trees: pd.DataFrame, tally: bool = False) -> list[str]:
+    """Stems that stand inside one another are one stem, measured twice; so are all of two scans not registered. In a
+    crew's tally the DBHs have to be the same, too.
 
     Returns:
         a sentence about a few of them.
@@ -186,15 +190,20 @@ def _doubles(path: Path, trees: pd.DataFrame) -> list[str]:
         )
     i, j = cKDTree(xy).query_pairs(2 * float(radius.max()), output_type="ndarray").T
     twice = np.hypot(*(xy[i] - xy[j]).T) < _INSIDE * (radius[i] + radius[j])
+    if tally:
+        off_cm, mean_cm = 200 * np.abs(radius[i] - radius[j]), 100 * (radius[i] + radius[j])
+        alike = twice & (off_cm <= np.maximum(_SAME_CM, _SAME_SHARE * mean_cm) + 1e-9)
+        twice = alike & (alike.sum() >= _MOSTLY * twice.sum())
     if not twice.any():
         return []
     ids = stems["tree_id"].to_numpy()
     named = some((f"{a} and {b}" for a, b in zip(ids[i[twice]], ids[j[twice]], strict=True)), 5)
+    remedy = "correct their places" if tally else "merge them by the verb review"
     text = (
         f"{path}: {count_of(int(twice.sum()), 'pair')} of trees stand in one another ({named}): one stem "
-        "measured twice counts twice; delete one of each pair, or merge them by the verb review."
+        f"measured twice counts twice; delete one of each pair, or {remedy}."
     )
-    if twice.sum() >= 3 and twice.sum() > 0.05 * len(stems):
+    if twice.sum() >= (5 if tally else 3) and twice.sum() > 0.05 * len(stems):
         raise InputError(text)
     return [text]
 
@@ -220,7 +229,17 @@ def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     for name in ("status", "azimuth_deg", "distance_m", "line"):
         found.trees[name] = table.get(name)
     settle_status(found)
+    found.warnings += _doubles(path, _plot_by_plot(found.trees), tally=True)
     return found
+
+
+def _plot_by_plot(trees: pd.DataFrame) -> pd.DataFrame:
+    """A tally's trees with x and y as if its plots lay a kilometre from one another, where it has bearings."""
+    bearing, distance = (pd.to_numeric(trees[name]).astype(float) for name in ("azimuth_deg", "distance_m"))
+    if bearing.isna().all():
+        return trees
+    east = 1000.0 * pd.factorize(trees["plot_id"])[0] + distance * np.sin(np.radians(bearing))
+    return trees.assign(x=east, y=distance * np.cos(np.radians(bearing)))
 
 
 def read_tally(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
