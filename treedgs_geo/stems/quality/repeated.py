@@ -21,6 +21,8 @@ _AROUND = 20
 #: Chance of so many pairs at one offset, and of diameters that agree so well; at least half of the partners are nearer
 #: in diameter than this share of the other stems around.
 _CHANCE, _ALIKE, MIN_PAIRS = (1e-6, 1e-4), 0.25, 4
+#: Stems that are the first of one pair and the second of another are fewer than this share of the pairs.
+_IN_ROWS = 0.3
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,10 @@ def _at_one_offset(rows: np.ndarray, xy: np.ndarray, dbh_cm: np.ndarray) -> Repe
     if by_chance > _CHANCE[0] or agree > _CHANCE[1] or np.median(unlike[here]) > _ALIKE:
         return None
     same = [k for k in here if unlike[k] < 2 * _ALIKE]
+    # In rows of trees that are alike each one has partners ahead and behind.
+    firsts, seconds = near[same].T
+    if len(np.intersect1d(firsts, seconds)) > _IN_ROWS * len(same):
+        return None
     return Repeated(rows[near[same]], np.median(offset[same], axis=0))
 
 
