@@ -22,8 +22,8 @@ _LOOKED_AT_CM, _THICKER = 60.0, 1.8
 #: (logarithm). Heights of 3.3 times the others' no forest has; trees grown in the open may have such DBHs.
 _UNITS = (
     ("heights", 1 / 0.3048, "feet read as metres", 0.25),
-    ("DBHs", np.pi, "girths read as diameters", 0.15),
-    ("DBHs", 1 / 2.54, "inches read as centimetres", 0.15),
+    ("DBHs", np.pi, "girths read as diameters", 0.08),
+    ("DBHs", 1 / 2.54, "inches read as centimetres", 0.08),
 )
 #: Slopes to begin with, of log height over log DBH; a gap between trees of two units is this share of what lies between
 #: the units.
