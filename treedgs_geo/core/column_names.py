@@ -104,7 +104,7 @@ QUANTITIES = {
     ),
     "dead": Quantity(
         "whether it is dead",
-        "dead is_dead isdead dead_tree snag standing_dead mortality tot abgestorben totholz stehend_tot duerr muerto "
+        "dead is_dead isdead dead_tree snag standing_dead tot abgestorben totholz stehend_tot duerr muerto "
         "muerta muerto_en_pie seco",
     ),
     "alive": Quantity("whether it lives", "alive live living is_alive is_live isalive lebend lebendig lebt vivo viva"),
