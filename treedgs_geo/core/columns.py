@@ -51,14 +51,9 @@ def plot_ids(table: pd.DataFrame, column: FoundColumn) -> pd.Series:
     several plots both make the id (``7-1``)."""
     if "subp" not in table:
         return table[column.name]
-    inner, outer = (
-        table["subp"],
-        max(
-            (table[name] for name in ("plot", "plt_cn") if name in table),
-            key=lambda cells: cells.nunique(),
-            default=None,
-        ),
-    )
+    inner = table["subp"]
+    plots = [table[name] for name in ("plot", "plt_cn") if name in table]
+    outer = max(plots, key=lambda cells: cells.nunique(), default=None)
     if outer is None or outer.nunique() < 2:
         return inner
     return (outer + "-" + inner).where(outer.notna() & inner.notna(), None)

@@ -96,14 +96,19 @@ def slenderness(height_m: np.ndarray, dbh_cm: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class MixedUnits:
-    """Rows (N,) whose heights, or DBHs, are in another unit than the others. of: how many were compared. certain: no
-    forest is like this; else one plot of another kind might be."""
+    """Heights, or DBHs, of which some are in another unit than the others."""
 
+    #: (N,) bool: these.
     rows: np.ndarray
+    #: How many were compared.
     of: int
+    #: ``heights`` or ``DBHs``.
     what: str
+    #: Times those of like trees.
     ratio: float
+    #: What they look like, for a sentence.
     unit: str
+    #: No forest is like this; else one plot of another kind might be.
     certain: bool
 
     def text(self) -> str:

@@ -25,8 +25,8 @@ def surface_likeness(
     stack: PhotoStack, axis: StemAxis, radius: tuple[float, float], band_m: tuple[float, float], seen: np.ndarray
 ) -> tuple[float, float]:
     """How alike neighbouring photos are on a stem's bark, -1 to 1; and by how much more, at most (two standard errors),
-    than on the plane through its edges. No likeness, and no lead, where fewer than five pairs of photos show it: so few
-    edges line up anywhere.
+    than on the plane through its edges. 0 and NaN where fewer than five pairs of photos show it: edges of so few line
+    up anywhere.
 
     radius: at breast height (m) and its slope (m/m). band_m: heights above the ground. seen: (V,) probability that a
     photo sees the stem.
