@@ -54,7 +54,11 @@ SETS = {
     "south_building_1_3_5": replace(_COURT, folder="south_building", half=0),
     "south_building_2_4_6": replace(_COURT, folder="south_building", half=1),
     "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt")),
+    "boruszyn_kap": RealSet("merkato/odm_boruszyn_kap", "EPSG:2180", Path("gcp_list.txt")),
+    "ochota_kap": RealSet("merkato/odm_ochota_kap", "EPSG:2180", Path("gcp_list.txt")),
     "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
+    "seneca": RealSet("OpenDroneMap/odm_data_seneca"),
+    "testerarm": RealSet("testerarm/images"),
 }
 
 
