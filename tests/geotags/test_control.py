@@ -123,6 +123,21 @@ def test_points_without_labels_are_known_by_their_coordinates(stations: Stations
     assert found.labels == ["point 1", "named"] and found.point.tolist() == [0, 0, 1, 1]
 
 
+@pytest.mark.parametrize(("factor", "warned"), [(0.5, True), (1.0, False)])
+def test_marks_made_in_reduced_photos(stations: Stations, tmp_path: Path, factor: float, warned: bool) -> None:
+    photos = ("DJI_0001.JPG", "a/DJI_0002.JPG", "b/DJI_0002.JPG")
+    places = np.random.default_rng(3).uniform((20, 20), (380, 280), (4, 3, 2)) * factor
+    rows = [
+        f"{500000 + 9 * k} 3700000 50 {u:.1f} {v:.1f} {photo}"
+        for k, marks in enumerate(places)
+        for photo, (u, v) in zip(photos, marks, strict=True)
+    ]
+    listening = Listening()
+    read_control(_file(tmp_path, _list(*rows)), stations, listening)
+    assert [line for line in listening.warnings if "400 x 300 px, as if" in line] == listening.warnings
+    assert bool(listening.warnings) == warned
+
+
 def test_csv_with_accuracies_and_check_points(stations: Stations, tmp_path: Path) -> None:
     lon, lat = pyproj.Transformer.from_crs(UTM, "EPSG:4326", always_xy=True).transform(*np.array([A, B])[:, :2].T)
     header = "Label;Lon;Lat;Height;Photo;U;V;sd_h_m;sd_v_m;Kind"

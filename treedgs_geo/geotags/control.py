@@ -34,6 +34,9 @@ MAX_AWAY_M = 5000.0
 _MIN_BREADTH_M = 2.0
 #: Ground that lies further from what precise geotags and the drone's barometer say has another height datum, metres.
 _ODD_HEIGHT_M = 20.0
+#: So many marks that none of them lies in the right or lower part of its photo, from this share of its width and height
+#: on, were made in reduced photos, or by a rare chance.
+_REDUCED_MARKS, _REDUCED_SHARE = 8, 0.6
 #: Positions that are good enough to compare heights with.
 _PRECISE = ("fix", "float")
 
@@ -313,6 +316,14 @@ def _marks(path: Path, rows: pd.DataFrame, stations: Stations, reporter: Reporte
                 f"({width} x {height} px); mark the point in the photo as it is in the folder, neither reduced nor "
                 "turned."
             )
+    size = np.array([sizes[number] for number in found["number"]]).reshape(-1, 2)
+    if len(found) >= _REDUCED_MARKS and (found[PIXEL] <= _REDUCED_SHARE * size).all(axis=None):
+        width, height = found[PIXEL].max()
+        reporter.warn(
+            f"{path.name}: all {len(found)} marks lie in the upper left {width:.0f} x {height:.0f} px of photos of "
+            f"{size[0, 0]} x {size[0, 1]} px, as if they were made in reduced photos; if so, multiply their pixels by "
+            "the factor, or mark the points in the photos of the folder."
+        )
     again = found.duplicated(["label", "number"])
     if again.any():
         row = found.loc[again.idxmax()]
@@ -390,7 +401,7 @@ def _of_gcp_list(path: Path) -> tuple[pyproj.CRS | None, pd.DataFrame]:
     try:
         crs = crs_of_line(filled[0][1], f"{path}, line {filled[0][0]}")
     except CRSError as problem:
-        raise CRSError(f"{str(problem).rstrip('.')} in a gcp_list.txt; {_EXPECTED}.") from None
+        raise CRSError(f"{str(problem).rstrip('.')}; {_EXPECTED}.") from None
     rows = {}
     for number, line in filled[1:]:
         # Names of photos may hold blanks where tabs part the columns.

@@ -60,13 +60,16 @@ def _area(leaves: np.ndarray) -> float:
 
 
 class Crowns:
-    """The crowns of a stand: ``kinds`` of them, and where each stands (``kind``, ``matrix``: (4, 4))."""
+    """The crowns of a stand: ``kinds`` of them, and where each stands (``kind``, ``matrix``: (4, 4); ``stem``, its
+    ``ends``: lower and upper, (2, 3), m)."""
 
     def __init__(self, grown: dict[str, np.ndarray], leaf_area_m2: float, dbh_m: float, leaf_off: bool) -> None:
         """grown: what :mod:`.inside_blender` wrote. leaf_area_m2: of a tree of that DBH."""
         self.kinds: list[Crown] = []
         self.kind: list[int] = []
         self.matrix: list[np.ndarray] = []
+        self.stem: list[int] = []
+        self.ends: list[np.ndarray] = []
         self._faces: list[Faces] = []
         self._owner: list[int] = []
         self.plants = Faces.none()
@@ -103,6 +106,8 @@ class Crowns:
         matrix[:3, 3] = foot - matrix[:3, 2] * crown.height * BARE_SHARE
         self.kind.append(3 * number + shape)
         self.matrix.append(matrix)
+        self.stem.append(index)
+        self.ends.append(np.array([foot, top]))
         leaves = crown.leaves[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
         for kind, corners in ((Material.FOLIAGE, leaves), (Material.WOOD, crown.wood)):
             self._faces.append(

@@ -29,6 +29,7 @@ from .crowns import Crowns, recipes
 from .light import weather_of
 from .sensor import linear_light
 from .settings import SimulateSettings, Sizes
+from .wind import Sway, Wind
 from .world import World
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def check_cycles(settings: SimulateSettings) -> str:
         "--from-cloud": settings.from_cloud,
         "--control-points": settings.control_points,
         "--camera labels": settings.labels,
-        "--weather wind_*": settings.wind_sway_cm or settings.wind_flutter_cm,
+        "--weather wind_flutter_cm": settings.wind_flutter_cm,
     }
     unknown = [name for name, value in asked.items() if value]
     if unknown:
@@ -105,14 +106,23 @@ def grown_crowns(settings: SimulateSettings, rng: np.random.Generator) -> Crowns
 
 
 def cycles_images(
-    world: World, settings: SimulateSettings, sizes: Sizes, exposures: list[Exposure], suns: list[np.ndarray]
+    world: World,
+    wind: Wind,
+    settings: SimulateSettings,
+    sizes: Sizes,
+    exposures: list[Exposure],
+    suns: list[np.ndarray],
 ) -> Iterator[np.ndarray]:
     """(H, W, 3) float32 linear radiance of each photo, as :func:`.render.radiance` gives it; suns: directions (3,)."""
     with tempfile.TemporaryDirectory(prefix="treedgs-cycles-") as folder:
         scene, job = Path(folder) / "scene.npz", Path(folder) / "photos.json"
-        write_scene(scene, world)
+        write_scene(scene, world, wind.trees)
         frame = wide_frame([taken.view.camera for taken in exposures])
-        job.write_text(json.dumps(photo_job(settings, sizes, exposures, suns, frame)), encoding="utf-8")
+        asked = photo_job(settings, sizes, exposures, suns, frame)
+        if wind.blows:
+            for photo, taken in zip(asked["photos"], exposures, strict=True):
+                photo["tops"] = wind.trees.tops(taken.station.seconds).tolist()
+        job.write_text(json.dumps(asked), encoding="utf-8")
         ready = (line for line in _blender(settings, "render", scene, job, folder) if line.startswith("photo ready"))
         weather = weather_of(settings)
         for taken, line in zip(exposures, ready, strict=True):
@@ -122,13 +132,13 @@ def cycles_images(
             yield through_lens(linear_light(code), taken.view.camera) / (EXPOSURE * weather.exposure)
 
 
-def write_scene(path: Path, world: World) -> None:
+def write_scene(path: Path, world: World, trees: Sway) -> None:
     """Everything that :mod:`.inside_blender` renders, in one file. The world has crowns of Blender's."""
     crowns, mesh, barks = world.crowns, world.mesh, world.barks
     assert crowns is not None
     ground_vertices, ground_triangles = world.ground.mesh()
-    owner = np.zeros(len(mesh.vertices), int)
-    owner[mesh.triangles.ravel()] = np.repeat(mesh.owner, 3)
+    owner, plant_owner = mesh.vertex_owner, np.repeat(crowns.plants.owner, 3)
+    stem, ends = np.array(crowns.stem, int), np.reshape(crowns.ends, (-1, 2, 3))
     look = np.column_stack([world.bark_offset[:, 2], barks.cover, np.ones(len(barks.tile))])
     parts: dict[str, Any] = {
         "ground_vertices": ground_vertices,
@@ -136,13 +146,20 @@ def write_scene(path: Path, world: World) -> None:
         "stem_vertices": mesh.vertices,
         "stem_triangles": mesh.triangles,
         "stem_owner": mesh.owner,
+        "vertex_owner": owner,
+        "vertex_share": trees.share(mesh.vertices, owner),
         "stem_bark": barks.tile,
         "stem_look": look[owner],
         "plant_corners": crowns.plants.corners,
+        "plant_owner": plant_owner,
+        "plant_share": trees.share(crowns.plants.corners.reshape(-1, 3), plant_owner),
         "plant_tone": np.column_stack([crowns.plants.albedo, crowns.plants.through]),
         "crown_kinds": len(crowns.kinds),
         "instance_kind": crowns.kind,
         "instance_matrix": crowns.matrix,
+        "instance_owner": stem,
+        "instance_height": ends[:, :, 2],
+        "instance_share": np.column_stack([trees.share(ends[:, k], stem) for k in (0, 1)]),
     }
     for number, crown in enumerate(crowns.kinds):
         parts |= {f"leaves_{number}": crown.leaves, f"wood_{number}": crown.wood, f"tone_{number}": crown.tone}

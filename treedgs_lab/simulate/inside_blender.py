@@ -100,12 +100,15 @@ def loose(name, corners):
 
 
 def put(mesh, material, matrices=IDENTITY):
-    """A mesh in the scene, once for each (4, 4) matrix."""
+    """A mesh in the scene, once for each (4, 4) matrix; returns those things."""
     mesh.materials.append(material)
+    things = []
     for matrix in matrices:
         thing = bpy.data.objects.new(mesh.name, mesh)
         thing.matrix_world = Matrix(matrix.tolist())
         bpy.context.collection.objects.link(thing)
+        things.append(thing)
+    return things
 
 
 class Nodes:
@@ -238,7 +241,8 @@ def plant_material():
 
 
 def build(scene):
-    """Ground, stems, plants and crowns."""
+    """Ground, stems, plants and crowns; returns what :func:`sway` moves: meshes, and crowns."""
+    meshes, crowns = [], []
     put(make_mesh("ground", scene["ground_vertices"], scene["ground_triangles"], True), ground_material())
     for kind in np.unique(scene["stem_bark"]):
         own = scene["stem_triangles"][scene["stem_bark"][scene["stem_owner"]] == kind]
@@ -246,17 +250,38 @@ def build(scene):
         mesh = make_mesh(f"stems {kind}", scene["stem_vertices"][used], corners.reshape(-1, 3), True)
         paint(mesh, "look", "POINT", scene["stem_look"][used])
         put(mesh, bark_material(kind, BARKS[kind]))
+        meshes.append((mesh, places(mesh), scene["vertex_owner"][used], scene["vertex_share"][used]))
     if len(scene["plant_corners"]):
         mesh = loose("plants", scene["plant_corners"])
         paint(mesh, "tone", "FACE", scene["plant_tone"])
         put(mesh, plant_material())
+        meshes.append((mesh, places(mesh), scene["plant_owner"], scene["plant_share"]))
     nodes = Nodes("branches")
     wood = nodes.finish(nodes.add("BsdfDiffuse", {"Color": (0.15, 0.12, 0.09)}))
     for number in range(int(scene["crown_kinds"])):
-        matrices = scene["instance_matrix"][scene["instance_kind"] == number]
-        put(loose("wood", scene[f"wood_{number}"]), wood, matrices)
+        own = scene["instance_kind"] == number
+        stands = [scene[f"instance_{name}"][own] for name in ("matrix", "owner", "height", "share")]
+        things = put(loose("wood", scene[f"wood_{number}"]), wood, stands[0])
         if len(scene[f"leaves_{number}"]):
-            put(loose("leaves", scene[f"leaves_{number}"]), crown_material(scene[f"tone_{number}"]), matrices)
+            things += put(
+                loose("leaves", scene[f"leaves_{number}"]), crown_material(scene[f"tone_{number}"]), stands[0]
+            )
+        crowns += zip(things, *(np.resize(part, (len(things), *part.shape[1:])) for part in stands), strict=True)
+    return meshes, crowns
+
+
+def sway(meshes, crowns, tops):
+    """Trees as they stand in one photo; tops: (S, 2) displacement of each. A crown is sheared, not bent."""
+    for mesh, rest, owner, share in meshes:
+        rest = rest.copy()
+        rest[:, :2] += share[:, None] * tops[owner]
+        mesh.vertices.foreach_set("co", rest.ravel())
+        mesh.update()
+    for thing, matrix, owner, (low, high), (at_low, at_high) in crowns:
+        moved = np.eye(4)
+        moved[:2, 2] = (at_high - at_low) / (high - low) * tops[owner]
+        moved[:2, 3] = at_low * tops[owner] - low * moved[:2, 2]
+        thing.matrix_world = Matrix((moved @ matrix).tolist())
 
 
 def light(overcast):
@@ -334,7 +359,7 @@ def render(scene_file, job, folder):
     """Every photo of the job as a 16-bit TIFF; says which one is ready."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = set_up(job)
-    build(np.load(scene_file))
+    meshes, crowns = build(np.load(scene_file))
     sky = light(job["overcast"])
     for photo in job["photos"]:
         scene.view_settings.exposure = log2(photo["gain"]) + (CLEAR_STOPS if sky else OVERCAST_STOPS)
@@ -343,6 +368,8 @@ def render(scene_file, job, folder):
             sky.sun_elevation = float(np.arcsin(up))
             sky.sun_rotation = float(np.arctan2(east, north)) % (2 * pi)
         scene.cycles.seed = photo["seed"]
+        if "tops" in photo:
+            sway(meshes, crowns, np.array(photo["tops"]))
         move(scene, photo)
         scene.render.filepath = str(Path(folder) / photo["file"])
         bpy.ops.render.render(write_still=True)

@@ -50,7 +50,7 @@ class CameraSettings(SensorSettings):
 
     image_width: int | None = count(None, 320, 8192, "width of a photo", unit="px")
     image_height: int | None = count(None, 240, 8192, "height of a photo", unit="px")
-    samples: int | None = count(None, 1, 16, "rays a pixel; of --world cycles four paths each")
+    samples: int | None = count(None, 1, 16, "rays a pixel; of --world cycles two paths each")
     look: str = param(
         "standard", choices=("standard", "filmic"), help="tone curve of --world cycles, as Blender has it"
     )
@@ -104,10 +104,8 @@ class WeatherSettings:
     sun_shift_min: float = number(
         0.0, 0, 240, "min", "minutes by which the sun moves on between the flights; 0 = same shadows in both"
     )
-    wind_sway_cm: float = number(0.0, 0, 300, "cm", "sway of the crowns (18 m up) between photos, standard deviation")
-    wind_smooth: bool = flag(
-        "each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by "
-        "wind_sway_cm; off = three positions in turn"
+    wind_sway_cm: float = number(
+        0.0, 0, 300, "cm", "each tree sways from its foot in its own period: standard deviation of its top, 18 m up"
     )
     wind_flutter_cm: float = number(
         0.0,

@@ -89,7 +89,7 @@ def photograph(
         held_at(sun_direction(taken.station.utc, lon, lat, geo.convergence_deg), weather.elevation_deg)
         for taken in exposures
     ]
-    wind = Wind(world, stems, settings, rng["trouble"], rng["wind"])
+    wind = Wind(world, stems, settings, rng["wind"])
     troubles = photo_troubles(settings, len(exposures), rng["trouble"])
     troubled = any(
         (settings.shaken_pct, settings.misexposed_pct, settings.exposure_drift_stops, settings.white_drift_pct)
@@ -101,7 +101,7 @@ def photograph(
     if world.crowns is None:
         images = _own_images(folder, rng, settings, sizes, layout, wind, world, exposures, suns)
     else:
-        images = cycles_images(world, settings, sizes, exposures, suns)
+        images = cycles_images(world, wind, settings, sizes, exposures, suns)
     before = -1
     for number, (taken, image) in enumerate(zip(exposures, images, strict=True)):
         if taken.station.flight != before:

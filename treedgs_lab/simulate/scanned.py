@@ -136,10 +136,10 @@ def scanned_settings(settings: SimulateSettings, scan: ScannedForest) -> Simulat
     Raises:
         InputError: what is known of grown stands only was asked for.
     """
-    if settings.labels or settings.wind_smooth or settings.wind_flutter_cm:
+    if settings.labels or settings.wind_sway_cm or settings.wind_flutter_cm:
         raise InputError(
-            "--from-cloud: a scan does not say what is stem and what is leaf; leave labels, wind_smooth and "
-            "wind_flutter_cm out."
+            "--from-cloud: a scan does not say what is stem and what is leaf; leave labels, wind_sway_cm "
+            "and wind_flutter_cm out."
         )
     radius = float(np.clip(np.hypot(*scan.half_m), 2.0, MAX_RADIUS_M))
     return settings if settings.radius_m is not None else replace(settings, radius_m=round(radius, 1))

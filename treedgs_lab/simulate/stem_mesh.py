@@ -22,6 +22,13 @@ class StemMesh:
     owner: np.ndarray
     first: np.ndarray
 
+    @property
+    def vertex_owner(self) -> np.ndarray:
+        """(V,) stem of each vertex."""
+        owner = np.zeros(len(self.vertices), np.int32)
+        owner[self.triangles.ravel()] = np.repeat(self.owner, 3)
+        return owner
+
 
 def no_stems() -> StemMesh:
     """A mesh without any stem."""

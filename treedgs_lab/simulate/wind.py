@@ -1,4 +1,4 @@
-"""Wind: the world in several positions of its crowns, or at each photo's own moment."""
+"""Wind: the world at each photo's own moment."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .scene import PlantedStem
 from .settings import SimulateSettings
 from .world import World, scene_of
 
-#: Positions of the crowns between which the photos of a windy flight alternate.
-WIND_PHASES = 3
-#: Height at which a crown sways by the full ``wind_sway_cm``, m; below, by the square of the height's share of it.
+#: Shadows are those of so many moments of a windy flight, in turn.
+SHADOW_MOMENTS = 3
+#: Height from which a tree sways by the full ``wind_sway_cm``, m; below, by the square of the height's share of it.
 SWAY_HEIGHT_M = 18.0
 #: Gusts: seconds from one to the next, and metres between them.
 GUST_S, GUST_M = 11.0, 60.0
@@ -22,49 +22,28 @@ GUST_S, GUST_M = 11.0, 60.0
 FULL_FLUTTER_M = 0.5
 
 
-def sway(points: np.ndarray, sway_cm: float, rng: np.random.Generator) -> np.ndarray:
-    """(N, 3) points moved sideways by one gust: neighbours move alike (waves of 12-25 m), the foot stays."""
-    share = np.clip(points[:, 2] / SWAY_HEIGHT_M, 0, 1.5) ** 2
-    moved = np.array(points, float)
-    for axis in (0, 1):
-        field = np.zeros(len(points))
-        for _ in range(4):
-            turn, wavelength, phase = rng.uniform(0, 2 * np.pi), rng.uniform(12, 25), rng.uniform(0, 2 * np.pi)
-            along = points[:, 0] * np.cos(turn) + points[:, 1] * np.sin(turn)
-            field += np.sin(2 * np.pi * along / wavelength + phase) / np.sqrt(2)
-        moved[:, axis] += sway_cm / 100 * share * field
-    return moved
-
-
 class Wind:
     """The world photo by photo."""
 
     def __init__(
-        self,
-        world: World,
-        stems: list[PlantedStem],
-        settings: SimulateSettings,
-        rng: np.random.Generator,
-        own: np.random.Generator,
+        self, world: World, stems: list[PlantedStem], settings: SimulateSettings, rng: np.random.Generator
     ) -> None:
-        """rng: of the three positions. own: of everything else."""
-        self._world, self._sway_cm, self._flutter_m = world, settings.wind_sway_cm, settings.wind_flutter_cm / 100
-        self._own = bool(settings.wind_smooth or settings.wind_flutter_cm)
-        self._worlds = windy_worlds(world, settings.wind_sway_cm if not settings.wind_smooth else 0.0, rng)
-        self.phases = WIND_PHASES if self._own else len(self._worlds)
-        self._trees = Sway(stems, settings.wind_sway_cm if settings.wind_smooth else 0.0, own)
-        self._seed = int(own.integers(2**31))
+        self._world, self._flutter_m = world, settings.wind_flutter_cm / 100
+        self.blows = bool(settings.wind_sway_cm or settings.wind_flutter_cm)
+        self.phases = SHADOW_MOMENTS if self.blows else 1
+        self.trees = Sway(stems, settings.wind_sway_cm, rng)
+        self._seed = int(rng.integers(2**31))
 
     def at(self, number: int, seconds: float) -> World:
         """The world of photo ``number``, taken ``seconds`` after the start."""
-        world = self._worlds[number % len(self._worlds)]
-        if not self._own:
+        world = self._world
+        if not self.blows:
             return world
-        top = self._trees.tops(seconds)
+        top = self.trees.tops(seconds)
         mesh, faces = world.mesh, world.faces
-        vertices = mesh.vertices + self._trees.shift(mesh.vertices, self._vertex_owner, top)
+        vertices = mesh.vertices + self.trees.shift(mesh.vertices, mesh.vertex_owner, top)
         # Twigs and leaves are moved as they are, not bent.
-        moved = self._trees.shift(self._centres, faces.owner, top)
+        moved = self.trees.shift(self._centres, faces.owner, top)
         if self._flutter_m:
             rng = np.random.default_rng([self._seed, number])
             moved[:, :2] += self._flutter_m * self._loose[:, None] * flutter(self._centres, rng)
@@ -83,14 +62,6 @@ class Wind:
         owner = self._world.faces.owner
         above = self._centres[:, 2] - self._world.ground.height(self._centres[:, :2])
         return np.where(owner == ROOTED, np.clip(above / FULL_FLUTTER_M, 0, 1), owner >= 0)
-
-    @cached_property
-    def _vertex_owner(self) -> np.ndarray:
-        """(V,) stem of each vertex of the stems' mesh."""
-        mesh = self._world.mesh
-        owner = np.zeros(len(mesh.vertices), np.int32)
-        owner[mesh.triangles.ravel()] = np.repeat(mesh.owner, 3)
-        return owner
 
 
 class Sway:
@@ -124,15 +95,14 @@ class Sway:
         own = 0.8 * swing[:, :1] * self._along + 0.5 * swing[:, 1:] * across
         return self._sway_m[:, None] * (own + 0.6 * gust[:, None] * self._along)
 
+    def share(self, points: np.ndarray, owner: np.ndarray) -> np.ndarray:
+        """(N,) share of the top's displacement that (N, 3) points of stems ``owner`` (N,) take; 0 for other owners."""
+        height = (points[:, 2] - self._foot[owner, 2]) / self._height[owner]
+        return np.where(owner >= 0, np.clip(height, 0, 1.05) ** 2, 0.0)
+
     def shift(self, points: np.ndarray, owner: np.ndarray, top: np.ndarray) -> np.ndarray:
-        """(N, 3) displacement of points that belong to stems ``owner`` (N,); nothing for other owners."""
-        moved = np.zeros(points.shape)
-        if self._sway_m.any():
-            grown = owner >= 0
-            tree = owner[grown]
-            share = np.clip((points[grown, 2] - self._foot[tree, 2]) / self._height[tree], 0, 1.05) ** 2
-            moved[grown, :2] = share[:, None] * top[tree]
-        return moved
+        """(N, 3) displacement of points; top: (S, 2) of every stem's top."""
+        return np.pad(self.share(points, owner)[:, None] * top[owner], ((0, 0), (0, 1)))
 
 
 def flutter(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -144,18 +114,3 @@ def flutter(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
             wave = 2 * np.pi / rng.uniform(0.4, 1.5) * way / np.linalg.norm(way)
             field[:, axis] += np.sin(points @ wave + rng.uniform(0, 2 * np.pi)) / np.sqrt(2)
     return field
-
-
-def windy_worlds(world: World, sway_cm: float, rng: np.random.Generator) -> list[World]:
-    """The world in :data:`WIND_PHASES` positions of its crowns (and, less, of its stems); only itself without wind."""
-    if sway_cm <= 0:
-        return [world]
-    worlds = []
-    for seed in rng.integers(0, 2**31, WIND_PHASES):
-        # Stems and leaves draw the same waves, so that a crown stays on its stem.
-        vertices = sway(world.mesh.vertices, sway_cm, np.random.default_rng(seed))
-        corners = sway(world.faces.corners.reshape(-1, 3), sway_cm, np.random.default_rng(seed))
-        mesh = replace(world.mesh, vertices=vertices)
-        faces = replace(world.faces, corners=corners.reshape(world.faces.corners.shape).astype(np.float32))
-        worlds.append(replace(world, mesh=mesh, faces=faces, scene=scene_of(world.ground, mesh, faces)))
-    return worlds

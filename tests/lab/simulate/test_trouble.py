@@ -10,7 +10,6 @@ import pytest
 from treedgs_lab.simulate import scene, stem_mesh, terrain, truth
 from treedgs_lab.simulate.settings import SIZES, SimulateSettings
 from treedgs_lab.simulate.trouble import TroubleSettings
-from treedgs_lab.simulate.wind import SWAY_HEIGHT_M, sway
 
 
 def stand(**more):
@@ -77,18 +76,3 @@ def test_twins_stand_at_their_gap():
 def test_a_clearing_is_empty():
     stems, _ = stand(clearing_m=6.0)
     assert stems and all(np.hypot(*s.axis[0, :2]) > 6.0 for s in stems if s.kind != "sapling")
-
-
-def test_wind_moves_crowns_and_hardly_breast_height():
-    points = np.array(
-        [[x, y, z] for x in range(-9, 10) for y in range(-9, 10) for z in (0.0, 1.37, SWAY_HEIGHT_M)], float
-    )
-    moved = np.concatenate([sway(points, 60.0, np.random.default_rng(k)) - points for k in range(40)])
-    height = np.tile(points[:, 2], 40)
-    assert np.abs(moved[:, 2]).max() == 0 and np.abs(moved[height == 0]).max() == 0
-    assert moved[height == SWAY_HEIGHT_M, 0].std() == pytest.approx(0.60, rel=0.15)
-    assert np.abs(moved[height == 1.37]).max() < 0.02
-    # Neighbours 20 cm apart move alike: a crown is not torn.
-    near = np.array([[0.0, 0, 15], [0.2, 0, 15]])
-    shifted = sway(near, 60.0, np.random.default_rng(1)) - near
-    assert np.linalg.norm(shifted[0] - shifted[1]) < 0.06

@@ -10,6 +10,7 @@ other control point of a list is held back as a check point.
 from __future__ import annotations
 
 import argparse
+import shutil
 import subprocess
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +18,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pycolmap
 
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.files import read_json
 from treedgs_geo.geotags.control import read_control_rows
 from treedgs_geo.inventory.tree_reading import read_trees
@@ -32,7 +35,7 @@ class RealSet:
     """Public photos. repository: on GitHub. crs: of the run. marks: control points, None for the positions in the
     photos. things: plots of what stands there, KIND or KIND_NUMBER, those of a kind of one design. options: of
     ``photos-to-dbh``. folder: of the photos, another one than the set's name; half: every other photo, from this one
-    on."""
+    on. colmap: its block with its defaults stands beside ours."""
 
     repository: str
     crs: str | None = None
@@ -41,6 +44,7 @@ class RealSet:
     options: tuple[str, ...] = ()
     folder: str = ""
     half: int | None = None
+    colmap: bool = False
 
 
 # A court that was walked. Its points are those of a block by COLMAP, levelled by the plane of the cameras, with the
@@ -53,7 +57,7 @@ SETS = {
     "south_building": _COURT,
     "south_building_1_3_5": replace(_COURT, folder="south_building", half=0),
     "south_building_2_4_6": replace(_COURT, folder="south_building", half=1),
-    "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt")),
+    "copr": RealSet("OpenDroneMap/odm_data_copr", "EPSG:32611", Path("gcp_list.txt"), colmap=True),
     "boruszyn_kap": RealSet("merkato/odm_boruszyn_kap", "EPSG:2180", Path("gcp_list.txt")),
     "ochota_kap": RealSet("merkato/odm_ochota_kap", "EPSG:2180", Path("gcp_list.txt")),
     "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
@@ -63,10 +67,14 @@ SETS = {
 
 
 def control(folder: Path, of: RealSet, target: Path) -> list[Any]:
-    """``--gcp`` with a CSV of the set's marks, every other point a check point unless the list says which are."""
+    """``--gcp`` with a CSV of the set's marks, every other point a check point unless the list says which are; with the
+    list itself where it cannot be read."""
     if of.marks is None:
         return []
-    crs, rows = read_control_rows(folder / of.marks)
+    try:
+        crs, rows = read_control_rows(folder / of.marks)
+    except InputError:
+        return ["--gcp", folder / of.marks]
     if rows["is_check"].isna().all():
         rows["is_check"] = pd.factorize(rows["label"])[0] % 2 == 1
     rows["kind"] = np.where(rows["is_check"].astype(bool), "check", "control")
@@ -86,6 +94,31 @@ def photos_of(folder: Path, half: int | None, target: Path) -> Path:
         (target / photo.name).unlink(missing_ok=True)
         (target / photo.name).symlink_to(photo.resolve())
     return target
+
+
+def colmap_block(photos: Path, control: Path, work: Path) -> dict[str, Any]:
+    """COLMAP's block with its defaults: its largest model, turned and scaled to the control points as they lie in it,
+    and how far off its check points are (root mean square E, N, U, m)."""
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    pycolmap.extract_features(work / "photos.db", photos, camera_mode=pycolmap.CameraMode.SINGLE)
+    pycolmap.match_exhaustive(work / "photos.db")
+    models = pycolmap.incremental_mapping(work / "photos.db", photos, work)
+    model = max(models.values(), key=lambda made: made.num_reg_images())
+    placed = {image.name: image for image in model.images.values() if image.has_pose}
+    table, lies, surveyed, check = pd.read_csv(control), [], [], []
+    for _, marks in table[table["photo"].isin(placed)].groupby("label"):
+        images = [placed[name] for name in marks["photo"]]
+        poses, cameras = [image.cam_from_world() for image in images], [image.camera for image in images]
+        if found := pycolmap.estimate_triangulation(marks[["u", "v"]].to_numpy(float), poses, cameras):
+            lies.append(found["xyz"])
+            surveyed.append(marks[["easting", "northing", "height"]].iloc[0])
+            check.append(marks["kind"].iloc[0] == "check")
+    lies, surveyed, check = np.array(lies), np.array(surveyed, float), np.array(check)
+    off = pycolmap.estimate_sim3d(lies[~check], surveyed[~check]) * lies - surveyed
+    rms = np.sqrt((off[check] ** 2).mean(axis=0)).round(3).tolist()
+    sizes = [made.num_reg_images() for made in models.values()]
+    return {"registered": max(sizes), "models": sizes, "check_points": int(check.sum()), "check_rms_e_n_u_m": rms}
 
 
 def like_things(layer: pd.DataFrame) -> list[dict[str, Any]]:
@@ -116,6 +149,8 @@ def measure(name: str, data: Path, work: Path) -> dict[str, Any]:
         report = read_json(work / name / "sfm" / "report.json")
         kept = ("photos", "registered", "reprojection_rms_px", "control_rms_e_n_u_m", "check_rms_e_n_u_m")
         found |= {key: report[key] for key in kept if key in report}
+    if of.colmap:
+        found["colmap"] = colmap_block(photos, work / f"{name}.csv", work / f"{name}_colmap")
     if ran.returncode:
         said = [line for line in ran.stderr.strip().splitlines() if line.strip()]
         return found | {"said": said[-1] if said else ""}
