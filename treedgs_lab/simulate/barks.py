@@ -6,11 +6,16 @@ Tiles are periodic both ways, 5 mm a texel along the stem; one turn of a stem is
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
+import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from treedgs_geo.core.errors import InputError
+
 from .scene import PlantedStem
+from .sensor import linear_light
 from .textures import bark, encode
 
 #: The tiles, in their order; stems draw from all but the last, which is for snags.
@@ -23,12 +28,13 @@ _SHAPE = (1024, 512)
 class Barks:
     """tiles: (T, h, w, 3) uint8 root code. tile: (S,) int32 of each stem. cover: (S, 2) float32 shares of a stem's bark
     under moss (mean of the lowest 2 m) and under lichen. masks: (2, h, w) uint8, at which share of 255 each texel is
-    covered by moss and by lichen."""
+    covered by moss and by lichen. photographed: the tiles are photographs, but the last."""
 
     tiles: np.ndarray
     tile: np.ndarray
     cover: np.ndarray
     masks: np.ndarray
+    photographed: bool = False
 
     @staticmethod
     def plain(tile: np.ndarray, count: int) -> Barks:
@@ -88,12 +94,35 @@ def _mask(rng: np.random.Generator, size: float) -> np.ndarray:
     return (255 * rank).astype(np.uint8).reshape(_SHAPE)
 
 
-def make_barks(rng: np.random.Generator, own: np.random.Generator, stems: list[PlantedStem]) -> Barks:
-    """The bark of every stem. rng: of the furrowed plates, which every stand has; own: of everything else."""
+def photographed(folder: Path) -> list[np.ndarray]:
+    """Tiles of the photographs in a folder, each four times along and twice around.
+
+    Raises:
+        InputError: none is there.
+    """
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
+    photos = [photo for path in paths if (photo := cv2.imread(str(path))) is not None]
+    if not photos:
+        raise InputError(f"{folder}: holds no photograph, expected seamless ones of bark (.jpg, .png); add some.")
+    size = (_SHAPE[1] // 2, _SHAPE[0] // 4)
+    small = (cv2.resize(photo[..., ::-1], size, interpolation=cv2.INTER_AREA) for photo in photos)
+    return [np.tile(encode(linear_light(photo / np.float32(255))), (4, 2, 1)) for photo in small]
+
+
+def make_barks(
+    rng: np.random.Generator, own: np.random.Generator, stems: list[PlantedStem], photos: Path | None = None
+) -> Barks:
+    """The bark of every stem. rng: of the furrowed plates, which every stand has; own: of everything else; photos: a
+    folder for :func:`photographed`."""
     plain = Barks.plain(bark(rng, _SHAPE[1], _SHAPE[0]), len(stems))
     tile = np.array([stem.look.bark for stem in stems], np.int32)
     cover = np.array([(stem.look.moss, stem.look.lichen) for stem in stems], np.float32).reshape(-1, 2)
-    if not tile.any() and not cover.any():
+    if not tile.any() and not cover.any() and photos is None:
         return plain
-    tiles = np.concatenate([plain.tiles, [encode(maker(own)) for maker in _MAKERS]])
-    return Barks(tiles, tile, cover, np.stack([_mask(own, 7.0), _mask(own, 4.0)]))
+    tiles = [plain.tiles[0], *(encode(maker(own)) for maker in _MAKERS)]
+    if photos is not None:
+        taken = photographed(photos)
+        tile = np.where(tile == WEATHERED, len(taken), tile % len(taken)).astype(np.int32)
+        tiles = [*taken, tiles[WEATHERED]]
+    masks = np.stack([_mask(own, 7.0), _mask(own, 4.0)])
+    return Barks(np.array(tiles), tile, cover, masks, photos is not None)

@@ -161,6 +161,10 @@ def write_scene(path: Path, world: World, trees: Sway) -> None:
         "instance_height": ends[:, :, 2],
         "instance_share": np.column_stack([trees.share(ends[:, k], stem) for k in (0, 1)]),
     }
+    if barks.photographed:
+        # One turn is half a tile, 5 mm a texel along: as our own world has it.
+        place = (mesh.uv + world.bark_offset[owner, :2] * [2.0, 1.0]) / [2.0, 0.005 * barks.tiles.shape[1]]
+        parts |= {"bark_tiles": barks.tiles, "stem_place": place}
     for number, crown in enumerate(crowns.kinds):
         parts |= {f"leaves_{number}": crown.leaves, f"wood_{number}": crown.wood, f"tone_{number}": crown.tone}
     np.savez(path, **parts)

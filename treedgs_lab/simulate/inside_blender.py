@@ -160,10 +160,19 @@ class Nodes:
         return self.material
 
 
-def bark_material(number, row):
-    """Bark of one kind; the stems' layer ``look`` says brightness, moss and lichen of each."""
+def photographed(nodes, tile):
+    """Colour of a (h, w, 3) tile, root code, where the stems' layer ``place`` has it; and how light that is."""
+    height, width = tile.shape[:2]
+    image = bpy.data.images.new(nodes.material.name, width, height, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(np.dstack([(tile / 255.0) ** 2, np.ones((height, width))]).astype(np.float32).ravel())
+    place = nodes.add("Attribute", attribute_name="place", output="Vector")
+    tone = nodes.add("TexImage", {"Vector": place}, image=image)
+    return nodes.math("POWER", nodes.add("RGBToBW", {"Color": tone}), 0.5), tone
+
+
+def grown(nodes, row):
+    """Bark of one kind: how light it is between its darkest and lightest, and its colour."""
     dark, light, pattern, cells, stretch, low, high = row
-    nodes = Nodes(f"bark {number}")
     place = nodes.place(1.0, stretch)
     wander = nodes.add("TexNoise", {"Vector": place, "Scale": 0.6 * cells}, output="Color")
     bent = nodes.mix(0.02, place, wander, "ADD")
@@ -175,7 +184,13 @@ def bark_material(number, row):
         relief = nodes.noise(bent, cells)
     fine = nodes.noise(nodes.place(1.0, 0.4), 110.0)
     share = nodes.math("MULTIPLY", nodes.ramp(relief, low, high), nodes.ramp(fine, 0.1, 0.7))
-    tone = nodes.mix(share, dark, light)
+    return share, nodes.mix(share, dark, light)
+
+
+def bark_material(number, tiles):
+    """Bark of one kind, or of a photograph; the stems' layer ``look`` says brightness, moss and lichen of each."""
+    nodes = Nodes(f"bark {number}")
+    share, tone = grown(nodes, BARKS[number]) if tiles is None else photographed(nodes, tiles[number])
     look = nodes.add("SeparateXYZ", {"Vector": nodes.add("Attribute", attribute_name="look", output="Vector")})
     separate = look.node
     for output, own, size in (("Z", LICHEN, 14.0), ("Y", MOSS, 7.0)):
@@ -243,13 +258,16 @@ def plant_material():
 def build(scene):
     """Ground, stems, plants and crowns; returns what :func:`sway` moves: meshes, and crowns."""
     meshes, crowns = [], []
+    tiles = scene.get("bark_tiles")
     put(make_mesh("ground", scene["ground_vertices"], scene["ground_triangles"], True), ground_material())
     for kind in np.unique(scene["stem_bark"]):
         own = scene["stem_triangles"][scene["stem_bark"][scene["stem_owner"]] == kind]
         used, corners = np.unique(own, return_inverse=True)
         mesh = make_mesh(f"stems {kind}", scene["stem_vertices"][used], corners.reshape(-1, 3), True)
         paint(mesh, "look", "POINT", scene["stem_look"][used])
-        put(mesh, bark_material(kind, BARKS[kind]))
+        if tiles is not None:
+            paint(mesh, "place", "POINT", np.pad(scene["stem_place"][used], ((0, 0), (0, 2))))
+        put(mesh, bark_material(kind, tiles))
         meshes.append((mesh, places(mesh), scene["vertex_owner"][used], scene["vertex_share"][used]))
     if len(scene["plant_corners"]):
         mesh = loose("plants", scene["plant_corners"])

@@ -34,6 +34,12 @@ class StemLookSettings:
         "each stem has one of five barks: furrowed plates, smooth grey, pale with dark lenticels, dark furrows, "
         "reddish flakes; off = furrowed plates"
     )
+    bark_photos: Path | None = param(
+        None,
+        kind="folder",
+        help="seamless photographs of bark, each about 1.3 m of a stem; with bark_variety each stem has "
+        "one of them, else all have the first",
+    )
     moss_pct: float = number(
         0.0, 0, 60, "%", "bark under moss, mean of the lowest 2 m; most at the foot and on the north side"
     )

@@ -204,7 +204,7 @@ def grow_world(
         sky = SkyField(faces, -ground.low)
         plates = lay_out(rng["control"], settings.control_points, layout, sizes.radius_m, ground, stems, sky)
         faces, texture = cleared(faces, plates), painted(texture, plates)
-    barks = make_barks(rng["textures"], rng["barks"], barked)
+    barks = make_barks(rng["textures"], rng["barks"], barked, settings.bark_photos)
     world = build_world(ground, mesh, faces, texture, barks, rng["textures"])
     return replace(world, crowns=crowns), stems, plates
 
