@@ -1,4 +1,4 @@
-"""Run by Blender's own Python, never imported: grows crowns with the add-on Sapling, and renders photos with Cycles.
+"""Run by Blender's own Python (imported by a test alone): crowns by its add-on Sapling, photos by Cycles.
 
 blender -b --factory-startup --python inside_blender.py -- grow CROWNS.json CROWNS.npz
 blender -b --factory-startup --python inside_blender.py -- render SCENE.npz PHOTOS.json FOLDER

@@ -14,8 +14,10 @@ from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.simulate import scene, terrain
 from treedgs_lab.simulate.crowns import BARE_SHARE, TREE_M, Crowns
 from treedgs_lab.simulate.cycles import check_cycles, through_lens, wide_frame
-from treedgs_lab.simulate.settings import SimulateSettings
+from treedgs_lab.simulate.settings import SIZES, SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
+from treedgs_lab.simulate.stem_mesh import mesh_stems
+from treedgs_lab.simulate.wind import Sway
 
 BARE = {
     "preset": "micro",
@@ -71,6 +73,37 @@ def test_a_crown_stands_between_its_base_and_the_top_of_its_stem():
     ends, _, _ = scene.axis_at(stem, np.array([10.0, 20.0]))
     np.testing.assert_allclose(middles[:2], ends, atol=0.15)
     assert (faces.owner == 0).all()
+
+
+def test_trees_sway_in_blender_as_in_our_own_world():
+    pytest.importorskip("bpy")
+    from mathutils import Vector
+
+    from treedgs_lab.simulate import inside_blender
+
+    ground = terrain.make_ground(np.random.default_rng(1), 10.0, 5.0)
+    wanted = SimulateSettings(output=".", stems_per_ha=400.0)
+    stems = scene.grow_stand(np.random.default_rng(1), wanted, SIZES["micro"], ground, 6.0, 8.0)
+    trees, mesh = Sway(stems, 80.0, np.random.default_rng(0)), mesh_stems(np.random.default_rng(2), stems)
+    top, owner = trees.tops(7.0), mesh.vertex_owner
+    made = inside_blender.make_mesh("stems", mesh.vertices, mesh.triangles)
+    stem = next(k for k, item in enumerate(stems) if item.kind == "normal")
+    ends = scene.axis_at(stems[stem], np.array([8.0, stems[stem].height_m]))[0]
+    share = trees.share(ends, np.array([stem, stem]))
+    crown = inside_blender.put(made, inside_blender.ground_material())[0]
+    matrix = np.diag([2.0, 2.0, 0.5, 1.0])
+    inside_blender.sway(
+        [(made, inside_blender.places(made), owner, trees.share(mesh.vertices, owner))],
+        [(crown, matrix, stem, ends[:, 2], share)],
+        top,
+    )
+    np.testing.assert_allclose(
+        inside_blender.places(made), mesh.vertices + trees.shift(mesh.vertices, owner, top), atol=1e-4
+    )
+    own = np.linalg.solve(matrix[:3, :3], ends.T).T
+    moved = np.array([crown.matrix_world @ Vector(point) for point in own])
+    np.testing.assert_allclose(moved, ends + trees.shift(ends, np.array([stem, stem]), top), atol=1e-4)
+    assert np.abs(moved - ends).max() > 0.05
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 from bare_stem import CAMERA, stem_world
+from PIL import Image
 from scipy.spatial import cKDTree
 
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.planning.stand import least_distance, natural
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_lab.simulate import scene, spacing, stem_mesh, terrain, truth, vegetation
@@ -88,6 +90,20 @@ def test_every_stem_has_one_of_five_barks_and_a_second_leader_its_trees():
     assert barks.cover[:, 0].mean() == pytest.approx(0.20, abs=0.03) and not barks.cover[:, 1].any()
     # A mask covers as much of the bark as it is asked to.
     assert (barks.masks[0] < 0.3 * 255).mean() == pytest.approx(0.3, abs=0.01)
+
+
+def test_stems_have_the_photographs_of_a_folder(tmp_path):
+    _, _, stems, _, own = stand(bark_variety=True, snags=2)
+    with pytest.raises(InputError, match="holds no photograph"):
+        make_barks(np.random.default_rng(4), own["barks"], stems, tmp_path)
+    for name, colour in (("b.png", (200, 40, 40)), ("a.jpg", (40, 40, 200))):
+        Image.new("RGB", (64, 64), colour).save(tmp_path / name)
+    barks = make_barks(np.random.default_rng(4), own["barks"], stems, tmp_path)
+    assert barks.photographed and barks.tiles.shape == (3, 1024, 512, 3)
+    red = ((barks.tiles / 255.0) ** 2).mean(axis=(1, 2))
+    assert red[0, 2] > 10 * red[0, 0] and red[1, 0] > 10 * red[1, 2]  # by name
+    drawn = [2 if s.look.bark == WEATHERED else s.look.bark % 2 for s in stems]
+    assert barks.tile.tolist() == drawn and {0, 1, 2} == set(drawn)
 
 
 def test_hardwoods_are_the_stated_share_and_bare_without_leaves():

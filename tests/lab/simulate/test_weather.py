@@ -86,9 +86,7 @@ def test_no_shadow_under_clouds():
 
 def stand():
     """A few trees with crowns, and what grows under them."""
-    wanted = dataclasses.replace(
-        settings(seed=3), leaf_area_m2=4.0, wind_sway_cm=30.0, wind_flutter_cm=3.0
-    )
+    wanted = dataclasses.replace(settings(seed=3), leaf_area_m2=4.0, wind_sway_cm=30.0, wind_flutter_cm=3.0)
     ground = terrain.make_ground(np.random.default_rng(0), 30, 5.0, 0.1)
     stems = scene.grow_stand(np.random.default_rng(1), wanted, SIZES["micro"], ground, 12.0, 14.0)
     mesh = stem_mesh.mesh_stems(np.random.default_rng(2), stems)
