@@ -24,6 +24,7 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.files import read_json
 from treedgs_geo.geotags.control import read_control_rows
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.reconstruction.poses import fit_similarity
 from treedgs_lab.benchmarks.processes import words
 from treedgs_lab.benchmarks.records import write_record
 
@@ -106,8 +107,8 @@ def colmap_block(photos: Path, control: Path, work: Path) -> dict[str, Any]:
     models = pycolmap.incremental_mapping(work / "photos.db", photos, work)
     model = max(models.values(), key=lambda made: made.num_reg_images())
     placed = {image.name: image for image in model.images.values() if image.has_pose}
-    table, lies, surveyed, check = pd.read_csv(control), [], [], []
-    for _, marks in table[table["photo"].isin(placed)].groupby("label"):
+    seen, lies, surveyed, check = pd.read_csv(control).query("photo in @placed"), [], [], []
+    for _, marks in seen[seen.duplicated("label", keep=False)].groupby("label"):
         images = [placed[name] for name in marks["photo"]]
         poses, cameras = [image.cam_from_world() for image in images], [image.camera for image in images]
         if found := pycolmap.estimate_triangulation(marks[["u", "v"]].to_numpy(float), poses, cameras):
@@ -115,7 +116,9 @@ def colmap_block(photos: Path, control: Path, work: Path) -> dict[str, Any]:
             surveyed.append(marks[["easting", "northing", "height"]].iloc[0])
             check.append(marks["kind"].iloc[0] == "check")
     lies, surveyed, check = np.array(lies), np.array(surveyed, float), np.array(check)
-    off = pycolmap.estimate_sim3d(lies[~check], surveyed[~check]) * lies - surveyed
+    # COLMAP's own similarity finds none where all points have one height.
+    own = fit_similarity(lies[~check], surveyed[~check], np.ones((~check).sum()))
+    off = own.apply(lies) - surveyed
     rms = np.sqrt((off[check] ** 2).mean(axis=0)).round(3).tolist()
     sizes = [made.num_reg_images() for made in models.values()]
     return {"registered": max(sizes), "models": sizes, "check_points": int(check.sum()), "check_rms_e_n_u_m": rms}
