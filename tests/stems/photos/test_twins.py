@@ -80,6 +80,10 @@ def test_what_the_gain_means_for_the_tree():
     flags = [quality_control(Evidence(**CLEAR, twins=gain)) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
     assert [flag for flag, *_ in flags] == ["ok", "ok", "ok", "check", "reject"]
     assert flags[-1][1] == ("merged",)
-    shares = [quality_control(Evidence(**CLEAR, twins_share=share)) for share in (0.0, 0.24, 0.26)]
-    assert [flag for flag, *_ in shares] == ["ok", "ok", "check"] and shares[-1][1] == ("merged",)
-    assert Evidence(**CLEAR, twins_share=0.26).open_cm == [12.0] and not Evidence(**CLEAR, twins_share=0.24).open_cm
+    alone = [
+        Evidence(**CLEAR, twins_share=share, thicker_sd=sd)
+        for share, sd in ((0.0, 4.0), (0.24, 4.0), (0.26, 2.4), (0.26, 2.6))
+    ]
+    assert [quality_control(evidence)[0] for evidence in alone] == ["ok", "ok", "ok", "check"]
+    assert quality_control(alone[-1])[1] == ("merged",)
+    assert alone[-1].open_cm == [12.0] and not any(evidence.open_cm for evidence in alone[:-1])

@@ -34,7 +34,7 @@ from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
 from .quality_control import Evidence
-from .tuned import LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, SEEN_MEAN_Z
+from .tuned import LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, PRIOR_SDS, SEEN_MEAN_Z
 
 
 @dataclass
@@ -121,8 +121,9 @@ def by_selection(found: Found) -> dict[str, Any]:
 
 def by_companions(found: Found) -> dict[str, float]:
     """Whether it is two stems."""
-    twins = found.chosen.twins
-    return {"gain": found.chosen.gain, "twins": twins.gain, "twins_share": twins.share}
+    twins, stand = found.chosen.twins, found.shared.prior
+    thicker_sd = (found.r0 - stand.r) / (stand.r_sd / PRIOR_SDS)
+    return {"gain": found.chosen.gain, "twins": twins.gain, "twins_share": twins.share, "thicker_sd": thicker_sd}
 
 
 def by_silhouette(found: Found) -> dict[str, float]:

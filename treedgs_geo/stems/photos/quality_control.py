@@ -15,7 +15,17 @@ from ..quality.assessment import Assessment
 from ..quality.findings import Flag
 from ..quality.limits import INTERCEPT, LIMITS, PREDICTORS, WRONG_CHECK, WRONG_REJECT, judge
 from ..quality.mixture import Mixture
-from .tuned import BARK, COVER_CM, NETWORK_OFFSET_CM, OPEN_SHARE, OUTLINE_OFFSET_CM, PARTS, THERE_LLR, WRONG_SD
+from .tuned import (
+    BARK,
+    COVER_CM,
+    NETWORK_OFFSET_CM,
+    OPEN_SHARE,
+    OUTLINE_OFFSET_CM,
+    PARTS,
+    THERE_LLR,
+    THICKER_SD,
+    WRONG_SD,
+)
 
 
 class OtherExplanation(NamedTuple):
@@ -73,6 +83,8 @@ class Evidence:
     #: Two full stems inside this one: gain and share (:class:`.evidence.double_stem.Twins`).
     twins: float = np.nan
     twins_share: float = np.nan
+    #: By how many standard deviations it is thicker than the stand's stems.
+    thicker_sd: float = 0.0
     #: The network was asked.
     network: bool = False
     #: The other explanations.
@@ -105,14 +117,22 @@ class Evidence:
         """Diameters that it may have besides, cm: another look's, of the stem under the ivy, of one of two full
         stems."""
         bare = [self.dbh_cm - COVER_CM] if judge("photos", {"covered": self.covered}).reasons else []
-        twins = judge("photos", {"twins": self.twins, "twins_share": self.twins_share}).reasons
+        twins = judge("photos", self.two_in_one).reasons
         return [*self.rivals_cm, *bare, *([PARTS[0] * self.dbh_cm] if twins else [])]
+
+    @property
+    def two_in_one(self) -> dict[str, float]:
+        """What speaks for two full stems inside it: furrowed bark has edges enough for two narrow stems, so that these
+        count alone only in what is too thick for one stem of the stand."""
+        share = self.twins_share if self.thicker_sd > THICKER_SD else 0.0
+        return {"twins": self.twins, "twins_share": share}
 
     def quantities(self) -> dict[str, float]:
         """What is judged by limits of its own (:func:`treedgs_geo.stems.quality.limits.judge`): every field that has a
         limit of its name; where nothing else speaks for a stem, edges have to do alone."""
         through = self.n_through / max(self.n_through + self.n_views, 1)
-        found = {name: getattr(self, name) for name in _LIMITED} | {"through": through, "rivals": len(self.rivals_cm)}
+        found = {name: getattr(self, name) for name in _LIMITED} | self.two_in_one
+        found |= {"through": through, "rivals": len(self.rivals_cm)}
         return found if self.solid else found | {"llr_alone": self.llr}
 
     def predictors(self) -> dict[str, float]:

@@ -22,7 +22,7 @@ from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed
 from .stem_fit import Fitter
-from .tuned import MIN_PLACES, STEM_FREE_M, THERE_LLR
+from .tuned import MIN_PLACES, PRIOR_SDS, STEM_FREE_M, THERE_LLR
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def first_look(
     prior = Prior()
     radii = np.array([fit.r0 for fit in clear])
     if len(radii) >= 6:
-        prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
+        prior = Prior(r=float(np.median(radii)), r_sd=float(max(PRIOR_SDS * radii.std(), 0.06)))
     soft = soft_px(stack, reporter)
     look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, places, soft)
     return with_chance(look.fitter(stack, grid, tile, options), places)

@@ -130,6 +130,9 @@ THINNER = 0.85
 MAX_SETTLED, MAX_FOLLOWED, START_M = 2, 3, 0.3
 
 # Two stems for one
+#: The prior of a stem's radius is so many times as wide as the stand's radii spread; two stems that were taken for one
+#: are thicker than the stand's by more than so many standard deviations, where edges alone say that they are two.
+PRIOR_SDS, THICKER_SD = 2.0, 2.5
 #: Companions: radii that are looked for, m; the thickest one, as a share of the stem and in metres.
 MATE_RADII_M, MAX_MATE, THICKEST_M = (0.022, 0.036), 0.6, 0.075
 #: What touches lies this close (blur, pose, bark), m; a companion has to stay this far inside an edge, m, and leans by

@@ -157,7 +157,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit(
             "merged",
             "twins_share",
-            "the same by edges alone, over the score of one",
+            "the same by edges alone, over the score of one, in what is too thick for the stand",
             "",
             *_above(0.25, None),
             _TWINS_SHARE,
