@@ -176,9 +176,12 @@ def main() -> None:
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--output", type=Path)
     known = parser.parse_args()
-    runs = [measure(name, known.data, known.work) for name in known.sets]
+    runs: list[dict[str, Any]] = []
+    for name in known.sets:
+        runs.append(measure(name, known.data, known.work))
+        # A set takes minutes: what is there is kept.
+        write_record(known.output, {"runs": runs}, seeds=[0])
     print(pd.DataFrame(runs).drop(columns=["stems", "things"], errors="ignore").to_string(index=False))
-    write_record(known.output, {"runs": runs}, seeds=[0])
 
 
 if __name__ == "__main__":
