@@ -28,7 +28,9 @@ from treedgs_geo.reconstruction.poses import fit_similarity
 from treedgs_lab.benchmarks.processes import words
 from treedgs_lab.benchmarks.records import write_record
 
-_MARKS, _THINGS = (Path(__file__).with_name(f"south_building{name}.csv") for name in ("", "_things"))
+_MARKS, _THINGS, _FIELDS = (
+    Path(__file__).with_name(f"{name}.csv") for name in ("south_building", "south_building_things", "seneca_plots")
+)
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ SETS = {
     "boruszyn_kap": RealSet("merkato/odm_boruszyn_kap", "EPSG:2180", Path("gcp_list.txt")),
     "ochota_kap": RealSet("merkato/odm_ochota_kap", "EPSG:2180", Path("gcp_list.txt")),
     "caliterra": RealSet("OpenDroneMap/odm_data_caliterra"),
-    "seneca": RealSet("OpenDroneMap/odm_data_seneca"),
+    "seneca": RealSet("OpenDroneMap/odm_data_seneca", things=_FIELDS),  # 14 ha: an hour without plots
     "testerarm": RealSet("testerarm/images"),
 }
 
