@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import CRSError, InputError
 from ..core.machine import require_memory
 from ..core.progress import Reporter
 from .settings import CloudSettings
@@ -91,7 +91,7 @@ def checked(
         InputError, CRSError: as :func:`read_checked`; no usable point.
     """
     from ..pointcloud.cloud import usable
-    from ..pointcloud.file_crs import placed
+    from ..pointcloud.file_crs import LOCAL, agreed_crs, file_crs, placed
     from ..pointcloud.sanity import examine, report
 
     good = usable(cloud)
@@ -109,6 +109,11 @@ def checked(
     if (cloud.attributes.get("tree_id", np.zeros(1)) > 0).all():  # stems alone: no ground that could lie across
         findings = [finding for finding in findings if finding.kind != "axis"]
     report(findings, reporter)
+    if crs is not None and crs.lower() == LOCAL and cloud.layout is not None:
+        try:
+            agreed_crs(file_crs(cloud.layout, path), None, path, False)
+        except CRSError as said:
+            reporter.warn(f"{said} Its coordinates are taken as local metres (--crs {LOCAL}).")
     kept = extent.holds(cloud.xyz) & good
     cloud = cloud if kept.all() else cloud.select(kept)
     return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm, need_crs)), extent
