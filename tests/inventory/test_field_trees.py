@@ -221,3 +221,16 @@ def test_diameters_in_millimetres(tmp_path):
     # Large trees are not taken for millimetres.
     old = "".join(f"a,{k},10,5,{d}\n" for k, d in enumerate((45, 58, 120, 38, 203, 66)))
     assert tally(tmp_path, HEAD + old).dbh_cm.max() == 203
+
+
+@pytest.mark.parametrize("name", ["trees", "count", "anzahl", "numero_de_arboles", "stems"])
+@pytest.mark.parametrize(
+    ("values", "n"), [([1, 2, 3, 4, 5, 6, 7], 7), ([1, 2, 3, 4, 3, 2, 1], 16), ([1, 1, 2, 1, 1, 1, 1], 8)]
+)
+def test_a_running_number_is_no_count_whatever_its_name(tmp_path, name, values, n):
+    rows = "".join(f"P1,{value},{dbh}\n" for value, dbh in zip(values, (12, 16, 20, 24, 28, 32, 36), strict=True))
+    path = tmp_path / "tally.csv"
+    path.write_text(f"plot_id,{name},dbh_cm\n{rows}")
+    trees = read_field_trees(path, FieldProtocol(), placed=False)
+    assert len(trees) == n
+    assert ("taken for the trees' numbers" in " ".join(trees.attrs["said"])) == (n == 7)

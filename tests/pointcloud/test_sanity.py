@@ -9,6 +9,7 @@ from pathlib import Path
 
 import laspy
 import numpy as np
+import pyproj
 import pytest
 from pointcloud.odd_clouds import claim, stand, turned, write_las
 from shared_data import needs_shared
@@ -130,6 +131,18 @@ def test_stems_in_a_cloud_with_heights_in_feet_are_all_marked(tmp_path, capsys):
     assert any(flag == "ok" for flag, _ in flags["metres"])
     assert all(flag != "ok" and "odd_heights" in reason for flag, reason in flags["feet"])
     assert "odd_heights" in REASONS
+
+
+def test_a_header_in_feet_is_not_set_aside_in_silence(tmp_path, capsys):
+    """``--crs local`` is metres whatever the header says; a header in metres of a map has nothing to say there."""
+    for code, said in ((2271, True), (32617, False)):
+        path = tmp_path / f"{code}.laz"
+        write_las(path, PLOT)
+        las = laspy.read(path)
+        las.header.add_crs(pyproj.CRS.from_epsg(code))
+        las.write(path)
+        heard = sentence(capsys, "terrain", "--input", path, "--output", path.with_suffix(".tif"), code=0)
+        assert ("US survey foot" in heard) == said
 
 
 def test_units_in_the_geotiff_keys_are_read(tmp_path):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import CRSError, InputError
 from ..core.machine import require_memory
 from ..core.progress import Reporter
 from .settings import CloudSettings
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _POINT_BYTES, _THINNED_BYTES = 60, 40
 #: A larger share of points classed as noise or withheld is a warning: a filter may have taken bark with it.
 MUCH_NOISE = 0.05
+#: So is a larger share of points below the ground: the edges of ditches are less.
+MUCH_LOW_NOISE = 0.001
 
 
 def read_checked(
@@ -91,7 +93,7 @@ def checked(
         InputError, CRSError: as :func:`read_checked`; no usable point.
     """
     from ..pointcloud.cloud import usable
-    from ..pointcloud.file_crs import placed
+    from ..pointcloud.file_crs import LOCAL, agreed_crs, file_crs, placed
     from ..pointcloud.sanity import examine, report
 
     good = usable(cloud)
@@ -105,13 +107,42 @@ def checked(
         text = f"{path}: {np.count_nonzero(~good):,} points ({share:.1%}) are classed as noise or withheld: left out."
         (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
     xyz = cloud.xyz if good.all() else cloud.xyz[good]
+    good, xyz = _without_low_noise(good, xyz, path, reporter)
     extent, findings = examine(xyz, path, find_stems, scale, dtm is not None)
     if (cloud.attributes.get("tree_id", np.zeros(1)) > 0).all():  # stems alone: no ground that could lie across
         findings = [finding for finding in findings if finding.kind != "axis"]
     report(findings, reporter)
+    if crs is not None and crs.lower() == LOCAL and cloud.layout is not None:
+        try:
+            agreed_crs(file_crs(cloud.layout, path), None, path, False)
+        except CRSError as said:
+            reporter.warn(f"{said} Its coordinates are taken as local metres (--crs {LOCAL}).")
     kept = extent.holds(cloud.xyz) & good
     cloud = cloud if kept.all() else cloud.select(kept)
     return replace(cloud, crs=placed(cloud.crs, cloud.xyz, path, reporter, crs, dtm, need_crs)), extent
+
+
+def _without_low_noise(
+    good: np.ndarray, xyz: np.ndarray, path: Path, reporter: Reporter
+) -> tuple[np.ndarray, np.ndarray]:
+    """``((M,) bool, (K, 3))``: the good ones of M points without those far below the ground, which is said."""
+    from ..pointcloud.survey import survey
+    from ..terrain.low_noise import low_noise
+
+    held = survey(xyz).holds(xyz)
+    noise = np.zeros(len(xyz), bool)
+    noise[held], deep = low_noise(xyz if held.all() else xyz[held])
+    if not noise.any():
+        return good, xyz
+    text = (
+        f"{path}: {np.count_nonzero(noise):,} points ({noise.mean():.2%}) lie up to {deep:.1f} m below the ground, "
+        "which is denser and goes on above them: left out as noise; if they are ground (a pit, a cliff), give its "
+        "terrain model with --dtm."
+    )
+    (reporter.warn if noise.mean() > MUCH_LOW_NOISE else reporter.info)(text)
+    left = good.copy()
+    left[good] = ~noise
+    return left, xyz[~noise]
 
 
 def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> CloudGround:
