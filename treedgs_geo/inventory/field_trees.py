@@ -139,7 +139,8 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
             column = column or number
     if column is None:
         return None, []
-    if column is not number and _is_running(pd.to_numeric(table[column.name], errors="coerce"), plots):
+    counts = pd.to_numeric(table[column.name], errors="coerce")
+    if column is not number and counts.notna().sum() >= max(_MANY, len(counts)) and _numbers_trees(counts, plots):
         has.setdefault("field_id", column)
         return None, [
             f"{path}: column {column.name!r} was taken for the trees' numbers: it rises by one from row to row, as "
@@ -171,12 +172,6 @@ def _numbers_trees(values: pd.Series, plots: pd.Series) -> bool:
     whole = (each["nunique"] == each["size"]) & (each["max"] - each["min"] < each["size"])
     steps = values.groupby(plots).diff().dropna()
     return bool((steps == 1).mean() >= _RISING or whole.all() and each["size"].mean() >= _MANY)
-
-
-def _is_running(values: pd.Series, plots: pd.Series) -> bool:
-    """Whether they are 1, 2, 3 … down the rows, of each plot or of all, and too many for chance."""
-    rows = [values.groupby(plots).cumcount() + 1, pd.Series(range(1, len(values) + 1), values.index)]
-    return len(values) >= _MANY and any(bool((values == each).all()) and each.max() >= _MANY for each in rows)
 
 
 def _filled_down(path: Path, ids: pd.Series, said: list[str]) -> pd.Series:

@@ -2,8 +2,8 @@
 
 The ground is the one thing in a column of a dense cloud that is denser than all that lies below it, begins sharply, and
 goes on in the columns around it. Found in most columns, it is carried into the others; what lies far below it is noise,
-but where there are points enough for a ditch. Tried on the real clouds of the
-shared data, as they are (none lost a point) and with 0.1 to 3 % of points 1 to 20 m below their ground.
+but where there are points enough for a ditch. Tried on 18 real and rendered clouds, as they are (none lost a point) and
+with 0.1 to 3 % of points 1 to 20 m below their ground; what lies in dense clusters 1 to 5 m below is not told from it.
 """
 
 from __future__ import annotations
