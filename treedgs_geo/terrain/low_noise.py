@@ -18,12 +18,12 @@ from .credibility import ROUGH_M, carry_ground
 #: crowns look like ground there.
 _POINTS, _COLUMN_M = 30, (0.5, 1.0)
 #: The ground holds so many times the points that lie below it, of those just below it ten times; at least so many.
-_DENSER, _SHARP, _LEAST = 2.0, 10.0, 5
+_DENSER, _SHARP, _MIN_POINTS = 2.0, 10.0, 5
 #: Columns whose ground is known, at least, and their share of all.
 _KNOWN, _KNOWN_SHARE = 12, 0.03
 #: Noise is so many times sparser than the ground above it, or everywhere; else it is deeper than ditches and pits are,
 #: m, and than the steepest ground falls off from where it is known. More than this share of all points is none.
-_SPARSE, _DITCH_M, _STEEPEST, _MOST = 5.0, 2.0, 3.0, 0.05
+_SPARSE, _DITCH_M, _STEEPEST, _MAX_SHARE = 5.0, 2.0, 3.0, 0.05
 #: Columns that ground is carried to at once.
 _BATCH = 100_000
 
@@ -52,7 +52,7 @@ def low_noise(xyz: np.ndarray) -> tuple[np.ndarray, float]:
     is_noise = (_SPARSE * below <= at) | (below <= 2 * np.quantile(below[known], 0.9))
     depth = level[key] - z
     noise = depth > np.where(is_noise, deep, np.maximum(deep, _DITCH_M + _STEEPEST * away))[key]
-    if noise.mean() > _MOST:
+    if noise.mean() > _MAX_SHARE:
         noise[:] = False
     return noise, float(depth[noise].max()) if noise.any() else 0.0
 
@@ -87,7 +87,7 @@ def _layers(z, order, starts, thick):  # pragma: no cover - compiled
             while over < len(h) and h[over] < h[i] + thick:
                 over += 1
             count = over - i
-            if count >= max(_LEAST, size[k] + 1) and _SHARP * (i - under) <= count and _DENSER * i <= count:
+            if count >= max(_MIN_POINTS, size[k] + 1) and _SHARP * (i - under) <= count and _DENSER * i <= count:
                 level[k], size[k] = h[i], count
     return level, size
 
