@@ -189,11 +189,13 @@ MAX_SHIFT_S = 30.0
 CERTAIN_SD = 4.0
 #: ... and from so many seconds, by how late the witnesses may be themselves: precise positions of the drone (RTK) at
 #: the exposure itself; those of its navigation, which smooths; EXIF, which may be a second old on some drones.
-PRECISE_MIN_S, ROUGH_MIN_S, EXIF_MIN_S = 0.02, 0.1, 0.7
+PRECISE_MIN_S, ROUGH_MIN_S, EXIF_MIN_S = 0.02, 0.2, 0.7
 #: Positions with standard deviations below this are precise, metres.
 PRECISE_M = 0.1
 #: Photos that have to bear witness, and the share of them that the shifted path has to cover.
 MIN_WITNESSES, MIN_COVERED = 5, 0.8
+#: Velocities that differ by less (standard deviation) are one: the epochs' noise alone makes 0.03, m/s.
+MIN_SPREAD_M_S = 0.3
 #: GPS time is this far ahead of UTC since 2017; a shift within this of it is taken for it, seconds.
 GPS_UTC_S, NEAR_S = 18.0, 0.5
 #: A shift of less than this need not be the only one that fits, as clocks are hardly ever far off; nor does an estimate
@@ -276,6 +278,8 @@ def _refined(
         # The few that brake or turn on one straight line would decide by themselves, with their errors.
         odd = np.linalg.norm(velocity - np.median(velocity[known], axis=0), axis=1)
         known &= odd <= np.percentile(odd[known], 90)
+        if np.linalg.norm(np.std(velocity[known], axis=0)) < MIN_SPREAD_M_S:
+            return None
         step, sd_s, _ = along_velocity((witness - place)[known], velocity[known])
         speed = float(np.median(np.linalg.norm(velocity[known], axis=1)))
         shift += float(np.clip(step, -1.0, 1.0))
