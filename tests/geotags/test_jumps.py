@@ -124,6 +124,39 @@ def test_a_whole_solution_elsewhere(tmp_path: Path) -> None:
         _read(tmp_path)
 
 
+@pytest.mark.parametrize("shift", [(12.0, 0.0, 0.0), (-6.0, 8.0, 0.0), (0.0, 0.0, 14.0), (0.0, 0.0, -14.0)])
+@pytest.mark.parametrize("exif", [True, False])
+def test_a_base_station_with_a_wrong_place(tmp_path: Path, shift: tuple[float, float, float], exif: bool) -> None:
+    _, pos = _flight(tmp_path, gps=exif)
+    move_epochs(pos, 0, 9e9, shift)
+    warnings: list[str] = []
+    assert _read(tmp_path, warnings).counts() == {"fix": 40}, "photos agree with one another"
+    # The marks of these flights are 1 m off in each axis.
+    east, north, up = np.array(shift) - 1.0
+    assert len(warnings) == 1 and "base station" in warnings[0] and "40 of 40 photos" in warnings[0]
+    assert f"{east:+.0f} m east, {north:+.0f} m north and {up:+.0f} m up" in warnings[0]
+
+
+def test_a_wrong_base_station_against_the_photos_own_gps(tmp_path: Path) -> None:
+    flight, pos = _flight(tmp_path)
+    mrk = tmp_path / "ppk" / "flight_Timestamp.MRK"
+    mrk.write_text(re.sub(r"[-\d.]+,Lat\t[-\d.]+,Lon\t[-\d.]+,Ellh", "0.0,Lat\t0.0,Lon\t0.0,Ellh", mrk.read_text()))
+    move_epochs(pos, 0, 9e9, (0.0, -12.0, 20.0))
+    warnings: list[str] = []
+    _read(tmp_path, warnings)
+    assert len(warnings) == 1 and "-12 m north" in warnings[0] and "EXIF" in warnings[0]
+
+
+@pytest.mark.parametrize("shift", [(3.0, -3.0, 5.0), (-2.5, 0.0, -8.0)])
+def test_marks_of_a_receiver_without_corrections_are_no_witness_of_metres(
+    tmp_path: Path, shift: tuple[float, float, float]
+) -> None:
+    _, pos = _flight(tmp_path)
+    move_epochs(pos, 0, 9e9, shift)
+    warnings: list[str] = []
+    assert _read(tmp_path, warnings).counts() == {"fix": 40} and not warnings
+
+
 def test_a_table_in_another_height(tmp_path: Path) -> None:
     flight, _ = _flight(tmp_path)
     rows = "".join(

@@ -24,6 +24,8 @@ MAX_MEDIAN_DISTANCE_M = 15.0
 DISTRUST_M, MAX_DISTANCE_M = 20.0, 40.0
 #: Where the path jumps by more than this, the photo's own position is the better one, metres.
 OWN_BETTER_M = 5.0
+#: Positions lie elsewhere than the drone's own receiver says from so many standard errors of what that is usually off.
+ELSEWHERE_SD = 3.5
 #: Sea level lies at most this far from the ellipsoid, metres (India -107, New Guinea +86).
 MAX_GEOID_M = 110.0
 
@@ -57,7 +59,8 @@ def check_agreement(
         )
         raise GeotagError(
             f"{source}: its positions are {np.median(exif[known]):.0f} m (median) from the GPS positions in the "
-            f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}."
+            f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}, or were "
+            "solved with a wrong place of the base station."
         )
     witnesses = [
         np.abs(stations.xyz[:, 2] - marked[:, 2]),
@@ -67,7 +70,7 @@ def check_agreement(
     # The nearest counts, where there is one.
     height = np.nan_to_num(np.fmin.reduce(witnesses))
     if stations.is_placed.any():
-        _note_heights(stations, own, np.where(off_m[:, None] > 0, np.nan, marked), source, reporter)
+        _note_elsewhere(stations, own, marked, off_m == 0, source, reporter)
     notes = list(stations.notes or [""] * len(stations))
     found = replace(stations, xyz=stations.xyz.copy(), sd=stations.sd.copy(), quality=[*stations.quality], notes=notes)
     away, jumped = np.fmax(across, height), off_m > 0
@@ -158,27 +161,38 @@ def _widen(found: Stations, rows: np.ndarray, away: np.ndarray, reporter: Report
         found.quality[i], found.notes[i] = "single", f"geotag {away[i]:.0f} m from the photo's own position"
 
 
-def _note_heights(stations: Stations, own: Stations, marked: np.ndarray, source: Path, reporter: Reporter) -> None:
-    """A whole solution in another height: nothing in it looks odd, and no diameter changes, but every height does."""
-    from_mark = stations.xyz[:, 2] - marked[:, 2]
-    if np.isfinite(from_mark).any():
-        apart, whose = float(np.nanmedian(from_mark)), "the drone's MRK"
-        if abs(apart) <= DISTRUST_M:
-            return
-    else:
-        from_own = stations.xyz[:, 2] - own.xyz[:, 2]
-        if not np.isfinite(from_own).any():
-            return
-        apart, whose = float(np.nanmedian(from_own)), "the photos' EXIF"
-        geoid = _geoid_m(stations)
-        explained = [0.0, geoid, -geoid] if np.isfinite(geoid) else [0.0]
-        if min(abs(apart - value) for value in explained) <= (1.5 * DISTRUST_M if np.isfinite(geoid) else MAX_GEOID_M):
-            return
-    reporter.warn(
-        f"{source}: its heights are {apart:+.0f} m (median) from those of {whose}, expected within {DISTRUST_M:.0f} m; "
-        "the base station's height may be wrong or above sea level: no height in the result can be compared with a "
-        "terrain model until that is corrected."
-    )
+def _note_elsewhere(
+    stations: Stations, own: Stations, marked: np.ndarray, sure: np.ndarray, source: Path, reporter: Reporter
+) -> None:
+    """Whole flights in another place or height: nothing in them looks odd, and no diameter changes, but every position
+    does. What a receiver without corrections is off has a part that all photos share: no mean is better than that."""
+    by_mark = bool(np.isfinite(marked[sure]).any())
+    other, whose = (marked, "the drone's MRK") if by_mark else (own.xyz, "the photos' EXIF")
+    away = np.where(sure[:, None], stations.xyz - other, np.nan)
+    geoid, found, limit = np.nan if by_mark else _geoid_m(stations), np.zeros(len(stations), bool), np.zeros(3)
+    for flight in np.unique(stations.flight):
+        rows = (stations.flight == flight) & np.isfinite(away).all(axis=1)
+        if not rows.any():
+            continue
+        shift = np.median(away[rows], axis=0)
+        spread = SINGLE_FLOOR_M if by_mark else np.maximum(np.median(own.sd[rows], axis=0), SINGLE_FLOOR_M)
+        spread = np.hypot(spread * np.sqrt(1 + 1 / rows.sum()), np.median(stations.sd[rows], axis=0))
+        across, up, bound = np.hypot(*(shift / spread)[:2]), abs(shift[2]), ELSEWHERE_SD * spread
+        if not by_mark:
+            # EXIF does not say above what its heights are.
+            up = np.nanmin(np.abs(shift[2] - np.array([0.0, geoid, -geoid])))
+            bound[2] = 1.5 * DISTRUST_M if np.isfinite(geoid) else MAX_GEOID_M
+        if across > ELSEWHERE_SD or up > bound[2]:
+            found, limit = found | rows, bound
+    if found.any():
+        east, north, up = np.median(away[found], axis=0)
+        reporter.warn(
+            f"{source}: the positions of {found.sum()} of {len(stations)} photos are {east:+.0f} m east, "
+            f"{north:+.0f} m north and {up:+.0f} m up (median) from those of {whose}, expected within {limit[0]:.0f} m "
+            f"across and {limit[2]:.0f} m in height; the base station's place may be wrong, or its height above sea "
+            "level: correct it and solve again, else every tree is off by that, and no height can be compared with a "
+            "terrain model."
+        )
 
 
 def _geoid_m(stations: Stations) -> float:

@@ -162,7 +162,8 @@ def in_time(
         witness[~seen] = np.nan
         precise = np.nan_to_num(np.median(marks.sd[rows][seen].max(axis=1)), nan=np.inf) <= PRECISE_M
         least_s, whose = PRECISE_MIN_S if precise else ROUGH_MIN_S, f"the positions in {marks.path.name}"
-    shift = find_shift(track.gps_s, path[:, :2], at, witness, least_s)
+    stated_m = float(np.nan_to_num(np.median(track.sd[:, :2])))
+    shift = find_shift(track.gps_s, path[:, :2], at, witness, least_s, stated_m)
     if shift is None:
         return tracks, 0.0
     seconds, sd_s, why = shift.seconds, shift.sd_s, ""
@@ -185,16 +186,21 @@ def _convergence(crs: pyproj.CRS, track: Trajectory) -> float:
 #: Shifts that are looked for, seconds: GPS time read as UTC is 18 s off.
 MAX_SHIFT_S = 30.0
 #: A shift counts from this many standard errors on ...
-CERTAIN_SD = 6.0
-#: ... and from so many seconds, by what the witnesses are: precise positions of the drone (RTK) at the exposure itself;
-#: its navigation, which drifts by decimetres over a line of photos; EXIF, which may be a second old on some drones.
-PRECISE_MIN_S, ROUGH_MIN_S, EXIF_MIN_S = 0.02, 0.3, 0.7
+CERTAIN_SD = 4.0
+#: ... and from so many seconds, by how late the witnesses may be themselves: precise positions of the drone (RTK) at
+#: the exposure itself; those of its navigation, which smooths; EXIF, which may be a second old on some drones.
+PRECISE_MIN_S, ROUGH_MIN_S, EXIF_MIN_S = 0.02, 0.2, 0.7
 #: Positions with standard deviations below this are precise, metres.
 PRECISE_M = 0.1
 #: Photos that have to bear witness, and the share of them that the shifted path has to cover.
 MIN_WITNESSES, MIN_COVERED = 5, 0.8
+#: Velocities that differ by less (standard deviation) are one: the epochs' noise alone makes 0.03, m/s.
+MIN_SPREAD_M_S = 0.3
 #: GPS time is this far ahead of UTC since 2017; a shift within this of it is taken for it, seconds.
 GPS_UTC_S, NEAR_S = 18.0, 0.5
+#: A shift of less than this need not be the only one that fits, as clocks are hardly ever far off; nor does an estimate
+#: move further from where it begins, seconds.
+USUAL_S = 1.0
 _STEP_S, _ROUNDS = 0.1, 8
 
 
@@ -208,34 +214,36 @@ class Shift:
 
 
 def find_shift(
-    times: np.ndarray, path: np.ndarray, at: np.ndarray, witness: np.ndarray, least_s: float
+    times: np.ndarray, path: np.ndarray, at: np.ndarray, witness: np.ndarray, least_s: float, least_m: float = 0.0
 ) -> Shift | None:
     """By how much a path comes late against positions at N exposures, a constant offset aside; ``None`` where that is
-    not certain: hardly more than none, or not the only one.
+    not certain (hardly more than none, or another one far from it fits as well) or moves less than the path's accuracy.
 
     Args:
         times: (T,) seconds, rising. path: (T, 2) metres. at: (N,) seconds. witness: (N, 2) metres, NaN unknown.
-        least_s: shorter shifts say nothing.
+        least_s: shorter shifts say nothing. least_m: nor do those that move most positions by less.
     """
-    known = np.isfinite(witness).all(axis=1)
-    if known.sum() < MIN_WITNESSES:
+    known = np.argsort(at, kind="stable")
+    known = known[np.isfinite(witness[known]).all(axis=1)]
+    if len(known) < MIN_WITNESSES:
         return None
     at, witness = at[known], witness[known]
     tried = np.arange(-MAX_SHIFT_S, MAX_SHIFT_S + 0.5 * _STEP_S, _STEP_S)
     away = np.array([_away(_at(times, path, at + shift) - witness) for shift in tried])
     if not np.isfinite(away).any():
         return None
-    best = int(np.nanargmin(away))
+    # Flights repeat themselves: a far shift counts where no other, apart from it, fits as well.
+    fits = away < 1.5 * max(float(np.nanmin(away)), 0.02)
+    usual = fits & (np.abs(tried) <= USUAL_S)
+    if not usual.any() and (np.diff(np.flatnonzero(fits)) * _STEP_S > 1.0).any():
+        return None
+    best = int(np.nanargmin(np.where(usual, away, np.nan) if usual.any() else away))
     found = _refined(times, path, at, witness, float(tried[best]))
-    if found is None:
+    if found is None or abs(found[0] - tried[best]) > USUAL_S:
         return None
     seconds, sd_s, speed = found
-    # Flights repeat themselves: another shift that fits as well leaves it open.
-    there, here = (_away(_at(times, path, at + shift) - witness) for shift in (seconds, 0.0))
-    elsewhere = away[np.abs(tried - seconds) > max(1.0, 3 * sd_s)]
-    alone = not (elsewhere < 1.5 * max(there, 0.02)).any()
-    closer = not np.isfinite(here) or there < here
-    certain = alone and closer and abs(seconds) > max(least_s, CERTAIN_SD * sd_s)
+    moved = np.linalg.norm(_at(times, path, at + seconds) - _at(times, path, at), axis=1)
+    certain = abs(seconds) > max(least_s, CERTAIN_SD * sd_s) and not np.nanmedian(moved) < least_m
     return Shift(seconds, sd_s, speed) if certain else None
 
 
@@ -267,6 +275,11 @@ def _refined(
         known = np.isfinite(place + velocity).all(axis=1)
         if known.sum() < MIN_WITNESSES:
             return None
+        # The few that brake or turn on one straight line would decide by themselves, with their errors.
+        odd = np.linalg.norm(velocity - np.median(velocity[known], axis=0), axis=1)
+        known &= odd <= np.percentile(odd[known], 90)
+        if np.linalg.norm(np.std(velocity[known], axis=0)) < MIN_SPREAD_M_S:
+            return None
         step, sd_s, _ = along_velocity((witness - place)[known], velocity[known])
         speed = float(np.median(np.linalg.norm(velocity[known], axis=1)))
         shift += float(np.clip(step, -1.0, 1.0))
@@ -275,18 +288,37 @@ def _refined(
 
 def along_velocity(away: np.ndarray, velocity: np.ndarray) -> tuple[float, float, np.ndarray]:
     """Seconds that, times their velocities, explain (N, K) distances best beside a constant offset; their standard
-    error; the offset (K,). Robust (Cauchy weights by the median)."""
-    count, axes = away.shape
-    design = np.concatenate([velocity.reshape(-1, 1), np.tile(np.eye(axes), (count, 1))], axis=1)
-    value, weight = away.ravel(), np.ones(count)
-    found, cov, scale = np.zeros(axes + 1), np.full((axes + 1, axes + 1), np.inf), 0.0
-    for _ in range(20):
-        normal = design.T @ (design * np.repeat(weight, axes)[:, None])
-        if np.linalg.cond(normal) > 1e10:
+    error; the offset (K,). In order of time: errors of navigation last from one to the next, so much as they show
+    (autoregression, :math:`x_i - r x_{i-1}`)."""
+    design = np.concatenate([velocity[:, :, None], np.tile(np.eye(away.shape[1]), (len(away), 1, 1))], axis=2)
+    rows, value = design, away
+    for _ in range(4):
+        found, sd = _robust(rows, value)
+        if not np.isfinite(sd):
             return 0.0, np.inf, np.median(away, axis=0)
-        found = np.linalg.solve(normal, design.T @ (value * np.repeat(weight, axes)))
-        left = np.linalg.norm((value - design @ found).reshape(count, axes), axis=1)
-        scale = max(1.5 * float(np.median(left)) / np.sqrt(axes), 1e-4)
+        left = away - design @ found
+        size = np.linalg.norm(left, axis=1)
+        left *= np.minimum(1.0, 3 * np.median(size) / np.maximum(size, 1e-9))[:, None]
+        lasts = np.sum(left[1:] * left[:-1]) / max(np.sum(left**2), 1e-12)
+        # The estimate is too small by this (Kendall 1954).
+        lasts = float(np.clip(lasts + (1 + 3 * lasts) / len(left), 0.0, 0.99))
+        rows, value = design[1:] - lasts * design[:-1], away[1:] - lasts * away[:-1]
+    return float(found[0]), sd, found[1:]
+
+
+def _robust(design: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, float]:
+    """(P,) unknowns of (N, K) values by their (N, K, P) design, and the standard error of the first: Cauchy weights by
+    the median."""
+    count, axes, unknowns = design.shape
+    weight, found, sd = np.ones(count), np.zeros(unknowns), np.inf
+    for _ in range(20):
+        normal = np.einsum("n,nkp,nkq->pq", weight, design, design)
+        if np.linalg.cond(normal) > 1e10:
+            return found, np.inf
+        found = np.linalg.solve(normal, np.einsum("n,nkp,nk->p", weight, design, value))
+        left = np.linalg.norm(value - design @ found, axis=1)
+        # 1.2: a normal distribution's, of two axes; a median of few is rough.
+        scale = max(1.2 * (1 + 4 / count) * float(np.median(left)) / np.sqrt(axes), 1e-4)
         weight = 1 / (1 + (left / (3 * scale)) ** 2)
-        cov = np.linalg.inv(normal) * scale**2
-    return float(found[0]), float(np.sqrt(cov[0, 0])), found[1:]
+        sd = float(np.sqrt(np.linalg.inv(normal)[0, 0])) * scale
+    return found, sd

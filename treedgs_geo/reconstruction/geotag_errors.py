@@ -10,8 +10,8 @@ from .adjustment import Adjusted, Known
 from .cameras import Sensor
 from .covariance import Posterior
 
-#: By how much a flight's geotags may be those of another instant than its exposures, seconds: what positions of metres
-#: do not show where the geotags are made (:data:`treedgs_geo.geotags.exposures.ROUGH_MIN_S`).
+#: By how much a flight's geotags may be those of another instant than its exposures, seconds: what few positions of
+#: metres do not show where the geotags are made (:func:`treedgs_geo.geotags.exposures.find_shift`).
 LATE_SD_S = 0.3
 #: When a flight's geotags were taken is left to the photos where these tell it to so many metres along the flight, or
 #: where it is so many standard errors from the exposures ...
