@@ -257,7 +257,7 @@ def plant_material():
 
 def build(scene):
     """Ground, stems, plants and crowns; returns what :func:`sway` moves: meshes, and crowns."""
-    meshes, crowns = [], []
+    meshes, crowns = list[tuple](), list[tuple]()
     tiles = scene.get("bark_tiles")
     put(make_mesh("ground", scene["ground_vertices"], scene["ground_triangles"], True), ground_material())
     for kind in np.unique(scene["stem_bark"]):

@@ -109,15 +109,14 @@ def colmap_block(photos: Path, control: Path, work: Path) -> dict[str, Any]:
     models = pycolmap.incremental_mapping(work / "photos.db", photos, work)
     model = max(models.values(), key=lambda made: made.num_reg_images())
     placed = {image.name: image for image in model.images.values() if image.has_pose}
-    seen, lies, surveyed, check = pd.read_csv(control).query("photo in @placed"), [], [], []
+    seen, points = pd.read_csv(control).query("photo in @placed"), []
     for _, marks in seen[seen.duplicated("label", keep=False)].groupby("label"):
         images = [placed[name] for name in marks["photo"]]
         poses, cameras = [image.cam_from_world() for image in images], [image.camera for image in images]
         if found := pycolmap.estimate_triangulation(marks[["u", "v"]].to_numpy(float), poses, cameras):
-            lies.append(found["xyz"])
-            surveyed.append(marks[["easting", "northing", "height"]].iloc[0])
-            check.append(marks["kind"].iloc[0] == "check")
-    lies, surveyed, check = np.array(lies), np.array(surveyed, float), np.array(check)
+            place = marks[["easting", "northing", "height"]].iloc[0].to_list()
+            points.append((found["xyz"], place, marks["kind"].iloc[0] == "check"))
+    lies, surveyed, check = (np.array(part) for part in zip(*points, strict=True))
     # COLMAP's own similarity finds none where all points have one height.
     own = fit_similarity(lies[~check], surveyed[~check], np.ones((~check).sum()))
     off = own.apply(lies) - surveyed
