@@ -107,7 +107,8 @@ def checked(
         text = f"{path}: {np.count_nonzero(~good):,} points ({share:.1%}) are classed as noise or withheld: left out."
         (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
     xyz = cloud.xyz if good.all() else cloud.xyz[good]
-    good, xyz = _without_low_noise(good, xyz, path, reporter)
+    if dtm is None:  # else the ground is not the cloud's
+        good, xyz = _without_low_noise(good, xyz, path, reporter)
     extent, findings = examine(xyz, path, find_stems, scale, dtm is not None)
     if (cloud.attributes.get("tree_id", np.zeros(1)) > 0).all():  # stems alone: no ground that could lie across
         findings = [finding for finding in findings if finding.kind != "axis"]

@@ -3,9 +3,9 @@
 Across the pair the two are one stem as wide as both, and enough such photos fit a disc well; the photos that look along
 it then count as not seeing the stem, which costs nothing there (:mod:`.fit.search`). Here the disc is split in two
 that stay inside it, in every direction and several proportions. Where the edges of all photos together and the
-silhouettes before the ground both speak for two rather than one, the disc is no stem; where few photos see it, the
-edges alone flag it. :mod:`.companion` looks for a thin companion beside a stem; this for two that are alike, of which
-neither is the disc. Two discs inside a round or oval stem show far less than it does from the side.
+silhouettes before the ground both speak for two rather than one, the disc is no stem; edges alone flag what is too
+thick for one stem of the stand. :mod:`.companion` looks for a thin companion beside a stem; this for two that are
+alike, of which neither is the disc. Two discs inside a round or oval stem show far less than it does from the side.
 Own method; figures: ``docs/evidence/photos.md``.
 """
 
