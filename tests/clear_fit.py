@@ -6,7 +6,7 @@ import numpy as np
 
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
-from treedgs_geo.stems.photos.quality_control import Evidence
+from treedgs_geo.stems.photos.quality_control import ErrorParts, Evidence
 
 CLEAR = {
     "dbh_cm": 30,
@@ -16,7 +16,7 @@ CLEAR = {
     "llr": 120,
     "n_views": 12,
     "kish": 10,
-    "se_cm": 0.5,
+    "error": ErrorParts(soft=0.5),
     "rms_px": 0.48,
 }
 

@@ -12,13 +12,20 @@ from rendered_stems import Stem, oblique_views, render
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.deduplicate import looked_at_twice
 from treedgs_geo.stems.photos.evidence.companion import crowded
-from treedgs_geo.stems.photos.evidence.error_budget import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
+from treedgs_geo.stems.photos.evidence.error_budget import (
+    OVAL_SD,
+    oval_error_cm,
+    scatter_cm,
+    seen_oval_error_cm,
+)
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis, Prior
 from treedgs_geo.stems.photos.fit.selection import Explanation, choose
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.route import search_photos
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
 SAPLING = Stem(0.5 + 0.185 * np.cos(0.8), 0.3 + 0.185 * np.sin(0.8), 0.035)
@@ -126,19 +133,20 @@ def test_a_diameter_that_no_stem_of_the_stand_has_needs_clearer_witnesses():
     assert choose([usual, replace(thick, contrast=12.0)], 1.0, 1.0, here, np.array([np.nan])).best.contrast == 12.0
 
 
-def test_the_error_grows_where_photos_are_few_and_pixels_large():
-    base = replace(explanation(30, 1.0, 100).fine, fit_sd_m=0.0)
+def test_the_error_grows_where_photos_are_few():
+    def se_cm(n: int) -> float:
+        return scatter_cm(0.004 * np.resize([-1.0, 1.0], n), np.ones(n))
 
-    def se(n: int, px_cm: float, sd_m: float = 0.0) -> float:
-        spread = 0.004 * np.resize([-1.0, 1.0], n)
-        fine = replace(base, view_r=spread, view_weight=np.ones(n), fit_sd_m=sd_m)
-        return standard_error_cm(fine, np.ones(n), px_cm, n)
-
-    assert se(1, 2.0) == 99.0
+    assert se_cm(1) > 40
     # Beyond 1 / sqrt(n): Student's t for the unknown scatter.
-    assert se(4, 0.0) / se(24, 0.0) == pytest.approx(np.sqrt(6) * 2.353 / 1.714, rel=0.01)
-    assert se(4, 8.0) - se(4, 2.0) > se(24, 8.0) - se(24, 2.0) > 0
-    assert se(24, 2.0, 0.002) > se(24, 2.0, 0.001) > se(24, 2.0)
+    assert se_cm(4) / se_cm(24) == pytest.approx(np.sqrt(6) * 2.353 / 1.714, rel=0.01)
+    assert se_cm(24) == pytest.approx(0.8 / np.sqrt(24) * 1.714 / 1.645, rel=0.01)
+
+
+def test_the_error_is_that_of_its_weighted_parts():
+    parts = ErrorParts(formal=0.3, pixel=0.4)
+    weighted = ERROR_WEIGHTS["formal"] * 0.3, ERROR_WEIGHTS["pixel"] * 0.4
+    assert parts.se_cm == pytest.approx(np.hypot(*weighted)) and set(ERROR_WEIGHTS) == set(ErrorParts._fields)
 
 
 @pytest.mark.parametrize("spread_deg", [10, 90, 180, 360])
@@ -162,7 +170,7 @@ def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_no
     oval = 1.2 * np.cos(2 * (azimuth - 0.4))
     plain = [seen_oval_error_cm(30, noise, azimuth, weight) for noise in scatter]
     seen = [seen_oval_error_cm(30, noise + oval, azimuth, weight) for noise in scatter]
-    assert np.mean(plain) < 0.02 and np.median(seen) == pytest.approx(1.5 * (1.2 - 0.15), rel=0.1)
+    assert np.mean(plain) < 0.02 and np.median(seen) == pytest.approx(1.2 - 0.15, rel=0.1)
     # Photos from one side show nothing of an oval; photos without both edges are left out.
     assert seen_oval_error_cm(30, scatter[0], np.zeros(18), weight) < 0.3
     hidden = np.where(np.arange(18) % 2, np.nan, scatter[0] + oval)

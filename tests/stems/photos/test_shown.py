@@ -18,6 +18,7 @@ from treedgs_geo.stems.photos.fit.edge_adjustment import NO_STEMS
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
+from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.search_steps import photos_of
 from treedgs_geo.stems.photos.stem_images import DrawnStem, choose_photos, look_at, straightened
 from treedgs_geo.stems.quality.tree import Tree
@@ -28,7 +29,9 @@ OPTIONS = PhotoStemOptions(margin_m=0.3)
 
 def fitted(radius_m: float, photos: tuple[str, ...], **change) -> PhotoFit:
     axis = StemAxis(np.array([STEM.x, STEM.y]), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    fit = clear_photo_fit(0.0, 200 * radius_m, axis=axis, r1=-0.005, se_cm=0.4, n_views=len(photos), arc_deg=300.0)
+    fit = clear_photo_fit(
+        0.0, 200 * radius_m, axis=axis, r1=-0.005, error=ErrorParts(soft=0.4), n_views=len(photos), arc_deg=300.0
+    )
     return with_changes(fit, **{"seen": np.ones(len(photos)), "photos": photos} | change)
 
 
@@ -164,7 +167,7 @@ def test_a_sheet_is_small_and_takes_any_text(stack, shown, flag):
 
 def test_a_stem_that_no_photo_sees_has_a_sheet_too(stack):
     names = tuple(view.name for view in stack.views)
-    fit = fitted(STEM.r, names, seen=np.zeros(len(names)), se_cm=np.nan, rms_px=np.nan, flag="reject")
+    fit = fitted(STEM.r, names, seen=np.zeros(len(names)), error=None, rms_px=np.nan, flag="reject")
     blind = look_at(stack, fit, DrawnStem(fit.axis, fit.r0, fit.r1), NO_STEMS, OPTIONS)
     assert blind.worst is None and len(blind.diameters()) == 0
     tree = Tree(1, 5e5, 5.2e6, method="photos", qc_flag="reject", qc_reason="occluded").finish()

@@ -12,7 +12,7 @@ from ...core.errors import InputError
 from ...core.files import read_json, write_json
 from .fit.photo_fit import PhotoFit
 from .images.axis_patches import StemAxis
-from .quality_control import Evidence, OtherExplanation
+from .quality_control import ErrorParts, Evidence, OtherExplanation
 from .tile_calibration import Look
 
 
@@ -30,12 +30,14 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
         KeyError, TypeError, ValueError: another record.
     """
     axis, evidence = (_numbers(record[name]) for name in ("axis", "evidence"))
-    others = tuple(OtherExplanation(*other) for other in evidence["others"])
+    evidence["others"] = tuple(OtherExplanation(*other) for other in evidence["others"])
+    evidence["rivals_cm"] = tuple(evidence["rivals_cm"])
+    evidence["error"] = None if record["evidence"]["error"] is None else ErrorParts(*evidence["error"])
     p, s, c = (np.array(axis[name], float) for name in ("p", "s", "c"))
     east, north = record["oval"]
     parts = {
         "axis": StemAxis(p, s, c, float(axis["ground_z"]), float(axis["bh_m"])),
-        "evidence": Evidence(**evidence | {"others": others, "rivals_cm": tuple(evidence["rivals_cm"])}),
+        "evidence": Evidence(**evidence),
         "seen": np.array(record["seen"], float),
         "photos": tuple(record["photos"]),
         "oval": (float(east), float(north)),

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..quality.priors import SECTION_SD
 from .evidence.double_stem import NO_TWINS, Twins
 from .evidence.error_budget import (
     azimuth_spread,
+    formal_error,
     oval_error_cm,
+    scatter_cm,
     seen_oval_error_cm,
-    standard_error_cm,
-    taper_error_cm,
+    taper_excess_cm,
 )
 from .evidence.opacity_test import ground_correlation, showing_ground
 from .evidence.other_explanations import other_explanations
@@ -33,8 +33,8 @@ from .images.sharpness import clipped_px
 from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import Seed
-from .quality_control import Evidence
-from .tuned import LEAN_ERROR, MIN_PHOTOS, PAIR_SE_CM, PRIOR_SDS, SEEN_MEAN_Z
+from .quality_control import ErrorParts, Evidence
+from .tuned import MIN_PHOTOS, PRIOR_SDS, SEEN_MEAN_Z
 
 
 @dataclass
@@ -86,9 +86,8 @@ class Found(NamedTuple):
     foot_z: float
     #: Radius at breast height, m.
     r0: float
-    #: Standard error of the diameter before anything speaks against it, cm, and what of it soft photos make.
-    se_cm: float
-    soft_cm: float
+    #: Error of the diameter before anything speaks against it.
+    error: ErrorParts
     #: (V,) weight of each photo; (V,) bool, it shows the stem clearly.
     weight: np.ndarray
     clear: np.ndarray
@@ -116,7 +115,7 @@ def by_selection(found: Found) -> dict[str, Any]:
     if chosen.choice is None:
         return numbers
     tried = chosen.choice, chosen.touched, chosen.gain
-    return numbers | {"others": other_explanations(*tried, 200 * found.r0, found.se_cm, found.soft_cm)}
+    return numbers | {"others": other_explanations(*tried, 200 * found.r0, found.error)}
 
 
 def by_companions(found: Found) -> dict[str, float]:
@@ -172,11 +171,11 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
     first = chosen.fine
     clipped = clipped_px(shared.stack, first.axis, (first.r0, first.r1), shared.bands.fine, clear)
     soft_cm = float(np.hypot(shared.soft_px, clipped)) * px_cm(shared, first.axis, clear)
-    fine, se = averaged(chosen.fine, error_cm(shared, best, chosen.fine, weight), chosen.above_cm)
-    se = float(np.hypot(se, soft_cm))  # of both readings alike
+    fine, error = averaged(chosen.fine, error_parts(shared, best, chosen.fine, weight), chosen.above_cm)
+    error = error._replace(soft=soft_cm)  # of both readings alike
     dq, foot_z = breast_height(fine.axis, fine.r0, shared.ground)
     axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
-    found = Found(shared, chosen, fine, axis, foot_z, r0, se, soft_cm, weight, clear)
+    found = Found(shared, chosen, fine, axis, foot_z, r0, error, weight, clear)
     numbers: dict[str, Any] = {name: value for step in EVIDENCE for name, value in step(found).items()}
     options = shared.options
     return PhotoFit(
@@ -185,7 +184,7 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
         r1=fine.r1,
         evidence=Evidence(
             dbh_cm=200 * r0,
-            se_cm=se,
+            error=error,
             network=shared.shown is not None,
             min_dbh_cm=options.min_dbh_cm,
             max_dbh_cm=options.max_dbh_cm,
@@ -202,20 +201,20 @@ def _kish(weight: np.ndarray) -> float:
     return float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
 
 
-def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> float:
-    """Standard error of the diameter in sharp photos before anything speaks against the stem. weight: (V,) of the
-    photos."""
+def error_parts(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> ErrorParts:
+    """Of the diameter in sharp photos, at breast height alone. weight: (V,) of the photos."""
     clear = best.z > SEEN_MEAN_Z
-    se = standard_error_cm(fine, weight, px_cm(shared, fine.axis, clear), int(clear.sum()))
     azimuths, thick_cm = _azimuths(shared, fine.axis), 200 * fine.r0
-    if best.mate is None:
-        oval = seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)
-    else:
-        se = PAIR_SE_CM  # hardly any photo shows both of its edges
-        oval = oval_error_cm(thick_cm, azimuths, weight)
     lean = float(np.hypot(*fine.axis.s))
-    parts = oval, LEAN_ERROR * thick_cm * lean, SECTION_SD * thick_cm, taper_error_cm(fine.r1)
-    return float(np.linalg.norm([se, *parts]))
+    if best.mate is not None:
+        parts = ErrorParts(touched=1.0, oval=oval_error_cm(thick_cm, azimuths, weight))
+    else:
+        parts = formal_error(fine)._replace(
+            scatter=scatter_cm(fine.view_r, weight),
+            pixel=px_cm(shared, fine.axis, clear) / max(int(clear.sum()), 1),
+            seen_oval=seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight),
+        )
+    return parts._replace(section=thick_cm, lean=lean * thick_cm, taper=taper_excess_cm(fine.r1))
 
 
 def px_cm(shared: Shared, axis: StemAxis, views: np.ndarray) -> float:

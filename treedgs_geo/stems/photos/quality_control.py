@@ -18,6 +18,7 @@ from ..quality.mixture import Mixture
 from .tuned import (
     BARK,
     COVER_CM,
+    ERROR_WEIGHTS,
     NETWORK_OFFSET_CM,
     OPEN_SHARE,
     OUTLINE_OFFSET_CM,
@@ -26,6 +27,39 @@ from .tuned import (
     THICKER_SD,
     WRONG_SD,
 )
+
+
+class ErrorParts(NamedTuple):
+    """What makes the error of a diameter, given that the right edges were found: each a standard deviation in cm that
+    :data:`.tuned.ERROR_WEIGHTS` scales."""
+
+    #: Standard error of the mean of the photos' diameters.
+    scatter: float = 0.0
+    #: Formal error of the fit, without the oval.
+    formal: float = 0.0
+    #: A pixel over the number of clear photos, for what all of them share.
+    pixel: float = 0.0
+    #: Another stem touches it, so that hardly any photo shows both of its edges.
+    touched: float = 0.0
+    #: What an oval adds that the photos do not show all round.
+    oval: float = 0.0
+    #: What an oval adds that the photos show.
+    seen_oval: float = 0.0
+    #: The diameter, for its one section beside the stem's others.
+    section: float = 0.0
+    #: The diameter times the tangent of the lean.
+    lean: float = 0.0
+    #: A taper beyond what is usual over a metre.
+    taper: float = 0.0
+    #: By how much the reading from above moved it.
+    above: float = 0.0
+    #: Blurred edges.
+    soft: float = 0.0
+
+    @property
+    def se_cm(self) -> float:
+        """Standard error of the diameter."""
+        return math.hypot(*(ERROR_WEIGHTS[name] * part for name, part in self._asdict().items()))
 
 
 class OtherExplanation(NamedTuple):
@@ -45,9 +79,9 @@ class Evidence:
     had, as where nothing could be fitted. :data:`.measurement.EVIDENCE` and later steps find them, :func:`assess`
     judges them together."""
 
-    #: Diameter at breast height by the edges, cm, and its standard error before anything speaks against it.
+    #: Diameter at breast height by the edges, cm, and what makes its error before anything speaks against it.
     dbh_cm: float
-    se_cm: float = np.nan
+    error: ErrorParts | None = None
     #: Diameter of the coarse search, cm.
     polish_cm: float = np.nan
     #: Slope of the radius, m/m.
@@ -102,6 +136,11 @@ class Evidence:
     max_dbh_cm: float = np.inf
 
     @property
+    def se_cm(self) -> float:
+        """Standard error before anything speaks against it, cm; NaN where nothing could be fitted."""
+        return np.nan if self.error is None else self.error.se_cm
+
+    @property
     def outline_off_cm(self) -> float:
         """By how much the silhouette is thicker than the edges say, cm."""
         return self.outline_cm + (NETWORK_OFFSET_CM if self.network else OUTLINE_OFFSET_CM) - self.dbh_cm
@@ -149,8 +188,8 @@ class Evidence:
         return {name: max(float(np.nan_to_num(amount)), 0.0) for name, amount in found.items()}
 
 
-#: The error is judged when all that widens it is known.
-_LIMITED = {limit.quantity for limit in LIMITS["photos"]} & {item.name for item in fields(Evidence)} - {"se_cm"}
+#: The error, no field, is judged when all that widens it is known.
+_LIMITED = {limit.quantity for limit in LIMITS["photos"]} & {item.name for item in fields(Evidence)}
 
 
 def quality_control(evidence: Evidence) -> tuple[Flag, tuple[str, ...], float]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..quality.findings import Bound
 from ..quality.limits import bound_of
+from ..quality.priors import SECTION_SD
 
 # Photos and the ground behind the stems
 #: Photos that have to show a place for a stem to be measured there.
@@ -149,19 +150,24 @@ PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
 BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 
 # The error of a diameter
-#: Weights of the photos' scatter and of the formal error: maximum likelihood on 118 trees, four rendered plots and four
-#: of the stability suite's with few photos.
-SE_SCATTER, SE_FORMAL = 2.2, 2.6
-#: Standard error of a stem that another one touches, cm: 44 such stems of the stability suite, seeds 1 to 3.
-PAIR_SE_CM = 1.1
-#: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much;
-#: its prior sd (simulated oval stems, seeds 11 to 13).
-OVAL_FREE, OVAL_SEEN, OVAL_PRIOR = 0.005, 1.5, 0.05
-#: Standard deviation that lean adds, share of the diameter per tangent of the lean (simulated leaning stems).
-LEAN_ERROR = 0.04
-#: Slopes of the radius this far from the usual one are common (m/m); beyond, the diameter is off by the excess times so
-#: many metres (*hard*).
-TAPER_FREE, TAPER_REACH_M = 0.002, 2.0
+#: Weights of what makes it up (:class:`.quality_control.ErrorParts`).
+ERROR_WEIGHTS = {
+    "scatter": 2.2,
+    "formal": 2.6,
+    "pixel": 1.0,
+    "touched": 1.1,
+    "oval": 1.0,
+    "seen_oval": 1.5,
+    "section": SECTION_SD,
+    "lean": 0.04,
+    "taper": 2.0,
+    "above": 1.0,
+    "soft": 1.0,
+}
+#: An oval that the photos show counts above this share of the diameter (half of widest less narrowest); its prior sd.
+OVAL_FREE, OVAL_PRIOR = 0.005, 0.05
+#: Slopes of the radius this far from the usual one are common (m/m).
+TAPER_FREE = 0.002
 #: Standard error of the reading from above, cm (80 stems, *hard*); a fit's own counts up to this there, cm; and by how
 #: much it may move a diameter.
 ABOVE_SE_CM, MAX_SE_CM, MAX_MOVED = 0.9, 1.0, Bound(3.0, 0.08)

@@ -17,13 +17,13 @@ import numpy as np
 from ...core.progress import Reporter
 from ..quality.priors import TAPER_SD, USUAL_TAPER
 from .deduplicate import known_rows, plausible
-from .evidence.error_budget import formal_error_cm
+from .evidence.error_budget import formal_error
 from .fit.edge_adjustment import USUAL, FineFit, Sighting, TaperPrior, refine
 from .fit.null_model import ABOVE
 from .fit.photo_fit import PhotoFit
 from .propose.edge_voting import Seed
 from .stem_fit import Fitter
-from .tuned import SE_FORMAL, START_M, WINDOWS_PX
+from .tuned import ERROR_WEIGHTS, START_M, WINDOWS_PX
 
 #: What refuses a stem for good: farther up it is no other.
 _FOR_GOOD = frozenset({"too_small", "too_large", "lean", "covered"})
@@ -67,19 +67,18 @@ def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit 
 def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit:
     """What :func:`measured_above` found, with its slope held to ``taper``, and its error for that.
 
-    Formal errors are :data:`.tuned.SE_FORMAL` times too small, since edges of one stem err together:
+    Formal errors are too small by their weight in :data:`.tuned.ERROR_WEIGHTS`, since edges of one stem err together:
     so is what its few edges say of the slope, and the spread of the prior is divided by as much. The error of the
     diameter is then that of both, over the 2.2 m that it is carried.
     """
     free, held = (_refined(found, above, known, prior) for prior in (USUAL, _as_formal(taper)))
     if free is None or held is None:
         return found
-    free_cm, held_cm = formal_error_cm(free), formal_error_cm(held)
-    moved_m, seen = held.r0 - free.r0, found.evidence
-    se_cm = float(np.sqrt(max(seen.se_cm**2 + held_cm**2 - free_cm**2, held_cm**2)))
+    moved_m, seen, formal = held.r0 - free.r0, found.evidence, formal_error(held)
     dbh_cm, outline_cm = seen.dbh_cm + 200 * moved_m, seen.outline_cm + 200 * moved_m
+    error = seen.error and seen.error._replace(formal=formal.formal, oval=formal.oval)
     found = replace(found, r0=found.r0 + moved_m, r1=held.r1)
-    return found.knowing(dbh_cm=dbh_cm, se_cm=se_cm, outline_cm=outline_cm)
+    return found.knowing(dbh_cm=dbh_cm, error=error, outline_cm=outline_cm)
 
 
 def stand_taper(fits: list[PhotoFit]) -> TaperPrior:
@@ -94,7 +93,7 @@ def stand_taper(fits: list[PhotoFit]) -> TaperPrior:
 
 
 def _as_formal(taper: TaperPrior) -> TaperPrior:
-    return taper._replace(sd=taper.sd / SE_FORMAL)
+    return taper._replace(sd=taper.sd / ERROR_WEIGHTS["formal"])
 
 
 def _refined(found: PhotoFit, above: Fitter, known: np.ndarray, taper: TaperPrior) -> FineFit | None:

@@ -7,31 +7,27 @@ from scipy.special import stdtrit
 
 from ...quality.priors import OVAL_SD, USUAL_TAPER
 from ..fit.edge_adjustment import FineFit
-from ..tuned import OVAL_FREE, OVAL_PRIOR, OVAL_SEEN, SE_FORMAL, SE_SCATTER, TAPER_FREE, TAPER_REACH_M
+from ..quality_control import ErrorParts
+from ..tuned import OVAL_FREE, OVAL_PRIOR, TAPER_FREE
 
 
-def standard_error_cm(fine: FineFit, weight: np.ndarray, px_cm: float, n_views: int) -> float:
-    """Standard error of the diameter, given that the right edges were found: three parts, scaled on rendered plots.
-
-    The scatter of the photos' diameters, more where they are few (Student's t against the normal at 90 %); the formal
-    error of the fit, which few and coarse edges make large; and a part of a pixel (``px_cm`` centimetres at the stem)
-    over the number of clear photos, for what all of them share.
-    """
-    good = (weight > 0) & np.isfinite(fine.view_r)
+def scatter_cm(view_r: np.ndarray, weight: np.ndarray) -> float:
+    """Standard error of the mean of the photos' diameters, larger where they are few (Student's t against the normal
+    at 90 %). view_r: (V,) radius deviation of each, m, NaN without both edges; weight: (V,)."""
+    good = (weight > 0) & np.isfinite(view_r)
     if good.sum() < 2:
-        return 99.0
-    w, d = weight[good], 200 * fine.view_r[good]
+        return 45.0  # unknown: wider than any stem
+    w, d = weight[good], 200 * view_r[good]
     n = max(w.sum() ** 2 / (w**2).sum(), 1.0)
     few = float(stdtrit(max(n - 1.0, 1.0), 0.95)) / 1.645
-    scatter = few * np.sqrt((w * d**2).sum() / w.sum() / n)
-    return float(np.linalg.norm([SE_SCATTER * scatter, formal_error_cm(fine), px_cm / max(n_views, 1)]))
+    return few * float(np.sqrt((w * d**2).sum() / w.sum() / n))
 
 
-def formal_error_cm(fine: FineFit) -> float:
-    """Formal standard error of the diameter, times ``SE_FORMAL``: edges of one stem err together. What its unknown
-    oval makes of it counts once, since no edge errs by it."""
-    of_round_m = np.sqrt(max(fine.fit_sd_m**2 - fine.oval_sd_m**2, 0.0))
-    return 200 * float(np.hypot(SE_FORMAL * of_round_m, fine.oval_sd_m))
+def formal_error(fine: FineFit) -> ErrorParts:
+    """What the fit itself says; what its unknown oval makes of it is apart, since no edge errs by it, while edges of
+    one stem err together."""
+    of_round_m = float(np.sqrt(max(fine.fit_sd_m**2 - fine.oval_sd_m**2, 0.0)))
+    return ErrorParts(formal=200 * of_round_m, oval=200 * fine.oval_sd_m)
 
 
 def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> float:
@@ -66,13 +62,13 @@ def seen_oval_error_cm(dbh_cm: float, view_cm: np.ndarray, azimuth: np.ndarray, 
         found = covariance @ (weighed.T @ d)
         scatter = float((w * (d - design @ found) ** 2).sum() / max(len(d) - 3, 1))
     seen = np.sqrt(max(found[1] ** 2 + found[2] ** 2 - covariance[1, 1] - covariance[2, 2], 0.0))
-    return OVAL_SEEN * max(float(seen) - OVAL_FREE * dbh_cm, 0.0)
+    return max(float(seen) - OVAL_FREE * dbh_cm, 0.0)
 
 
-def taper_error_cm(r1: float) -> float:
-    """What an unusual taper adds to the error of the diameter: some of the edges are then not the stem's. r1: slope of
-    the radius, m/m."""
-    return 200 * TAPER_REACH_M * max(abs(r1 - USUAL_TAPER) - TAPER_FREE, 0.0)
+def taper_excess_cm(r1: float) -> float:
+    """By how much a taper is beyond what is usual, cm over a metre: some of the edges are then not the stem's. r1:
+    slope of the radius, m/m."""
+    return 200 * max(abs(r1 - USUAL_TAPER) - TAPER_FREE, 0.0)
 
 
 def azimuth_spread(azimuth: np.ndarray) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..fit.selection import Explanation, Selected
-from ..quality_control import OtherExplanation
-from ..tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED, PAIR_SE_CM
+from ..quality_control import ErrorParts, OtherExplanation
+from ..tuned import GAIN_LOW_CONFIDENCE, GAIN_MERGED
 
 
 def companion_share(gain: float) -> float:
@@ -16,22 +16,22 @@ def companion_share(gain: float) -> float:
 
 
 def other_explanations(
-    choice: Selected, touched: Explanation | None, gain: float, dbh_cm: float, se_cm: float, soft_cm: float
+    choice: Selected, touched: Explanation | None, gain: float, dbh_cm: float, error: ErrorParts
 ) -> tuple[OtherExplanation, ...]:
-    """Of a stem with ``dbh_cm`` and ``se_cm``; none, where nothing else was tried.
+    """Of a stem with ``dbh_cm`` and ``error``; none, where nothing else was tried.
 
     choice: among single discs. touched: the place as a stem that another one touches, if that was tried; gain: of such
-    a pair over the best single disc. soft_cm: what of ``se_cm`` soft photos make.
+    a pair over the best single disc.
     """
-    listed, share, error = [*choice.rivals], choice.share, [se_cm] * len(choice.rivals)
+    listed, share, se_cm = [*choice.rivals], choice.share, [error.se_cm] * len(choice.rivals)
     if touched is not None:
         pair = companion_share(gain)
-        listed, share, error = [*listed, touched], np.append((1 - pair) * share, pair), [*error, PAIR_SE_CM]
-        error[-1] = float(np.hypot(PAIR_SE_CM, soft_cm))
+        listed, share = [*listed, touched], np.append((1 - pair) * share, pair)
+        se_cm.append(ErrorParts(touched=1.0, soft=error.soft).se_cm)
     taken = len(listed) - 1 if touched is not None and gain > GAIN_MERGED else 0
     share = np.delete(share, taken)
     share = share / max(float(share.sum()), 1e-9)
-    rest = [pair for k, pair in enumerate(zip(listed, error, strict=True)) if k != taken]
+    rest = [pair for k, pair in enumerate(zip(listed, se_cm, strict=True)) if k != taken]
     return tuple(
         OtherExplanation(float(p), 200 * item.fine.r0 - dbh_cm, se) for p, (item, se) in zip(share, rest, strict=True)
     )

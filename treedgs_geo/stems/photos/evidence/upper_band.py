@@ -14,6 +14,7 @@ import numpy as np
 from ..fit.edge_adjustment import FineFit, Sighting, refine
 from ..fit.null_model import ABOVE
 from ..images.crops import PhotoStack
+from ..quality_control import ErrorParts
 from ..tuned import ABOVE_SE_CM, MAX_MOVED, MAX_SE_CM, SEEN_PRIOR
 
 
@@ -38,10 +39,10 @@ def weight_above(se_cm: float) -> float:
     return variance / (variance + ABOVE_SE_CM**2)
 
 
-def averaged(fine: FineFit, se_cm: float, above_cm: float) -> tuple[FineFit, float]:
-    """The fit with its radius at breast height moved by the weight of what the reading from above says, and its
-    standard error (cm), to which the weighted difference adds. se_cm: of the fit alone."""
+def averaged(fine: FineFit, error: ErrorParts, above_cm: float) -> tuple[FineFit, ErrorParts]:
+    """The fit with its radius at breast height moved by the weight of what the reading from above says, which adds to
+    its error. error: of the fit alone."""
     if not np.isfinite(above_cm):
-        return fine, se_cm
-    moved_cm = weight_above(se_cm) * above_cm
-    return replace(fine, r0=fine.r0 + moved_cm / 200), float(np.hypot(se_cm, moved_cm))
+        return fine, error
+    moved_cm = weight_above(error.se_cm) * above_cm
+    return replace(fine, r0=fine.r0 + moved_cm / 200), error._replace(above=moved_cm)
