@@ -20,18 +20,15 @@ from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_lab.benchmarks import evidence, figures, records
 from treedgs_lab.benchmarks.chain.determinism import compare, environment
-from treedgs_lab.benchmarks.clouds.runners import nearest
 
 ROOT = Path(__file__).parents[3]
 LAB = ROOT / "treedgs_lab" / "benchmarks"
 SOURCES = sorted(LAB.rglob("*.py"))
 SCRIPTS = [path for path in SOURCES if '__name__ == "__main__"' in path.read_text()]
-#: Run by themselves, in an environment of their own.
-APART = {"run_3dfin.py", "run_dendromatics.py", "run_pytlidar.py", "run_treedgs.py", "run_treex.py"}
 RESULTS = sorted((ROOT / "docs" / "results").iterdir())
 
 
-@pytest.mark.parametrize("path", [path for path in SOURCES if path.name not in APART], ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.stem)
 def test_every_module_can_be_imported(path):
     importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
 
@@ -134,11 +131,6 @@ def test_the_code_of_another_checkout_is_used_or_refused(tmp_path):
     words = [sys.executable, "-c", "import treedgs_geo; print(treedgs_geo.__file__)"]
     found = subprocess.run(words, cwd=tmp_path, env=environment(tmp_path), capture_output=True, text=True).stdout
     assert Path(found.strip()) == tmp_path / "treedgs_geo" / "__init__.py"
-
-
-def test_the_nearest_tree_is_the_one_within_reach():
-    trees = [{"x": 0.0, "y": 0.0}, {"x": 1.0, "y": 0.0}]
-    assert nearest(trees, (0.9, 0.0)) == 1 and nearest(trees, (0.5, 0.0)) is None and nearest([], (0.0, 0.0)) is None
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
