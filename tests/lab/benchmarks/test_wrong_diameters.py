@@ -11,8 +11,17 @@ from clear_fit import clear_photo_fit
 
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.stems.photos.fit_records import KeptFits, write_fits
+from treedgs_geo.stems.photos.quality_control import ErrorParts
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
 from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
-from treedgs_lab.benchmarks.photos.wrong_diameters import calibration, fits_of, probabilities, regression
+from treedgs_lab.benchmarks.photos.wrong_diameters import (
+    calibration,
+    error_weights,
+    fits_of,
+    probabilities,
+    regression,
+    strata,
+)
 from treedgs_lab.benchmarks.records import RESULTS
 
 
@@ -40,6 +49,26 @@ def test_each_bin_holds_as_many_wrong_ones_as_it_should():
         assert abs(row["wrong"] - row["expected"]) < 3 * np.sqrt(row["expected"]) + 1
 
 
+def test_error_weights_are_those_under_which_the_errors_were_drawn():
+    rng, count = np.random.default_rng(4), 6000
+    fits = pd.DataFrame(0.0, index=range(count), columns=list(ErrorParts._fields))
+    fits["scatter"], fits["section"] = rng.exponential(0.2, count), rng.uniform(10, 60, count)
+    fits["wrong"], spread = False, np.hypot(1.5 * fits["scatter"], 0.012 * fits["section"])
+    fits["error_cm"] = rng.normal(0, spread)
+    found = error_weights(fits)
+    assert (found["scatter"], found["section"]) == pytest.approx((1.5, 0.012), rel=0.05)
+    assert found["formal"] == pytest.approx(ERROR_WEIGHTS["formal"])  # of which these fits say nothing
+
+
+def test_strata_count_right_diameters_that_are_given_out():
+    fits = pd.DataFrame(
+        {"stratum": "clean", "flag": ["ok", "ok", "ok", "reject", "ok"], "wrong": [False] * 4 + [True], "se_cm": 0.5,
+         "error_cm": [0.2, -0.3, 1.0, 0.1, 9.0], "inside": [True, True, False, True, False]}
+    )  # fmt: skip
+    (row,) = strata(fits)
+    assert (row["stems"], row["within_067_se"], row["inside_90"], row["bias_cm"]) == (3, 0.667, 0.667, 0.3)
+
+
 def test_a_fit_is_wrong_that_is_far_off_or_where_nothing_stands(plot, tmp_path):
     workspace = plot.folder.with_name(f"{plot.folder.name}_ws")
     (workspace / "sfm").mkdir(parents=True)
@@ -54,6 +83,7 @@ def test_a_fit_is_wrong_that_is_far_off_or_where_nothing_stands(plot, tmp_path):
     assert rows["wrong"].tolist() == [False, True, True]  # a second look and a sapling say nothing
     assert rows["error_cm"].tolist() == pytest.approx([1.0, 4.0, np.nan], nan_ok=True)
     assert rows["photos"].tolist() == pytest.approx([np.log(12 / 10)] * 3) and set(rows["plot"]) == {plot.folder.name}
+    assert rows["stratum"].tolist() == ["clean"] * 3 and rows["inside"].tolist() == [False] * 3
 
 
 def test_the_library_has_the_weights_of_the_record():

@@ -1,4 +1,5 @@
-"""How probable is it that a diameter from photos is not the stem's? What each predictor weighs, and whether that holds.
+"""How probable is it that a diameter from photos is not the stem's, and how far is it off where it is? What each
+predictor and each part of the error weighs, and whether that holds.
 
     python -m treedgs_lab.benchmarks.photos.wrong_diameters --set DIR [...] --held DIR [...] [--output FILE]
 
@@ -10,12 +11,17 @@ earlier plots gave, so that ``--set`` takes plots that are not in them yet (copi
 a wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
 RMSE of the others; of the plots that set the weights each by those of all others. A diameter is wrong that is off by
 more than 8 % and 2 cm, or where nothing stands.
+``error_weights``: of the parts of the error, by maximum likelihood over the right diameters, errors being normal; the
+prior are again the library's own (:data:`treedgs_geo.stems.photos.tuned.ERROR_WEIGHTS`), each known to a factor of two.
+``strata``: how many of the right diameters that are given out lie within 0.67 standard errors (half should) and in the
+90 % interval, by kind of stem.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,9 +30,12 @@ from scipy.spatial.distance import cdist
 from scipy.special import expit
 
 from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
+from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit_records import read_fits
-from treedgs_geo.stems.photos.tuned import MIN_SPLIT_M
+from treedgs_geo.stems.photos.quality_control import ErrorParts
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, GAIN_LOW_CONFIDENCE, MIN_SPLIT_M
 from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
@@ -37,6 +46,10 @@ WRONG_SHARE, WRONG_CM = 0.08, 2.0
 PRIOR = 10.0
 #: Intercept and weights of the library, log odds.
 OWN = np.array([INTERCEPT, *(predictor.weight for predictor in PREDICTORS.values())])
+#: Standard deviation of the logarithm of each weight of an error before these fits.
+FACTOR = np.log(2.0)
+#: Strata: a lean above, clear photos below.
+LEANING_DEG, FEW_VIEWS = 6.0, 8
 BINS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 
@@ -56,10 +69,61 @@ def fits_of(workspace: Path) -> pd.DataFrame:
         free = np.delete(free, [i for i, _ in pairs])
     rows = pd.DataFrame([fit.evidence.predictors() for fit in fits])
     rows["plot"], rows["error_cm"] = plot.name, [fit.dbh_cm for fit in fits] - true_cm
+    parts = pd.DataFrame([fit.evidence.error or ErrorParts() for fit in fits], columns=ErrorParts._fields)
+    rows = pd.concat([rows, parts, pd.DataFrame([_stated(fit) for fit in fits])], axis=1)
+    rows["inside"] = (rows["lo_cm"] <= true_cm) & (true_cm <= rows["hi_cm"])
     off = np.abs(rows["error_cm"])
     rows["wrong"] = ~((off <= WRONG_CM) | (off <= WRONG_SHARE * true_cm))
     # A second look at a stem that is paired already says nothing.
     return rows[~np.isnan(true_cm) | (cdist(found, truth.anything).min(axis=1) > MATCH_M)].reset_index(drop=True)
+
+
+def _stated(fit: PhotoFit) -> dict[str, Any]:
+    """What is given out of a fit, and which stratum it is in: the first that it is of."""
+    evidence, stated = fit.evidence, fit.assessment
+    touched = evidence.gain > GAIN_LOW_CONFIDENCE
+    kinds = {
+        "touched": touched, "carried down": fit.carried, "leaning": evidence.lean_deg > LEANING_DEG,
+        "few photos": evidence.n_views < FEW_VIEWS,
+    }  # fmt: skip
+    low, high = (stated.lo_cm, stated.hi_cm)
+    if np.isnan(low):
+        low, high = (stated.dbh_cm + side * HALF_WIDTH_SE * stated.se_cm for side in (-1, 1))
+    stratum = next((name for name, is_of in kinds.items() if is_of), "clean")
+    return {"flag": fit.flag, "stratum": stratum, "se_cm": stated.se_cm, "lo_cm": low, "hi_cm": high}
+
+
+def error_weights(fits: pd.DataFrame) -> dict[str, float]:
+    """Weights of the parts of the error under which those of the right diameters are most probable."""
+    right = fits[~fits["wrong"]]
+    variance = right[list(ErrorParts._fields)].to_numpy() ** 2
+    squared, own = right["error_cm"].to_numpy() ** 2, np.log(list(ERROR_WEIGHTS.values()))
+
+    def loss(log_weights: np.ndarray) -> float:
+        total = variance @ np.exp(2 * log_weights)
+        return 0.5 * float((np.log(total) + squared / total).sum() + (((log_weights - own) / FACTOR) ** 2).sum())
+
+    return dict(zip(ERROR_WEIGHTS, np.exp(minimize(loss, own).x).round(4).tolist(), strict=True))
+
+
+def strata(fits: pd.DataFrame) -> list[dict[str, Any]]:
+    """One row a stratum and flag, of the right diameters that are given out."""
+    given = fits[~fits["wrong"] & (fits["flag"] != "reject")]
+    rows = []
+    for (stratum, flag), here in given.groupby(["stratum", "flag"]):
+        error, se_cm = here["error_cm"], here["se_cm"]
+        rows.append(
+            {
+                "stratum": stratum,
+                "flag": flag,
+                "stems": len(here),
+                "rmse_cm": round(float(np.sqrt((error**2).mean())), 2),
+                "bias_cm": round(float(error.mean()), 2),
+                "within_067_se": round(float((np.abs(error) < 0.6745 * se_cm).mean()), 3),
+                "inside_90": round(float(here["inside"].mean()), 3),
+            }
+        )
+    return rows
 
 
 def regression(fits: pd.DataFrame, prior: np.ndarray = OWN) -> np.ndarray:
@@ -119,8 +183,10 @@ def main() -> int:
         "plots": {"set": setting["plot"].nunique(), "held": held["plot"].nunique()},
         "intercept": float(weights[0]),
         "weights": dict(zip(PREDICTORS, weights[1:].tolist(), strict=True)),
+        "error_weights": error_weights(setting),
         "set": calibration(setting, left_out),
         "held": calibration(held, probabilities(held, OWN)),
+        "strata": {"set": strata(setting), "held": strata(held)},
     }
     write_record(args.output, record)
     return 0
