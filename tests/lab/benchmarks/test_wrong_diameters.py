@@ -11,10 +11,10 @@ from clear_fit import clear_photo_fit
 
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.stems.photos.fit_records import KeptFits, write_fits
-from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
 from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.photos.wrong_diameters import (
+    PARTS,
     calibration,
     error_weights,
     fits_of,
@@ -51,9 +51,9 @@ def test_each_bin_holds_as_many_wrong_ones_as_it_should():
 
 def test_error_weights_are_those_under_which_the_errors_were_drawn():
     rng, count = np.random.default_rng(4), 6000
-    fits = pd.DataFrame(0.0, index=range(count), columns=list(ErrorParts._fields))
-    fits["scatter"], fits["section"] = rng.exponential(0.2, count), rng.uniform(10, 60, count)
-    fits["wrong"], spread = False, np.hypot(1.5 * fits["scatter"], 0.012 * fits["section"])
+    fits = pd.DataFrame(0.0, index=range(count), columns=PARTS)
+    fits["error_scatter"], fits["error_section"] = rng.exponential(0.2, count), rng.uniform(10, 60, count)
+    fits["wrong"], spread = False, np.hypot(1.5 * fits["error_scatter"], 0.012 * fits["error_section"])
     fits["error_cm"] = rng.normal(0, spread)
     found = error_weights(fits)
     assert (found["scatter"], found["section"]) == pytest.approx((1.5, 0.012), rel=0.05)

@@ -50,6 +50,8 @@ OWN = np.array([INTERCEPT, *(predictor.weight for predictor in PREDICTORS.values
 FACTOR = np.log(2.0)
 #: Strata: a lean above, clear photos below.
 LEANING_DEG, FEW_VIEWS = 6.0, 8
+#: Columns of the parts of the error.
+PARTS = [f"error_{name}" for name in ErrorParts._fields]
 BINS = (0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 
 
@@ -69,7 +71,7 @@ def fits_of(workspace: Path) -> pd.DataFrame:
         free = np.delete(free, [i for i, _ in pairs])
     rows = pd.DataFrame([fit.evidence.predictors() for fit in fits])
     rows["plot"], rows["error_cm"] = plot.name, [fit.dbh_cm for fit in fits] - true_cm
-    parts = pd.DataFrame([fit.evidence.error or ErrorParts() for fit in fits], columns=ErrorParts._fields)
+    parts = pd.DataFrame([fit.evidence.error or ErrorParts() for fit in fits], columns=PARTS)
     rows = pd.concat([rows, parts, pd.DataFrame([_stated(fit) for fit in fits])], axis=1)
     rows["inside"] = (rows["lo_cm"] <= true_cm) & (true_cm <= rows["hi_cm"])
     off = np.abs(rows["error_cm"])
@@ -96,7 +98,7 @@ def _stated(fit: PhotoFit) -> dict[str, Any]:
 def error_weights(fits: pd.DataFrame) -> dict[str, float]:
     """Weights of the parts of the error under which those of the right diameters are most probable."""
     right = fits[~fits["wrong"]]
-    variance = right[list(ErrorParts._fields)].to_numpy() ** 2
+    variance = right[PARTS].to_numpy() ** 2
     squared, own = right["error_cm"].to_numpy() ** 2, np.log(list(ERROR_WEIGHTS.values()))
 
     def loss(log_weights: np.ndarray) -> float:
