@@ -10,8 +10,7 @@ import numpy as np
 from .evidence.double_stem import NO_TWINS, Twins
 from .evidence.error_budget import (
     azimuth_spread,
-    formal_error,
-    oval_error_cm,
+    formal_error_cm,
     scatter_cm,
     seen_oval_error_cm,
     taper_excess_cm,
@@ -203,18 +202,14 @@ def _kish(weight: np.ndarray) -> float:
 
 def error_parts(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> ErrorParts:
     """Of the diameter in sharp photos, at breast height alone. weight: (V,) of the photos."""
-    clear = best.z > SEEN_MEAN_Z
-    azimuths, thick_cm = _azimuths(shared, fine.axis), 200 * fine.r0
-    lean = float(np.hypot(*fine.axis.s))
+    thick_cm, lean = 200 * fine.r0, float(np.hypot(*fine.axis.s))
+    parts = ErrorParts(section=thick_cm, lean=lean * thick_cm, taper=taper_excess_cm(fine.r1))
     if best.mate is not None:
-        parts = ErrorParts(touched=1.0, oval=oval_error_cm(thick_cm, azimuths, weight))
-    else:
-        parts = formal_error(fine)._replace(
-            scatter=scatter_cm(fine.view_r, weight),
-            pixel=px_cm(shared, fine.axis, clear) / max(int(clear.sum()), 1),
-            seen_oval=seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight),
-        )
-    return parts._replace(section=thick_cm, lean=lean * thick_cm, taper=taper_excess_cm(fine.r1))
+        return parts._replace(touched=1.0)
+    formal, oval = formal_error_cm(fine)
+    scatter = scatter_cm(fine.view_r, weight)
+    seen = seen_oval_error_cm(thick_cm, 200 * fine.view_r, _azimuths(shared, fine.axis), weight)
+    return parts._replace(scatter=scatter, formal=formal, oval=oval, seen_oval=seen)
 
 
 def px_cm(shared: Shared, axis: StemAxis, views: np.ndarray) -> float:

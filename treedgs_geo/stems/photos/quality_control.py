@@ -35,16 +35,14 @@ class ErrorParts(NamedTuple):
 
     #: Standard error of the mean of the photos' diameters.
     scatter: float = 0.0
-    #: Formal error of the fit, without the oval.
+    #: Formal error of the fit, without the oval: edges of one stem err together.
     formal: float = 0.0
-    #: A pixel over the number of clear photos, for what all of them share.
-    pixel: float = 0.0
-    #: Another stem touches it, so that hardly any photo shows both of its edges.
-    touched: float = 0.0
     #: What an oval adds that the photos do not show all round.
     oval: float = 0.0
     #: What an oval adds that the photos show.
     seen_oval: float = 0.0
+    #: Another stem touches it, so that hardly any photo shows both of its edges.
+    touched: float = 0.0
     #: The diameter, for its one section beside the stem's others.
     section: float = 0.0
     #: The diameter times the tangent of the lean.

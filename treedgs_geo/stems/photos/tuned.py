@@ -154,10 +154,9 @@ BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 ERROR_WEIGHTS = {
     "scatter": 2.2,
     "formal": 2.6,
-    "pixel": 1.0,
-    "touched": 1.1,
     "oval": 1.0,
     "seen_oval": 1.5,
+    "touched": 1.1,
     "section": SECTION_SD,
     "lean": 0.04,
     "taper": 2.0,

@@ -17,7 +17,7 @@ import numpy as np
 from ...core.progress import Reporter
 from ..quality.priors import TAPER_SD, USUAL_TAPER
 from .deduplicate import known_rows, plausible
-from .evidence.error_budget import formal_error
+from .evidence.error_budget import formal_error_cm
 from .fit.edge_adjustment import USUAL, FineFit, Sighting, TaperPrior, refine
 from .fit.null_model import ABOVE
 from .fit.photo_fit import PhotoFit
@@ -74,9 +74,9 @@ def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray
     free, held = (_refined(found, above, known, prior) for prior in (USUAL, _as_formal(taper)))
     if free is None or held is None:
         return found
-    moved_m, seen, formal = held.r0 - free.r0, found.evidence, formal_error(held)
+    moved_m, seen, (formal, oval) = held.r0 - free.r0, found.evidence, formal_error_cm(held)
     dbh_cm, outline_cm = seen.dbh_cm + 200 * moved_m, seen.outline_cm + 200 * moved_m
-    error = seen.error and seen.error._replace(formal=formal.formal, oval=formal.oval)
+    error = seen.error and seen.error._replace(formal=formal, oval=oval)
     found = replace(found, r0=found.r0 + moved_m, r1=held.r1)
     return found.knowing(dbh_cm=dbh_cm, error=error, outline_cm=outline_cm)
 

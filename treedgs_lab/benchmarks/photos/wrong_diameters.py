@@ -11,8 +11,8 @@ earlier plots gave, so that ``--set`` takes plots that are not in them yet (copi
 a wrong diameter (``from`` it on), how many are wrong and how many should be, false ones (nothing stands there) and the
 RMSE of the others; of the plots that set the weights each by those of all others. A diameter is wrong that is off by
 more than 8 % and 2 cm, or where nothing stands.
-``error_weights``: of the parts of the error, by maximum likelihood over the right diameters, errors being normal; the
-prior are again the library's own (:data:`treedgs_geo.stems.photos.tuned.ERROR_WEIGHTS`), each known to a factor of two.
+``error_weights``: of the parts of the error, by maximum likelihood; the prior are again the library's own
+(:data:`treedgs_geo.stems.photos.tuned.ERROR_WEIGHTS`), each known to a factor of two.
 ``strata``: how many of the right diameters that are given out lie within 0.67 standard errors (half should) and in the
 90 % interval, by kind of stem.
 """
@@ -35,7 +35,7 @@ from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit_records import read_fits
 from treedgs_geo.stems.photos.quality_control import ErrorParts
-from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, GAIN_LOW_CONFIDENCE, MIN_SPLIT_M
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, GAIN_LOW_CONFIDENCE, MIN_SPLIT_M, WRONG_SD
 from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
@@ -96,14 +96,17 @@ def _stated(fit: PhotoFit) -> dict[str, Any]:
 
 
 def error_weights(fits: pd.DataFrame) -> dict[str, float]:
-    """Weights of the parts of the error under which those of the right diameters are most probable."""
-    right = fits[~fits["wrong"]]
-    variance = right[PARTS].to_numpy() ** 2
-    squared, own = right["error_cm"].to_numpy() ** 2, np.log(list(ERROR_WEIGHTS.values()))
+    """Weights of the parts of the error under which the errors of the stems that were fitted are most probable: normal,
+    or with the probability of a wrong diameter those of one."""
+    stems = fits[fits["error_cm"].notna()]
+    parts, squared = stems[PARTS].to_numpy() ** 2, stems["error_cm"].to_numpy() ** 2
+    wrong, own = probabilities(stems, OWN), np.log(list(ERROR_WEIGHTS.values()))
+    far = (WRONG_SD * stems["error_section"].to_numpy()) ** 2
 
     def loss(log_weights: np.ndarray) -> float:
-        total = variance @ np.exp(2 * log_weights)
-        return 0.5 * float((np.log(total) + squared / total).sum() + (((log_weights - own) / FACTOR) ** 2).sum())
+        right, (near, off) = parts @ np.exp(2 * log_weights), (1 - wrong, wrong)
+        density = sum(p * np.exp(-0.5 * squared / v) / np.sqrt(v) for p, v in ((near, right), (off, far)))
+        return float(0.5 * (((log_weights - own) / FACTOR) ** 2).sum() - np.log(density).sum())
 
     return dict(zip(ERROR_WEIGHTS, np.exp(minimize(loss, own).x).round(4).tolist(), strict=True))
 

@@ -3,43 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import stdtrit
 
-from ...quality.priors import OVAL_SD, USUAL_TAPER
+from ...quality.priors import USUAL_TAPER
 from ..fit.edge_adjustment import FineFit
-from ..quality_control import ErrorParts
 from ..tuned import OVAL_FREE, OVAL_PRIOR, TAPER_FREE
 
 
 def scatter_cm(view_r: np.ndarray, weight: np.ndarray) -> float:
-    """Standard error of the mean of the photos' diameters, larger where they are few (Student's t against the normal
-    at 90 %). view_r: (V,) radius deviation of each, m, NaN without both edges; weight: (V,)."""
+    """Standard error of the mean of the photos' diameters. view_r: (V,) radius deviation of each, m, NaN without both
+    edges; weight: (V,)."""
     good = (weight > 0) & np.isfinite(view_r)
     if good.sum() < 2:
         return 45.0  # unknown: wider than any stem
     w, d = weight[good], 200 * view_r[good]
-    n = max(w.sum() ** 2 / (w**2).sum(), 1.0)
-    few = float(stdtrit(max(n - 1.0, 1.0), 0.95)) / 1.645
-    return few * float(np.sqrt((w * d**2).sum() / w.sum() / n))
+    return float(np.sqrt((w * d**2).sum() / w.sum() * (w**2).sum() / w.sum() ** 2))
 
 
-def formal_error(fine: FineFit) -> ErrorParts:
-    """What the fit itself says; what its unknown oval makes of it is apart, since no edge errs by it, while edges of
-    one stem err together."""
+def formal_error_cm(fine: FineFit) -> tuple[float, float]:
+    """Formal error of the diameter without its section's unknown oval, and what that makes of it: no edge errs by it,
+    while edges of one stem err together."""
     of_round_m = float(np.sqrt(max(fine.fit_sd_m**2 - fine.oval_sd_m**2, 0.0)))
-    return ErrorParts(formal=200 * of_round_m, oval=200 * fine.oval_sd_m)
-
-
-def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> float:
-    """What a stem's unknown oval adds to the error of a round fit, for photos from unevenly spread directions.
-
-    Stems are oval by some per cent, and an oval is ``1 + e/2 cos 2(azimuth - theta)`` wide. Photos all round average
-    that to girth over pi (Cauchy); photos along one line see one width. ``azimuth``: (V,) radians, ``weight``: (V,).
-    """
-    total = float(weight.sum())
-    if total <= 0:
-        return 0.0
-    return float(OVAL_SD * dbh_cm * np.abs((weight * np.exp(2j * azimuth)).sum()) / total)
+    return 200 * of_round_m, 200 * fine.oval_sd_m
 
 
 def seen_oval_error_cm(dbh_cm: float, view_cm: np.ndarray, azimuth: np.ndarray, weight: np.ndarray) -> float:

@@ -60,7 +60,7 @@ def soft_px(stack: PhotoStack, reporter: Reporter) -> float:
     return off_px
 
 
-#: Values of all three colours from which a photo is overexposed; samples up the stem.
+#: Value from which a colour is overexposed; samples up the stem.
 _WHITE, _SAMPLES = 250, 20
 
 
@@ -83,5 +83,5 @@ def clipped_px(
         place = np.floor(pixels[np.isfinite(pixels).all(axis=1), ::-1]).astype(int) - stack.corner[v]
         row, column = place[((place >= 0) & (place < stack.shape[v])).all(axis=1)].T
         at = stack.start[v] + 3 * (row * stack.shape[v, 1] + column)
-        white.append((stack.pixels[at[:, None] + np.arange(3)] >= _WHITE).all(axis=1))
+        white.append((stack.pixels[at[:, None] + np.arange(3)] >= _WHITE).ravel())
     return CLIPPED_PX * float(np.concatenate(white).mean()) if white else 0.0
