@@ -13,8 +13,8 @@ RMSE of the others; of the plots that set the weights each by those of all other
 more than 8 % and 2 cm, or where nothing stands.
 ``error_weights``: of the parts of the error, by maximum likelihood; the prior are again the library's own
 (:data:`treedgs_geo.stems.photos.tuned.ERROR_WEIGHTS`), each known to a factor of two.
-``strata``: how many of the right diameters that are given out lie within 0.67 standard errors (half should) and in the
-90 % interval, by kind of stem.
+``strata``: how many of the right diameters that these weights give out lie within 0.67 standard errors (half should)
+and in the 90 % interval, by kind of stem.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from scipy.special import expit
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
-from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit_records import read_fits
 from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, GAIN_LOW_CONFIDENCE, MIN_SPLIT_M, WRONG_SD
@@ -72,27 +71,11 @@ def fits_of(workspace: Path) -> pd.DataFrame:
     rows = pd.DataFrame([fit.evidence.predictors() for fit in fits])
     rows["plot"], rows["error_cm"] = plot.name, [fit.dbh_cm for fit in fits] - true_cm
     parts = pd.DataFrame([fit.evidence.error or ErrorParts() for fit in fits], columns=PARTS)
-    rows = pd.concat([rows, parts, pd.DataFrame([_stated(fit) for fit in fits])], axis=1)
-    rows["inside"] = (rows["lo_cm"] <= true_cm) & (true_cm <= rows["hi_cm"])
+    rows = pd.concat([rows, parts], axis=1).assign(fit=fits)
     off = np.abs(rows["error_cm"])
     rows["wrong"] = ~((off <= WRONG_CM) | (off <= WRONG_SHARE * true_cm))
     # A second look at a stem that is paired already says nothing.
     return rows[~np.isnan(true_cm) | (cdist(found, truth.anything).min(axis=1) > MATCH_M)].reset_index(drop=True)
-
-
-def _stated(fit: PhotoFit) -> dict[str, Any]:
-    """What is given out of a fit, and which stratum it is in: the first that it is of."""
-    evidence, stated = fit.evidence, fit.assessment
-    touched = evidence.gain > GAIN_LOW_CONFIDENCE
-    kinds = {
-        "touched": touched, "carried down": fit.carried, "leaning": evidence.lean_deg > LEANING_DEG,
-        "few photos": evidence.n_views < FEW_VIEWS,
-    }  # fmt: skip
-    low, high = (stated.lo_cm, stated.hi_cm)
-    if np.isnan(low):
-        low, high = (stated.dbh_cm + side * HALF_WIDTH_SE * stated.se_cm for side in (-1, 1))
-    stratum = next((name for name, is_of in kinds.items() if is_of), "clean")
-    return {"flag": fit.flag, "stratum": stratum, "se_cm": stated.se_cm, "lo_cm": low, "hi_cm": high}
 
 
 def error_weights(fits: pd.DataFrame) -> dict[str, float]:
@@ -108,14 +91,34 @@ def error_weights(fits: pd.DataFrame) -> dict[str, float]:
         density = sum(p * np.exp(-0.5 * squared / v) / np.sqrt(v) for p, v in ((near, right), (off, far)))
         return float(0.5 * (((log_weights - own) / FACTOR) ** 2).sum() - np.log(density).sum())
 
-    return dict(zip(ERROR_WEIGHTS, np.exp(minimize(loss, own).x).round(4).tolist(), strict=True))
+    return dict(zip(ERROR_WEIGHTS, [float(f"{w:.2g}") for w in np.exp(minimize(loss, own).x)], strict=True))
+
+
+def stated(fits: pd.DataFrame, weights: dict[str, float]) -> pd.DataFrame:
+    """What is given out of fits where their errors have these weights: flag, standard error, ``inside`` (the interval
+    holds the truth), and the stratum, the first that a stem is of."""
+    rows = []
+    for fit, error_cm in zip(fits["fit"], fits["error_cm"], strict=True):
+        evidence = fit.evidence
+        weighted = {name: part * weights[name] / ERROR_WEIGHTS[name] for name, part in evidence.error._asdict().items()}
+        found = fit.knowing(error=ErrorParts(**weighted)).assessment
+        half = HALF_WIDTH_SE * found.se_cm
+        low, high = (found.lo_cm, found.hi_cm) if np.isfinite(found.lo_cm) else (fit.dbh_cm - half, fit.dbh_cm + half)
+        kinds = {
+            "touched": evidence.gain > GAIN_LOW_CONFIDENCE, "carried down": fit.carried,
+            "leaning": evidence.lean_deg > LEANING_DEG, "few photos": evidence.n_views < FEW_VIEWS, "clean": True,
+        }  # fmt: skip
+        stratum = next(name for name, is_of in kinds.items() if is_of)
+        inside = low <= fit.dbh_cm - error_cm <= high
+        rows.append({"stratum": stratum, "flag": found.flag, "se_cm": found.se_cm, "inside": inside})
+    return pd.concat([fits, pd.DataFrame(rows, index=fits.index)], axis=1)
 
 
 def strata(fits: pd.DataFrame) -> list[dict[str, Any]]:
-    """One row a stratum and flag, of the right diameters that are given out."""
+    """One row a stratum and flag, of the right diameters that are given out. fits: of :func:`stated`."""
     given = fits[~fits["wrong"] & (fits["flag"] != "reject")]
     rows = []
-    for (stratum, flag), here in given.groupby(["stratum", "flag"]):
+    for (stratum, flag), here in [*given.groupby(["stratum", "flag"]), (("all", ""), given)]:
         error, se_cm = here["error_cm"], here["se_cm"]
         rows.append(
             {
@@ -124,6 +127,7 @@ def strata(fits: pd.DataFrame) -> list[dict[str, Any]]:
                 "stems": len(here),
                 "rmse_cm": round(float(np.sqrt((error**2).mean())), 2),
                 "bias_cm": round(float(error.mean()), 2),
+                "median_se_cm": round(float(se_cm.median()), 2),
                 "within_067_se": round(float((np.abs(error) < 0.6745 * se_cm).mean()), 3),
                 "inside_90": round(float(here["inside"].mean()), 3),
             }
@@ -183,15 +187,15 @@ def main() -> int:
     left_out = np.zeros(len(setting))
     for plot, own in setting.groupby("plot"):
         left_out[own.index] = probabilities(own, regression(setting[setting["plot"] != plot]))
-    weights = np.round(regression(setting), 1)
+    weights, of_errors = np.round(regression(setting), 1), error_weights(setting)
     record = {
         "plots": {"set": setting["plot"].nunique(), "held": held["plot"].nunique()},
         "intercept": float(weights[0]),
         "weights": dict(zip(PREDICTORS, weights[1:].tolist(), strict=True)),
-        "error_weights": error_weights(setting),
+        "error_weights": of_errors,
         "set": calibration(setting, left_out),
         "held": calibration(held, probabilities(held, OWN)),
-        "strata": {"set": strata(setting), "held": strata(held)},
+        "strata": {name: strata(stated(fits, of_errors)) for name, fits in (("set", setting), ("held", held))},
     }
     write_record(args.output, record)
     return 0
