@@ -14,8 +14,8 @@ from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.images.crops import GroundGrid
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.route import search_photos
-from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
 from treedgs_geo.stems.photos.trees import trees_of_photo_fits
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
 
 LEANING = Stem(-0.8, -0.6, 0.13, lx=0.30, ly=0.20)
 TWINS = [Stem(1.0, 0.8, 0.09), Stem(1.21, 0.95, 0.085)]

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..quality.findings import Bound
 from ..quality.limits import bound_of
-from ..quality.priors import SECTION_SD
 
 # Photos and the ground behind the stems
 #: Photos that have to show a place for a stem to be measured there.
@@ -150,18 +149,20 @@ PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
 BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 
 # The error of a diameter
-#: Weights of what makes it up (:class:`.quality_control.ErrorParts`).
+#: Weights of what makes it up (:class:`.quality_control.ErrorParts`): maximum likelihood over fits of eight plots
+#: (``docs/results/wrong_diameters.json``); before them by earlier plots. Touched stems have that many cm (44 of the
+#: stability suite, seeds 1 to 3); the section is a share of the diameter.
 ERROR_WEIGHTS = {
-    "scatter": 2.2,
-    "formal": 2.6,
+    "scatter": 3.4,
+    "formal": 2.1,
     "oval": 1.0,
-    "seen_oval": 1.5,
+    "seen_oval": 2.4,
     "touched": 1.1,
-    "section": SECTION_SD,
-    "lean": 0.04,
-    "taper": 2.0,
-    "above": 1.0,
-    "soft": 1.0,
+    "section": 0.0057,
+    "lean": 0.045,
+    "taper": 1.5,
+    "above": 0.75,
+    "soft": 0.9,
 }
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest); its prior sd.
 OVAL_FREE, OVAL_PRIOR = 0.005, 0.05

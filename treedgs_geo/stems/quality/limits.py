@@ -312,14 +312,14 @@ INTERCEPT = -6.4
 #: silhouette, directions, coarse fit, taper, companions and the ground seen made it hardly better on plots left out, or
 #: worse.
 PREDICTORS = {
-    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.9),
+    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3.0),
     "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.8),
     "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.8),
-    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.3),
+    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.2),
     "explanations": Predictor(
         "ambiguous",
         "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
-        0.6,
+        0.4,
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.

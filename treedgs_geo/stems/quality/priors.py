@@ -18,7 +18,3 @@ START_TAPER = -0.0045
 #: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
 #: and narrowest diameters differ by 5 %, as conifers' do on average.
 OVAL_SD = 0.018
-#: How far the section at breast height lies off the line through its stem's other sections, standard deviation, share
-#: of the diameter: bark plates, knots, flutes that a tape goes round there. 0.13 to 0.27 cm in the truth of six plots
-#: of two renderers.
-SECTION_SD = 0.007
