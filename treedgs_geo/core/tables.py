@@ -48,6 +48,7 @@ _WORKBOOKS = {".xlsx", ".ods"}
 _TOTALS = {
     *("total", "totals", "sum", "mean", "average", "avg", "count", "summe", "gesamt", "mittel", "mittelwert"),
     *("durchschnitt", "anzahl", "suma", "media", "promedio", "subtotal", "subtotals", "zwischensumme", "median"),
+    *("ergebnis", "gesamtergebnis", "somme", "moyenne", "razem", "średnia", "yhteensä", "keskiarvo", "σ", "ø"),
 }
 #: Columns that name a row.
 _NAMES = {name for key in ("plot_id", "field_id") for name, _ in spellings(key)}
@@ -98,7 +99,7 @@ def read_rows(
     one cell a column: the one reader of every table that a user gives, whatever program wrote it; also of a workbook's
     one sheet.
 
-    UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons or tabs;
+    UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons, tabs, bars;
     decimal commas become points, and thousands lose their marks, where that is certain. Titles above the heading are
     left out; units below it, or behind every number, go to the columns' names. What stands for nothing (``NA``, ``-``)
     is empty. A row may lack cells at its end only where the columns hold notes. comments: rows that begin with ``#``
@@ -232,7 +233,7 @@ def _separator(text: str) -> tuple[str, int, str]:
         and len(heading.split()) != len(below.split())
     ):
         heading = below  # the first line is a title
-    separator = max(",;\t", key=heading.count)
+    separator = max(",;\t|", key=heading.count)
     if separator not in heading and " " in heading.strip():
         return re.sub(r"^ +| +$", "", text, flags=re.MULTILINE), 0, " "
     return text, 0, separator

@@ -33,11 +33,9 @@ _FIELD_COLUMNS = [
 ]  # fmt: skip
 #: A field tree this near to searched ground stands on it: two maps do not agree to the decimetre, m.
 _RIM_M = 0.5
-#: Offsets of so many plots are compared. One stands apart by more than both, m and times the median; of plots with
-#: Gaussian errors of 0.5 to 3 m such a one is in 1 to 2 % of the surveys.
-_COMPARED, _APART_M, _TIMES_APART = 4, 3.0, 5.0
-#: A shift that plots share is no chance below this.
-_BY_CHANCE = 1e-3
+#: Offsets of so many plots are compared. One stands apart by more than both, m and times the median: of Gaussian errors
+#: of 0.5 to 3 m one in 1 to 2 % of the surveys. A shift that plots share is no chance below the last.
+_COMPARED, _APART_M, _TIMES_APART, _BY_CHANCE = 4, 3.0, 5.0, 1e-3
 
 
 def match_plots(
@@ -124,10 +122,8 @@ def match_plots(
 
 
 def offsets_apart(plots: list[dict], path: Path) -> list[str]:
-    """Sentences on centres that lie elsewhere than the others', and on a shift that the plots share.
-
-    plots: rows of the layer ``plots``; those left to a hand check do not count. path: of the plots table.
-    """
+    """Sentences on centres that lie elsewhere than the others', and on a shift that all plots share. plots: rows of the
+    layer ``plots``; those left to a hand check do not count. path: of the plots table."""
     known = [row for row in plots if row["status"] != "check"]
     if len(known) < _COMPARED:
         return []
@@ -137,20 +133,16 @@ def offsets_apart(plots: list[dict], path: Path) -> list[str]:
     odd = away > max(_APART_M, _TIMES_APART * usual)
     said = [
         f"{path}, plot {known[k]['plot_id']}: its centre lies {away[k]:.1f} m from where its trees stand, those of the "
-        f"other plots {usual:.1f} m (median); the pairs hold, but correct the centre, as a stand table would count "
-        "the trees around it."
+        f"other plots {usual:.1f} m (median); the pairs hold, but correct it: a stand table counts the trees around it."
         for k in np.flatnonzero(odd)
     ]
-    rest = offsets[~odd]
-    east, north = shift = rest.mean(axis=0)
+    east, north = shift = (rest := offsets[~odd]).mean(axis=0)
     # The chance of such a mean where the errors of plots have nothing in common (F, 2 and 2 (n - 1) degrees).
-    square = max(float(((rest - shift) ** 2).sum()), 1e-6)
-    chance = (1 + len(rest) * float(shift @ shift) / square) ** (1 - len(rest))
+    chance = (1 + len(rest) * (shift @ shift) / max(((rest - shift) ** 2).sum(), 1e-6)) ** (1 - len(rest))
     if np.hypot(east, north) > _APART_M and chance < _BY_CHANCE:
         said.append(
-            f"{path}: {len(rest)} plots are moved alike, by {east:+.1f} m east and {north:+.1f} m north; the pairs "
-            "hold, but plots and tree layer are not in one frame: check the epsg and datum of both, and their "
-            "geotags or base station."
+            f"{path}: {len(rest)} plots are moved alike, {east:+.1f} m east and {north:+.1f} m north; the pairs hold, "
+            "but plots and trees are not in one frame: check epsg, datum and base station of both."
         )
     return said
 

@@ -86,7 +86,8 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         InputError: not readable, or a DBH that no tree has.
     """
     measured = read_measured(path, crs)
-    moved_m, typed = float(measured.attrs.get("moved_m", 0.0)), edited(measured)
+    moved_m, elsewhere = float(measured.attrs.get("moved_m", 0.0)), measured.attrs.get("said", [])
+    typed = edited(measured)
     if "rev_flag" in measured:
         typed &= measured["rev_flag"].isna().to_numpy()
     named = some(measured["tree_id"][typed], 8)
@@ -130,6 +131,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     found = TreeList(
         trees, measured.crs, False, review=review, searched=searched, notes=review.sentences(Path(path).name)
     )
+    found.warnings += elsewhere
     if by_hand:
         found.warnings.append(
             f"{count_of(by_hand, 'tree')} of {Path(path).name} with a DBH {'has' if by_hand == 1 else 'have'} qc_flag "
@@ -226,6 +228,8 @@ def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     trees["qc_reason"] = ""
     found = TreeList(trees, None, True)
     found.warnings += table.attrs["said"]
+    if unread := table.attrs["unread"]:
+        found.notes.append(f"Columns of {Path(path).name} that nothing was taken from: {some(unread, 20)}.")
     for name in ("status", "azimuth_deg", "distance_m", "line"):
         found.trees[name] = table.get(name)
     settle_status(found)
