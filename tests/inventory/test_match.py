@@ -223,8 +223,11 @@ def test_a_line_drawn_by_hand_is_a_pair(survey):
     ("shift", "says"),
     [
         ({}, None),
-        ({2: (5.0, -3.4)}, "plot p2: its centre lies [56].* m from where its trees stand, those of the other plots 0"),
-        (dict.fromkeys(range(5), (-4.0, 2.0)), r"5 plots are moved alike, by \+4.* m east and -[12].* m north"),
+        (
+            {2: (5.0, -3.4)},
+            r"plot p2: its trees stand -[45].* m east and \+3.* m north of.* apart from.*, the others 0",
+        ),
+        (dict.fromkeys(range(5), (-4.0, 2.0)), r"5 plots are moved alike, \+4.* m east and -[12].* m north"),
     ],
 )
 def test_a_centre_that_lies_elsewhere_and_a_shift_of_all_are_said(tmp_path, shift, says):

@@ -52,6 +52,7 @@ class Quantity:
 
 _DBH = "dbh bhd dap dhp d13 d130 d_1_3 d1_3 d_130 diameter durchmesser diametro diametre piersnica laepimitta diam d"
 _GIRTH = "girth circumference gbh cbh umfang cap circunferencia circonference obwod ympaerysmitta"
+_HEIGHT = "height ht tree_height total_height hoehe baumhoehe altura altura_total hauteur wysokosc pituus h"
 
 
 def _reading(k: int) -> Quantity:
@@ -95,11 +96,7 @@ QUANTITIES = {
     "dbh1": _reading(1),
     "dbh2": _reading(2),
     "girth": Quantity("the girth", _GIRTH, _CM, 1.5, 1600.0),
-    "height": Quantity(
-        "the height",
-        "height ht tree_height total_height hoehe baumhoehe altura altura_total hauteur wysokosc pituus h",
-        _M,
-    ),
+    "height": Quantity("the height", _HEIGHT, _M),
     "slope": Quantity("the slope", "slope neigung hangneigung pendiente pente", {"deg": 1.0, "pct": 1.0}),
     "aspect": Quantity("where the slope faces", "aspect exposition orientacion", _DEG),
     "status": Quantity("live or dead", "status tree_status zustand estado etat"),

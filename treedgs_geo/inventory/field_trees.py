@@ -145,13 +145,10 @@ def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) ->
         thick = next((has[key].name for key in ("dbh", "dbh1", "girth") if key in has), None)
         kind = [plots, *(table[has[key].name] for key in ("species",) if key in has)]
         step = pd.to_numeric(table[thick], errors="coerce").groupby(kind, dropna=False).diff() if thick else None
-        listed = step is not None and not (step < 0).any() and not apart
-        if listed and not _numbers_trees(pd.to_numeric(table[number.name], errors="coerce"), plots):
+        listed = step is not None and not (step < 0).any()
+        if listed and not apart and not _numbers_trees(pd.to_numeric(table[number.name], errors="coerce"), plots):
             del has["field_id"]
             column = column or number
-        elif listed and column is None and len(table) < _LIST * plots.nunique():
-            said = f"{path}: column {number.name!r} was taken for the trees' numbers; call it count if it counts them."
-            return None, [said]
     if column is None:
         return None, []
     counts = pd.to_numeric(table[column.name], errors="coerce")

@@ -132,8 +132,9 @@ def offsets_apart(plots: list[dict], path: Path) -> list[str]:
     usual = float(np.median(away))
     odd = away > max(_APART_M, _TIMES_APART * usual)
     said = [
-        f"{path}, plot {known[k]['plot_id']}: its centre lies {away[k]:.1f} m from where its trees stand, those of the "
-        f"other plots {usual:.1f} m (median); the pairs hold, but correct it: a stand table counts the trees around it."
+        f"{path}, plot {known[k]['plot_id']}: its trees stand {offsets[k][0]:+.1f} m east and {offsets[k][1]:+.1f} m "
+        f"north of where its centre has them, {away[k]:.1f} m apart from the plots' median, the others {usual:.1f} m; "
+        "the pairs hold, but correct the centre: a stand table counts the trees around it."
         for k in np.flatnonzero(odd)
     ]
     east, north = shift = (rest := offsets[~odd]).mean(axis=0)

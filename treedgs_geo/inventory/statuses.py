@@ -11,9 +11,8 @@ from ..core.errors import InputError
 from .tree_reading import text_of
 
 LIVE = {
-    *("", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "good", "fair", "nan", "none"),
+    *("", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "good", "fair", "nan", "none", "vif", "vivant"),
     *("lebend", "lebendig", "vital", "gesund", "gut", "grün", "vivo", "viva", "sano", "sana", "bueno", "buena"),
-    *("vif", "vivant", "vivante", "sain", "żywe", "żywy", "zywe", "elävä", "elava", "terve"),
 }
 DEAD = {
     *("dead", "d", "snag", "2", "standing dead", "mort", "ds", "tot", "abgestorben", "dürr", "duerr", "dürrständer"),
@@ -25,7 +24,6 @@ GONE = {
     *("3", "removed", "cut", "harvested", "felled", "fallen", "down", "stump", "missing", "gone"),
     *("gefällt", "gefaellt", "entnommen", "geerntet", "fehlt", "stumpf", "stubben", "stock", "liegend", "umgestürzt"),
     *("talado", "talada", "cortado", "cortada", "caido", "caído", "tocon", "tocón", "falta", "stubbe"),
-    *("coupé", "abattu", "chablis", "ścięte", "wycięte", "pniak", "kaadettu", "hakattu", "kanto"),
 }
 #: Of these, what other columns say of other things.
 _OF_OTHERS = {

@@ -86,8 +86,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         InputError: not readable, or a DBH that no tree has.
     """
     measured = read_measured(path, crs)
-    moved_m, elsewhere = float(measured.attrs.get("moved_m", 0.0)), measured.attrs.get("said", [])
-    typed = edited(measured)
+    moved_m, typed = float(measured.attrs.get("moved_m", 0.0)), edited(measured)
     if "rev_flag" in measured:
         typed &= measured["rev_flag"].isna().to_numpy()
     named = some(measured["tree_id"][typed], 8)
@@ -131,7 +130,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     found = TreeList(
         trees, measured.crs, False, review=review, searched=searched, notes=review.sentences(Path(path).name)
     )
-    found.warnings += elsewhere
+    found.warnings += measured.attrs.get("said", [])
     if by_hand:
         found.warnings.append(
             f"{count_of(by_hand, 'tree')} of {Path(path).name} with a DBH {'has' if by_hand == 1 else 'have'} qc_flag "
