@@ -227,10 +227,16 @@ def test_what_stands_for_nothing_is_nothing(tmp_path):
         ("Tag,DBHcm,Slope %", {"field_id": "", "dbh": "cm", "slope": "pct"}),
         ("Circumference (inches)", {"girth": "in"}),
         ("dbh1_cm,dbh2_cm", {"dbh1": "cm", "dbh2": "cm"}),
+        (
+            "Placette;N° arbre;Azimut (gr);Diamètre (cm);Hauteur (m);État",
+            {"field_id": "", "azimuth": "gon", "dbh": "cm"},
+        ),
+        ("Nr drzewa;Odległość [m];Pierśnica [cm];Wysokość m", {"field_id": "", "distance": "m", "dbh": "cm"}),
+        ("Koeala;Puu;Etäisyys m;Läpimitta cm;Ympärysmitta cm", {"plot_id": "", "distance": "m", "girth": "cm"}),
         ("PLT_CN,SUBP,TREE,AZIMUTH,DIST,DIA,HT,SPCD", {"plot_id": "", "distance": "ft", "dbh": "in", "height": "ft"}),
     ],
 )
-def test_columns_are_known_in_three_languages_with_their_units(heads, keys):
+def test_columns_are_known_in_their_languages_with_their_units(heads, keys):
     names = [column_name(head) for head in heads.replace(";", ",").split(",")]
     found = columns(names, *QUANTITIES)
     assert {key: found[key].unit for key in keys} == keys
@@ -276,6 +282,7 @@ AS_PEOPLE_SAVE_THEM = {
     "swiss.csv": "plot;x;y;radius_m\nA;611'300;3’718’400.0;10\nB;611'400;3'718'400;10\n",
     "french.csv": "plot;x;y;radius_m\nA;611\u00a0300;3\u202f718\u202f400,0;10\nB;611\u00a0400;3\u00a0718\u00a0400;10\n",
     "american.csv": 'plot,x,y,radius_m\nA,"611,300.00","3,718,400",10.0\nB,"611,400","3,718,400",10\n',
+    "bars.txt": "plot|x|y|radius_m\nA|611300|3718400|10\nB|611400|3718400|10\n",
     "tabs.txt": "plot\tx\ty\tradius_m\nA\t611300\t3718400\t10\nB\t611400\t3718400\t10\n",
     "tabs.tsv": "plot\tx\ty\tradius_m\nA\t611300\t3718400\t10\nB\t611400\t3718400\t10\n",
 }
@@ -304,6 +311,18 @@ def test_a_workbook_s_one_sheet_is_a_table(tmp_path, ending):
         read_plots(path, UTM)
 
 
+@pytest.mark.parametrize("before", [[], [["Aufnahme 2026"], ["Kode", "Art"], ["10", "Fichte"]]])
+def test_lists_beside_the_table_and_empty_sheets_are_passed_over(tmp_path, before):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    after = book.create_sheet("Tabelle2")
+    for sheet, rows in ((book.active, before), (after, [["Plot", "x", "y", "radius_m"], ["A", 611300, 3718400, 10]])):
+        for row in rows:
+            sheet.append(row)
+    book.save(tmp_path / "plots.xlsx")
+    assert [(p.plot_id, p.x, p.radius_m) for p in read_plots(tmp_path / "plots.xlsx", UTM)] == [("A", 611300, 10)]
+
+
 def test_ids_that_look_like_sizes_stay(tmp_path):
     (tmp_path / "plots.csv").write_text("plot,x,y,radius_m\n3m,611300,3718400,10\n5m,611400,3718400,10\n")
     assert [plot.plot_id for plot in read_plots(tmp_path / "plots.csv", UTM)] == ["3m", "5m"]
@@ -328,6 +347,8 @@ def test_thousands_in_doubt_are_no_numbers(tmp_path):
         ("plot,x,y,radius_m\nA,1,2,10\nB,3,2,10\nC,5,9,10\nMittel,3,4,10\n", "line 5: 'Mittel' sums up the rows above"),
         ("plot,x,y,radius_m\nA,1,2,10\nMean A,3,4,10\nC,5,9,10\nD,9,9,10\nE,8,1,10\nF,7,2,10\n", "line 3: 'Mean A'"),
         ("x,y,plot,radius_m\n1,2,A,10\n3,4,Subtotal:,10\n5,9,C,10\n", "line 3: 'Subtotal:' sums up"),
+        ("plot;x;y;radius_m\nA;1;2;10\nB;3;2;10\n1 Ergebnis;4;4;20\n", "line 4: '1 Ergebnis' sums up"),
+        ("plot;x;y;radius_m\nA;1;2;10\nB;3;2;10\nMoyenne;2;2;10\n", "line 4: 'Moyenne' sums up"),
         ("plot,x,y,width_m,length_m\nA,10,20,4,9\nB,10,20.01,4,9\n", "plots A and B are the same ground"),
     ],
 )

@@ -15,6 +15,7 @@ from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.declination import declination_deg
 from treedgs_geo.inventory.field_trees import bearing_to_grid_deg, drop_unplaced, place, read_field_trees
 from treedgs_geo.inventory.options import FieldProtocol
+from treedgs_geo.inventory.stand.treelist import from_layer
 
 UTM = pyproj.CRS.from_epsg(6344)
 PLOT = Plot("a", 611337.0, 3718451.0, 10.0)
@@ -234,3 +235,51 @@ def test_a_running_number_is_no_count_whatever_its_name(tmp_path, name, values, 
     trees = read_field_trees(path, FieldProtocol(), placed=False)
     assert len(trees) == n
     assert ("taken for the trees' numbers" in " ".join(trees.attrs["said"])) == (n == 7)
+
+
+@pytest.mark.parametrize(
+    ("column", "word", "other", "speaks"),
+    [
+        ("remarks", "dead", "", True),
+        ("stan", "martwe", "zdrowe", True),
+        ("Tree Class", "Snag", "crop tree", True),
+        ("species", "Totholz", "Fichte", True),
+        ("remarks", "dead top", "", False),
+        ("site", "seco", "fresco", False),
+        ("treatment", "cut", "", False),
+        ("top", "missing", "", False),
+    ],
+)
+def test_a_column_that_is_not_read_and_says_that_trees_are_dead_is_named(tmp_path, column, word, other, speaks):
+    rows = "".join(f"a,{k},{20 + k},{word if k == 2 else other}\n" for k in range(5))
+    path = tmp_path / "tally.csv"
+    path.write_text(f"plot_id,tree_id,dbh_cm,{column}\n{rows}")
+    trees = read_field_trees(path, FieldProtocol(), placed=False)
+    said = [text for text in trees.attrs["said"] if repr(word) in text and "of 1 of 5 trees" in text]
+    assert len(trees.attrs["said"]) == len(said) == int(speaks)
+    assert ("remarks" in trees.attrs["unread"]) == (column == "remarks")
+    # What the crew says in its own column counts, whatever stands elsewhere.
+    own = rows.replace("\n", ",live\n")
+    path.write_text(f"plot_id,tree_id,dbh_cm,{column},status\n{own}")
+    assert not read_field_trees(path, FieldProtocol(), placed=False).attrs["said"]
+
+
+def test_it_is_named_in_a_list_of_measured_trees_too(tmp_path):
+    path = tmp_path / "trees.csv"
+    path.write_text("tree_id,x,y,dbh_cm,stan\n1,5,5,20,martwe\n2,9,9,30,\n")
+    found = from_layer(path, UTM)
+    assert sum("column 'stan' says 'martwe' of 1 of 2 trees" in text for text in found.warnings) == 1
+
+
+def test_a_row_that_names_a_plot_and_no_tree_is_none(tmp_path):
+    """So crews write that no tree stands there; in merged cells it is the heading of the trees below it."""
+    path = tmp_path / "tally.csv"
+    path.write_text("plot,dbh_cm,crew\na,20,\na,30,\nb,,\nc,,nobody\nd,25,\ne,,\n")
+    assert read_field_trees(path, FieldProtocol(), placed=False).plot_id.tolist() == ["a", "a", "d"]
+    with_places = HEAD + "a,1,10,5,20\na,2,20,5,22\nb,,,,\n"
+    assert tally(tmp_path, with_places).field_id.tolist() == ["1", "2"]
+    path.write_text("plot,height_m,dbh_cm\na,,\n,20,25\n,21,26\nb,,\n,22,27\n,23,28\n")
+    assert len(read_field_trees(path, FieldProtocol(), placed=False)) == 6
+    # A tree that was not taped has a number.
+    path.write_text("plot,tree,dbh_cm\na,1,20\na,2,\nb,1,30\n")
+    assert len(read_field_trees(path, FieldProtocol(), placed=False)) == 3

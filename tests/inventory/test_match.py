@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sqlite3
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import pytest
 from shapely.geometry import LineString, Point
 from shared_data import needs_shared
 
+from tests.simulated_tallies import simulate
 from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.accuracy.tables import evidence_from_pairs
@@ -215,6 +217,41 @@ def test_a_line_drawn_by_hand_is_a_pair(survey):
     match(survey)
     pairs = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS).set_index("field_id")
     assert pairs.tree_id["3"] == 200 and pairs.pair_status["3"] == "moved"
+
+
+@pytest.mark.parametrize(
+    ("shift", "says"),
+    [
+        ({}, None),
+        (
+            {2: (5.0, -3.4)},
+            r"plot p2: its trees stand -[45].* m east and \+3.* m north of.* apart from.*, the others 0",
+        ),
+        (dict.fromkeys(range(5), (-4.0, 2.0)), r"5 plots are moved alike, \+4.* m east and -[12].* m north"),
+    ],
+)
+def test_a_centre_that_lies_elsewhere_and_a_shift_of_all_are_said(tmp_path, shift, says):
+    """The trees are paired all the same; a stand table would look for them around the wrong centre."""
+    rng = np.random.default_rng(7)
+    field, stems, centres = [], [], []
+    for k in range(5):
+        one = simulate(40 + k, "random", 0.0)
+        middle = CENTRE + [100.0 * k, 0.0]
+        bearing, away = np.degrees(np.arctan2(*one.field.T)) % 360, np.hypot(*one.field.T)
+        dbh = rng.uniform(12, 45, len(one.measured) + 1)  # the last: of trees that were missed
+        field += [(f"p{k}", n + 1, bearing[n], away[n], dbh[one.truth[n]]) for n in range(len(away))]
+        stems += [(*(middle + xy), dbh[n]) for n, xy in enumerate(one.measured)]
+        centres.append((f"p{k}", *(middle + rng.normal(0, 0.3, 2) + shift.get(k, (0.0, 0.0))), 6344, 12.0))
+    for name, rows, heads in (
+        ("field", field, "plot_id tree_id azimuth_deg distance_m dbh_cm"),
+        ("trees", [(n + 1, *row) for n, row in enumerate(stems)], "tree_id x y dbh_cm"),
+        ("plots", centres, "plot_id easting northing epsg radius_m"),
+    ):
+        pd.DataFrame(rows, columns=heads.split()).to_csv(tmp_path / f"{name}.csv", index=False)
+    result, warnings = match(tmp_path, trees=tmp_path / "trees.csv", crs="EPSG:6344")
+    said = [text for text in warnings if str(tmp_path / "plots.csv") in text]
+    assert result["n_plots_to_check"] == 0 and result["n_pairs"] > 80
+    assert not said if says is None else len(said) == 1 and re.search(says, said[0])
 
 
 def test_a_plot_left_to_a_person_is_paired_once_confirmed(survey):

@@ -1,4 +1,4 @@
-"""Names of columns in English, German, Spanish and in FIA's published tables; their units and bounds."""
+"""Names of columns in English, German, Spanish, French, Polish, Finnish and FIA's tables; their units and bounds."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _DEG = {"deg": 1.0, "gon": 0.9, "mil": 360 / 6400}
 _AREA = {"m2": 1.0, "ha": 1e4, "ac": 4046.8564224}
 #: Other names of units.
 _UNITS = {
-    "in": "inch inches zoll pulgadas",
+    "in": "inch inches zoll pulgadas pouces",
     "ft": "feet foot fuss pies",
     "m": "metres meters metros meter",
     "m2": "m² sqm",
     "ac": "acre acres",
     "deg": "degrees grad grados °",
-    "gon": "gons",
+    "gon": "gons gr grades",
     "mil": "mils",
     "pct": "percent prozent %",
 }
@@ -50,7 +50,9 @@ class Quantity:
         return " or ".join(f"{first}_{unit}" for unit in self.units) or first
 
 
-_DBH = "dbh bhd dap d13 d130 d_1_3 d1_3 d_130 diameter durchmesser diametro diam d"
+_DBH = "dbh bhd dap dhp d13 d130 d_1_3 d1_3 d_130 diameter durchmesser diametro diametre piersnica laepimitta diam d"
+_GIRTH = "girth circumference gbh cbh umfang cap circunferencia circonference obwod ympaerysmitta"
+_HEIGHT = "height ht tree_height total_height hoehe baumhoehe altura altura_total hauteur wysokosc pituus h"
 
 
 def _reading(k: int) -> Quantity:
@@ -63,15 +65,16 @@ QUANTITIES = {
     "plot_id": Quantity(
         "the plot",
         "plot_id plot plotid plot_no plot_nr plot_number plot_name probekreis probekreis_nr probeflaeche parcela "
-        "parcela_id id_parcela parcela_no subplot subp",
+        "parcela_id id_parcela parcela_no placette nr_powierzchni koeala koealan_nro subplot subp",
     ),
     "field_id": Quantity(
         "the tree's number",
         "tree_id field_id tree treeid tree_no tree_nr tree_number stem_id tag baum_id baum baumnr baum_nr baumnummer "
-        "arbol_id id_arbol arbol arbol_no numero_de_arbol nr no num numero n",
+        "arbol_id id_arbol arbol arbol_no numero_de_arbol arbre n_arbre n°_arbre no_arbre num_arbre nr_drzewa drzewo "
+        "puu puu_nro puun_nro nr no num numero n",
     ),
-    "azimuth": Quantity("the bearing", "azimuth bearing az azim azimut peilung rumbo acimut", _DEG),
-    "distance": Quantity("the distance", "distance dist entfernung distanz abstand distancia", _M),
+    "azimuth": Quantity("the bearing", "azimuth bearing az azim azimut peilung rumbo acimut azymut suunta", _DEG),
+    "distance": Quantity("the distance", "distance dist entfernung distanz abstand distancia odleglosc etaeisyys", _M),
     "easting": Quantity(
         "the easting",
         "easting x x_m east e este ostwert rechtswert utm_x utm_e x_utm x_coord coord_x coordenada_x x_easting",
@@ -85,18 +88,18 @@ QUANTITIES = {
     ),
     "lat": Quantity("the latitude", "lat latitude lat_deg latitude_deg gpslatitude breitengrad latitud y_latitude"),
     "epsg": Quantity("the EPSG code", "epsg srid crs epsg_code"),
-    "radius": Quantity("the radius", "radius plot_radius halbmesser radio r", _M, 0.1, 1000.0),
+    "radius": Quantity("the radius", "radius plot_radius halbmesser radio rayon promien saede r", _M, 0.1, 1000.0),
     "width": Quantity("the width", "width breite ancho", _M, 0.1, 1000.0),
     "length": Quantity("the length", "length laenge largo", _M, 0.1, 1000.0),
     "area": Quantity("the area", "area plot_area flaeche superficie", _AREA),
     "dbh": Quantity("the DBH", _DBH, _CM, 0.5, 500.0),
     "dbh1": _reading(1),
     "dbh2": _reading(2),
-    "girth": Quantity("the girth", "girth circumference gbh cbh umfang cap circunferencia", _CM, 1.5, 1600.0),
-    "height": Quantity("the height", "height ht tree_height total_height hoehe baumhoehe altura altura_total h", _M),
-    "slope": Quantity("the slope", "slope neigung hangneigung pendiente", {"deg": 1.0, "pct": 1.0}),
+    "girth": Quantity("the girth", _GIRTH, _CM, 1.5, 1600.0),
+    "height": Quantity("the height", _HEIGHT, _M),
+    "slope": Quantity("the slope", "slope neigung hangneigung pendiente pente", {"deg": 1.0, "pct": 1.0}),
     "aspect": Quantity("where the slope faces", "aspect exposition orientacion", _DEG),
-    "status": Quantity("live or dead", "status tree_status zustand estado"),
+    "status": Quantity("live or dead", "status tree_status zustand estado etat"),
     "condition": Quantity(
         "the condition",
         "condition tree_condition health tree_health vitality live_dead dead_live alive_dead gesundheit vitalitaet "
@@ -105,7 +108,7 @@ QUANTITIES = {
     "dead": Quantity(
         "whether it is dead",
         "dead is_dead isdead dead_tree snag standing_dead tot abgestorben totholz stehend_tot duerr muerto "
-        "muerta muerto_en_pie seco",
+        "muerta muerto_en_pie seco mort martwe kuollut",
     ),
     "alive": Quantity("whether it lives", "alive live living is_alive is_live isalive lebend lebendig lebt vivo viva"),
     "count": Quantity(
@@ -119,9 +122,10 @@ QUANTITIES = {
     "expansion": Quantity(
         "trees per area",
         "tpa_unadj tpa tph trees_per_acre trees_per_ha stems_per_acre stems_per_ha expansion expansion_factor "
-        "exp_factor n_ha n_per_ha stems_ha trees_ha baeume_ha baeume_pro_ha staemme_ha arboles_ha pies_ha",
+        "exp_factor n_ha n_per_ha stems_ha trees_ha baeume_ha baeume_pro_ha staemme_ha arboles_ha pies_ha nha expf "
+        "tree_factor repraesentationszahl",
     ),
-    "species": Quantity("the species", "species spp sp species_code baumart art especie"),
+    "species": Quantity("the species", "species spp sp species_code baumart art especie essence gatunek puulaji"),
     "date": Quantity("the date", "date field_date survey_date date_measured datum fecha"),
 }
 #: Those of a table of photos or control points.
@@ -176,6 +180,6 @@ def spellings(key: str) -> list[tuple[str, str]]:
 
 def plain_name(name: str) -> str:
     """Without accents; umlauts as Germans write them where there are none: ``höhe`` is ``hoehe``."""
-    for letter, letters in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss")):
+    for letter, letters in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss"), ("ł", "l")):
         name = name.replace(letter, letters)
     return "".join(letter for letter in unicodedata.normalize("NFKD", name) if not unicodedata.combining(letter))

@@ -12,7 +12,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .column_names import spellings
+from .column_names import plain_name, spellings
 from .errors import InputError
 from .files import atomic_path
 from .number_cells import are_units, column_name, with_points, with_unit, without_thousands, without_units
@@ -48,6 +48,7 @@ _WORKBOOKS = {".xlsx", ".ods"}
 _TOTALS = {
     *("total", "totals", "sum", "mean", "average", "avg", "count", "summe", "gesamt", "mittel", "mittelwert"),
     *("durchschnitt", "anzahl", "suma", "media", "promedio", "subtotal", "subtotals", "zwischensumme", "median"),
+    *("ergebnis", "gesamtergebnis", "somme", "moyenne", "razem", "średnia", "yhteensä", "keskiarvo", "σ", "ø"),
 }
 #: Columns that name a row.
 _NAMES = {name for key in ("plot_id", "field_id") for name, _ in spellings(key)}
@@ -96,9 +97,9 @@ def read_rows(
 ) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Names of the columns (:func:`.number_cells.column_name`), and ``(line, cells)`` of each row that is not empty,
     one cell a column: the one reader of every table that a user gives, whatever program wrote it; also of a workbook's
-    one sheet.
+    one sheet, or the one that names plots or trees.
 
-    UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons or tabs;
+    UTF-8 or UTF-16 with their marks, or else Windows' western code page; any line ends; commas, semicolons, tabs, bars;
     decimal commas become points, and thousands lose their marks, where that is certain. Titles above the heading are
     left out; units below it, or behind every number, go to the columns' names. What stands for nothing (``NA``, ``-``)
     is empty. A row may lack cells at its end only where the columns hold notes. comments: rows that begin with ``#``
@@ -141,14 +142,22 @@ def _workbook_lines(path: Path) -> list[tuple[int, list[str]]]:
         read = [pyogrio.raw.read(path, layer=name, HEADERS="DISABLE", FIELD_TYPES="STRING") for name in sheets]
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a workbook ({problem}); save its sheet as CSV UTF-8.") from None
-    filled = [(name, columns) for name, (_, _, _, columns) in zip(sheets, read, strict=True) if len(columns)]
-    if len(filled) != 1:
+    filled = [
+        # In all sheets but the first GDAL takes a heading for the columns' names.
+        (name, [*[of["fields"]] * ("Field1" not in of["fields"]), *zip(*columns, strict=True)])
+        for name, (of, _, _, columns) in zip(sheets, read, strict=True)
+        if len(columns)
+    ]
+    # Lists of codes stand beside the table.
+    known = [
+        sheet for sheet in filled if {plain_name(column_name(str(cell))) for row in sheet[1] for cell in row} & _NAMES
+    ]
+    if len(filled := known or filled) != 1:
         named = ", ".join(name for name, _ in filled) or "none"
         raise InputError(
             f"{path}: has {len(filled)} sheets ({named}), expected one; save the table's sheet as CSV UTF-8."
         )
-    rows = zip(*(["" if cell is None else str(cell) for cell in column] for column in filled[0][1]), strict=True)
-    return [(k + 1, list(row)) for k, row in enumerate(rows)]
+    return [(k + 1, ["" if cell is None else str(cell) for cell in row]) for k, row in enumerate(filled[0][1])]
 
 
 def _cells_of(
@@ -232,7 +241,7 @@ def _separator(text: str) -> tuple[str, int, str]:
         and len(heading.split()) != len(below.split())
     ):
         heading = below  # the first line is a title
-    separator = max(",;\t", key=heading.count)
+    separator = max(",;\t|", key=heading.count)
     if separator not in heading and " " in heading.strip():
         return re.sub(r"^ +| +$", "", text, flags=re.MULTILINE), 0, " "
     return text, 0, separator

@@ -30,7 +30,7 @@ from ..core.shown import some
 from ..core.tables import read_table
 from .declination import declination_deg, parse_date
 from .options import Bearings, FieldProtocol
-from .statuses import statuses
+from .statuses import said_elsewhere, statuses
 
 #: Names of the table's columns -> where the tally's places come from.
 _POLAR, _ON_MAP = ("azimuth", "distance"), ("easting", "northing")
@@ -58,7 +58,8 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
         the pith) or ``x`` and ``y`` (m, with their ``epsg``), all NaN where the row does not say them
         (:func:`drop_unplaced`), ``dbh_cm`` and ``height_m`` (NaN where not measured), ``status``,
         ``species``, ``date``, ``line`` (in the file), ``lacks`` (what keeps the tree off the map, empty for most); in
-        ``attrs["said"]`` sentences on what was made of the table. A row of a class counts as its trees.
+        ``attrs``: ``said``, sentences on what was made of the table, and ``unread``, its other columns. A row of a
+        class counts as its trees.
 
     Raises:
         InputError: missing columns, values that are no numbers or impossible, a unit that is nowhere stated or
@@ -67,6 +68,7 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
     path = Path(path)
     table = read_table(path)
     has = columns(table, *_TALLY)
+    table = _without_bare_rows(table, has)
     times, said = tree_counts(path, table, has)
     where = next((pair for pair in (_POLAR, _ON_MAP) if set(pair) <= set(has)), None)
     place = ("field_id", ("azimuth", "easting"), ("distance", "northing")) if placed else ()
@@ -84,6 +86,7 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
     for name in ("field_id", "species", "date"):
         found[name] = table[has[name].name] if name in has else None
     found["status"] = statuses(path, table)
+    said += said_elsewhere(path, table, found["status"])
     found["line"], found["lacks"] = table.index, ""
     if "field_id" not in has and not placed:
         found["field_id"] = [str(k + 1) for k in range(len(found))]
@@ -111,8 +114,17 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
         again = found.groupby(level=0).cumcount()
         found["field_id"] = found["field_id"].where(again == 0, found["field_id"] + "-" + (again + 1).astype(str))
     found = found.reset_index(drop=True)
-    found.attrs["said"] = said
+    used = columns(table, *_TALLY, "count", "expansion", "status", "condition", "dead", "alive").values()
+    found.attrs |= {"said": said, "unread": [name for name in table if name not in {column.name for column in used}]}
     return found
+
+
+def _without_bare_rows(table: pd.DataFrame, has: dict[str, FoundColumn]) -> pd.DataFrame:
+    """The table without rows of plots where no tree stands: a plot's name alone, and another plot's row below it."""
+    of_trees = [has[key].name for key in has if key not in ("plot_id", "epsg", "slope", "date")]
+    own = table[has["plot_id"].name].notna() if "plot_id" in has and of_trees else pd.Series(False, table.index)
+    bare = own & own.shift(-1, fill_value=True) & table[of_trees].isna().all(axis=1)
+    return table if bare.all() else table[~bare]
 
 
 def tree_counts(path: Path, table: pd.DataFrame, has: dict[str, FoundColumn]) -> tuple[np.ndarray | None, list[str]]:

@@ -17,7 +17,7 @@ from ..core.tables import is_table, read_table
 from ..core.wrong_units import wrong_unit
 from .field_trees import dbh_in_cm, tree_counts
 from .reviewed import COLUMNS as DECIDED
-from .statuses import statuses
+from .statuses import said_elsewhere, statuses
 from .tree_reading import plain_flags, read_trees
 
 #: A layer was moved as a whole where its points lie this far from their rows' x, y, m: more than datums differ, less
@@ -50,6 +50,7 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
             trees["height_m"] = measured(path, table, "height", found["height"]).where(lambda height: height > 0)
         if (said := statuses(path, table)) is not None:
             trees["status"] = said
+        trees.attrs["said"] = said_elsewhere(path, table, said)
         for name in ("qc_flag", "qc_reason", "plot_id", "species", "note", *DECIDED):
             if (written := found[name].name if name in found else name) in table:
                 trees[name] = table[written]

@@ -11,21 +11,41 @@ from ..core.errors import InputError
 from .tree_reading import text_of
 
 LIVE = {
-    *("", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "good", "fair", "nan", "none"),
+    *("", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "good", "fair", "nan", "none", "vif", "vivant"),
     *("lebend", "lebendig", "vital", "gesund", "gut", "grün", "vivo", "viva", "sano", "sana", "bueno", "buena"),
 }
 DEAD = {
     *("dead", "d", "snag", "2", "standing dead", "mort", "ds", "tot", "abgestorben", "dürr", "duerr", "dürrständer"),
     *("stehend tot", "totholz", "muerto", "muerta", "seco", "seca", "muerto en pie"),
+    *("morte", "mort sur pied", "sec", "martwe", "martwy", "martwa", "posusz", "kuollut", "pystykuollut", "kelo"),
 }
 #: No tree stands there any more.
 GONE = {
     *("3", "removed", "cut", "harvested", "felled", "fallen", "down", "stump", "missing", "gone"),
     *("gefällt", "gefaellt", "entnommen", "geerntet", "fehlt", "stumpf", "stubben", "stock", "liegend", "umgestürzt"),
-    *("talado", "talada", "cortado", "cortada", "caido", "caído", "tocon", "tocón", "falta"),
+    *("talado", "talada", "cortado", "cortada", "caido", "caído", "tocon", "tocón", "falta", "stubbe"),
+}
+#: Of these, what other columns say of other things.
+_OF_OTHERS = {
+    *("d", "l", "2", "3", "ds", "seco", "seca", "sec", "cut", "removed", "down", "missing", "gone"),
+    *("fehlt", "falta", "stock", "stumpf", "liegend"),
 }
 _YES = {"yes", "y", "true", "t", "1", "1.0", "x", "✓", "ja", "j", "wahr", "si", "sí", "verdadero"}
 _NO = {"no", "n", "false", "f", "0", "0.0", "nein", "falsch", "falso"}
+
+
+def said_elsewhere(path: Path, table: pd.DataFrame, said: pd.Series | None) -> list[str]:
+    """Sentences on columns that are not read and say of trees that they are dead or gone. said: :func:`statuses`."""
+    read = {column.name for column in columns(table, "status", "condition", "dead", "alive").values()}
+    unsaid, found = True if said is None else said.isna(), []
+    for name in [name for name in table if name not in read]:
+        dead = unsaid & table[name].map(lambda cell: text_of(cell).lower()).isin((DEAD | GONE) - _OF_OTHERS)
+        if dead.any():
+            found.append(
+                f"{path}: column {name!r} says {table[name][dead].iloc[0]!r} of {int(dead.sum())} of {len(table)} "
+                "trees, but is not read for it: they count as live; say it in a column called status."
+            )
+    return found
 
 
 def statuses(path: Path, table: pd.DataFrame) -> pd.Series | None:

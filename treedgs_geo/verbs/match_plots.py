@@ -50,7 +50,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.plots import read_plots
     from ..core.wrong_units import wrong_unit
     from ..inventory.field_trees import drop_unplaced, place, read_field_trees
-    from ..inventory.match import is_stuck, match_plots, tally_of_other_trees, turn_advice
+    from ..inventory.match import is_stuck, match_plots, offsets_apart, tally_of_other_trees, turn_advice
     from ..inventory.measured import read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
     from ..inventory.reviewed import reviewed
@@ -89,7 +89,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     reporter.tell(tally_of_other_trees(matched.pairs, tally, settings.field))
     xy = measured[["x", "y"]].to_numpy(float)
     advice = turn_advice(matched.plots, plots, matched.field_trees, xy, settings, settings, measured.crs)
-    reporter.tell([*left_out, *matched.warnings, *advice])
+    reporter.tell([*left_out, *matched.warnings, *offsets_apart(matched.plots, settings.plots), *advice])
     write_pairs(settings.output, matched, measured.crs)
     good = [pair for pair in matched.pairs if pair["pair_status"] != "rejected"]
     for plot in matched.plots:

@@ -30,9 +30,9 @@ SECOND = "second_"
 #: reached, so that nothing is known of it.
 STATES = {
     "": "",
-    **dict.fromkeys(("taped", "ok", "live", "alive"), "taped"),
-    **dict.fromkeys(("none", "no tree", "no_tree", "false"), "none"),
-    **dict.fromkeys(("dead", "snag"), "dead"),
+    **dict.fromkeys(("taped", "ok", "live", "alive", "lebend", "gemessen", "vivo", "medido", "vivant"), "taped"),
+    **dict.fromkeys(("none", "no tree", "no_tree", "false", "kein baum", "sin árbol", "pas d'arbre"), "none"),
+    **dict.fromkeys(("dead", "snag", "tot", "abgestorben", "muerto", "mort", "martwe", "kuollut"), "dead"),
     **dict.fromkeys(("not reached", "not_reached", "not found", "not_found", "skipped"), "not reached"),
 }
 #: Columns of the draw, without which no total can be corrected.

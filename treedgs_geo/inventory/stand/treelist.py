@@ -130,6 +130,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     found = TreeList(
         trees, measured.crs, False, review=review, searched=searched, notes=review.sentences(Path(path).name)
     )
+    found.warnings += measured.attrs.get("said", [])
     if by_hand:
         found.warnings.append(
             f"{count_of(by_hand, 'tree')} of {Path(path).name} with a DBH {'has' if by_hand == 1 else 'have'} qc_flag "
@@ -226,6 +227,8 @@ def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     trees["qc_reason"] = ""
     found = TreeList(trees, None, True)
     found.warnings += table.attrs["said"]
+    if unread := table.attrs["unread"]:
+        found.notes.append(f"Columns of {Path(path).name} that nothing was taken from: {some(unread, 20)}.")
     for name in ("status", "azimuth_deg", "distance_m", "line"):
         found.trees[name] = table.get(name)
     settle_status(found)
