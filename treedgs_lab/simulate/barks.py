@@ -12,11 +12,9 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from treedgs_geo.core.errors import InputError
-
 from .scene import PlantedStem
 from .sensor import linear_light
-from .textures import bark, encode
+from .textures import bark, encode, read_photographs
 
 #: The tiles, in their order; stems draw from all but the last, which is for snags.
 BARKS = ("furrowed plates", "smooth grey", "pale with lenticels", "dark furrows", "reddish flakes", "weathered wood")
@@ -100,12 +98,9 @@ def photographed(folder: Path) -> list[np.ndarray]:
     Raises:
         InputError: none is there.
     """
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
-    photos = [photo for path in paths if (photo := cv2.imread(str(path))) is not None]
-    if not photos:
-        raise InputError(f"{folder}: holds no photograph, expected seamless ones of bark (.jpg, .png); add some.")
+    photos = read_photographs(folder, "seamless ones of bark")
     size = (_SHAPE[1] // 2, _SHAPE[0] // 4)
-    small = (cv2.resize(photo[..., ::-1], size, interpolation=cv2.INTER_AREA) for photo in photos)
+    small = (cv2.resize(photo[..., :3], size, interpolation=cv2.INTER_AREA) for photo in photos)
     return [np.tile(encode(linear_light(photo / np.float32(255))), (4, 2, 1)) for photo in small]
 
 

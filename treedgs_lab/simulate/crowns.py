@@ -116,6 +116,10 @@ class Crowns:
             self._owner += [index] * len(corners)
         return [dead_branches(rng, stem)]
 
+    def colour(self, tones: list[np.ndarray]) -> None:
+        """Give the kinds' leaves these linear colours, (3,) each, in turn."""
+        self.kinds = [replace(crown, tone=tuple(tones[k // 3 % len(tones)])) for k, crown in enumerate(self.kinds)]
+
     def with_plants(self, plants: Faces) -> Faces:
         """The crowns and everything else that grows, as triangles that rays can hit."""
         self.plants = plants

@@ -6,13 +6,16 @@ made of fewer, larger needles of the same total area (they only cast shadows and
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from pathlib import Path
 
 import numpy as np
 
 from .scene import PlantedStem, axis_at
+from .sensor import linear_light
 from .terrain import Ground
+from .textures import read_photographs
 
 #: Owner of shrubs and grass, and of sticks and logs.
 ROOTED, LYING = -1, -2
@@ -247,3 +250,26 @@ def sticks_and_logs(
         tube = np.concatenate([np.stack([a, b, d], 2).reshape(-1, 3, 3), np.stack([a, d, c], 2).reshape(-1, 3, 3)])
         parts.append(wooden(rng, tube, (0.22, 0.18, 0.145)))
     return Faces.join(parts)
+
+
+def photographed_leaves(folder: Path) -> list[np.ndarray]:
+    """(N, 3) linear colours of the leaves in each photograph of a folder: of its opaque pixels.
+
+    Raises:
+        InputError: none is there.
+    """
+    photos = read_photographs(folder, "ones of leaves")
+    shown = (photo[photo[..., 3] > 250] if photo.shape[2] == 4 else photo.reshape(-1, 3) for photo in photos)
+    return [linear_light(colours[:, :3] / np.float32(255)) for colours in shown]
+
+
+def in_colours(rng: np.random.Generator, faces: Faces, photos: list[np.ndarray]) -> Faces:
+    """Leaves of crowns, shrubs and ivy in colours of photographs, those of a tree in one's: a leaf is smaller than a
+    pixel, so that nothing but its colour shows."""
+    leaf = np.isin(faces.kind, (Material.FOLIAGE, Material.SHRUB, Material.IVY))
+    albedo = faces.albedo.copy()
+    photo = np.where(faces.owner >= 0, faces.owner, rng.integers(len(photos), size=len(leaf))) % len(photos)
+    for number, colours in enumerate(photos):
+        own = leaf & (photo == number)
+        albedo[own] = colours[rng.integers(len(colours), size=int(own.sum()))]
+    return replace(faces, albedo=albedo)

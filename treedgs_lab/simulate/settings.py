@@ -40,6 +40,9 @@ class StemLookSettings:
         help="seamless photographs of bark, each about 1.3 m of a stem; with bark_variety each stem has "
         "one of them, else all have the first",
     )
+    leaf_photos: Path | None = param(
+        None, kind="folder", help="photographs of leaves, clear where none are: leaves have colours of theirs"
+    )
     moss_pct: float = number(
         0.0, 0, 60, "%", "bark under moss, mean of the lowest 2 m; most at the foot and on the north side"
     )

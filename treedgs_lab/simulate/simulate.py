@@ -23,7 +23,7 @@ from .control import Plates, cleared, lay_out, painted, write_control
 from .crowns import Crowns
 from .cycles import check_cycles, grown_crowns
 from .dress import dressed
-from .foliage import Faces
+from .foliage import Faces, in_colours, photographed_leaves
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
@@ -229,6 +229,11 @@ def _grown(
     crowns = grown_crowns(settings, rng["crowns"]) if settings.world == "cycles" else None
     faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng, crowns)
     faces = overgrown(faces, rng, settings, ground, stems, mesh, reach)
+    if settings.leaf_photos is not None:
+        photos = photographed_leaves(settings.leaf_photos)
+        faces = in_colours(rng["leaves"], faces, photos)
+        if crowns is not None:
+            crowns.colour([colours.mean(axis=0) for colours in photos])
     return ground, mesh, faces if crowns is None else crowns.with_plants(faces), stems, crowns
 
 

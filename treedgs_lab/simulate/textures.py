@@ -6,10 +6,13 @@ Stored as uint8 square roots of linear albedo: fine steps where it is dark.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter
+
+from treedgs_geo.core.errors import InputError
 
 #: Linear albedo of needle litter and of moss.
 LITTER_RGB = np.array([0.30, 0.205, 0.125], np.float32)
@@ -23,6 +26,20 @@ class GroundTexture:
     low: float
     step: float
     colour: np.ndarray
+
+
+def read_photographs(folder: Path, expected: str) -> list[np.ndarray]:
+    """(h, w, 3 or 4) uint8 RGB of each photograph in a folder, by name, with its transparency where it has one.
+
+    Raises:
+        InputError: none is there. expected: what it should hold.
+    """
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
+    read = (cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in paths)
+    photos = [photo for photo in read if photo is not None and photo.ndim == 3 and photo.dtype == np.uint8]
+    if not photos:
+        raise InputError(f"{folder}: holds no photograph, expected {expected} (.jpg, .png); add some.")
+    return [photo[..., [2, 1, 0, 3][: photo.shape[2]]] for photo in photos]
 
 
 def encode(albedo: np.ndarray) -> np.ndarray:

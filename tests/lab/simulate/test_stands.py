@@ -17,7 +17,7 @@ from treedgs_geo.reconstruction.cameras import View
 from treedgs_lab.simulate import scene, spacing, stem_mesh, terrain, truth, vegetation
 from treedgs_lab.simulate.barks import BARKS, WEATHERED, Barks, make_barks
 from treedgs_lab.simulate.dress import IVY_M, SNAG_M, WRAP_M, dressed
-from treedgs_lab.simulate.foliage import ROOTED, Faces, Material
+from treedgs_lab.simulate.foliage import ROOTED, Faces, Material, in_colours, photographed_leaves
 from treedgs_lab.simulate.render import MOSS, radiance
 from treedgs_lab.simulate.settings import SIZES, SimulateSettings, StandSettings
 from treedgs_lab.simulate.simulate import simulate_plot
@@ -104,6 +104,23 @@ def test_stems_have_the_photographs_of_a_folder(tmp_path):
     assert red[0, 2] > 10 * red[0, 0] and red[1, 0] > 10 * red[1, 2]  # by name
     drawn = [2 if s.look.bark == WEATHERED else s.look.bark % 2 for s in stems]
     assert barks.tile.tolist() == drawn and {0, 1, 2} == set(drawn)
+
+
+def test_leaves_have_the_colours_of_a_folders_photographs(tmp_path):
+    stems, _, _, faces = plants()
+    leafed = np.zeros((8, 8, 4), np.uint8)
+    leafed[:4] = 40, 120, 20, 255  # the rest is clear
+    Image.fromarray(leafed).save(tmp_path / "a.png")
+    Image.new("RGB", (8, 8), (200, 150, 40)).save(tmp_path / "b.jpg", quality=100)
+    photos = photographed_leaves(tmp_path)
+    assert [len(colours) for colours in photos] == [32, 64]
+    coloured = in_colours(np.random.default_rng(5), faces, photos)
+    leaves = np.isin(faces.kind, (Material.FOLIAGE, Material.SHRUB, Material.IVY))
+    assert np.array_equal(coloured.albedo[~leaves], faces.albedo[~leaves])
+    for number, colours in enumerate(photos):
+        own = leaves & (faces.owner >= 0) & (faces.owner % 2 == number)
+        assert own.any() and np.ptp(coloured.albedo[own], axis=0).max() < 0.01
+        assert coloured.albedo[own][0] == pytest.approx(colours[0], abs=0.01)
 
 
 def test_hardwoods_are_the_stated_share_and_bare_without_leaves():
