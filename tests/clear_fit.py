@@ -7,6 +7,13 @@ import numpy as np
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.quality_control import ErrorParts, Evidence
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
+
+
+def error_of(se_cm: float) -> ErrorParts:
+    """An error of one part."""
+    return ErrorParts(soft=se_cm / ERROR_WEIGHTS["soft"])
+
 
 CLEAR = {
     "dbh_cm": 30,
@@ -16,7 +23,7 @@ CLEAR = {
     "llr": 120,
     "n_views": 12,
     "kish": 10,
-    "error": ErrorParts(soft=0.5),
+    "error": error_of(0.5),
     "rms_px": 0.48,
 }
 

@@ -7,11 +7,10 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from clear_fit import clear_photo_fit, with_changes
+from clear_fit import clear_photo_fit, error_of, with_changes
 
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.stems.photos.fit_records import KeptFits, write_fits
-from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS
 from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.photos.wrong_diameters import (
@@ -63,8 +62,8 @@ def test_error_weights_are_those_under_which_the_errors_were_drawn():
 
 
 def test_strata_count_right_diameters_that_are_given_out():
-    off, sd = [0.2, -0.3, 1.0, 0.1], ERROR_WEIGHTS["soft"] * 0.5
-    fits = [clear_photo_fit(0.0, 30.0 + error, error=ErrorParts(soft=0.5)) for error in off]
+    off, sd = [0.2, -0.3, 1.0, 0.1], 0.5
+    fits = [clear_photo_fit(0.0, 30.0 + error, error=error_of(0.5)) for error in off]
     fits[3] = with_changes(fits[3], flag="reject")
     rows = pd.DataFrame({"fit": fits, "error_cm": off, "wrong": False})
     row, whole = strata(stated(rows, ERROR_WEIGHTS))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clear_fit import clear_photo_fit
+from clear_fit import clear_photo_fit, error_of
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
@@ -13,7 +13,6 @@ from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit_records import fit_of_record, fit_record
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.route import search_photos
 from treedgs_geo.stems.photos.upper_stem import stand_taper
 from treedgs_geo.stems.quality.priors import TAPER_SD, USUAL_TAPER
@@ -83,9 +82,9 @@ def test_readings_are_averaged_and_their_difference_is_in_the_error():
     nothing = np.empty(0)
     axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
     fine = FineFit(axis, 0.15, -0.005, nothing, nothing, 0.5, 0.001)
-    thicker, error = averaged(fine, ErrorParts(soft=0.9), 2.0)
+    thicker, error = averaged(fine, error_of(0.9), 2.0)
     assert thicker.r0 == pytest.approx(0.15 + 0.5 * 0.01) and thicker.r1 == fine.r1
-    assert error == ErrorParts(soft=0.9, above=1.0) and error.se_cm > 0.9
+    assert error == error_of(0.9)._replace(above=1.0) and error.se_cm > 0.9
     # A sure fit hardly moves, and an unsure one no farther than one of a centimetre.
     assert weight_above(0.3) < 0.11 and weight_above(5.0) == weight_above(1.0) < 0.6
     assert averaged(fine, error, np.nan) == (fine, error)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import CLEAR, clear_photo_fit
+from clear_fit import CLEAR, clear_photo_fit, error_of
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed
@@ -66,19 +66,19 @@ def mixture(others, wrong=0.12, besides=()):
 
 def test_what_is_wrong_lies_half_at_the_other_explanations_and_half_anywhere():
     several = mixture(
-        other_explanations(choice((30.0, 0.7), (41.0, 0.2), (22.0, 0.1)), None, 20.0, 30.2, ErrorParts(soft=0.5))
+        other_explanations(choice((30.0, 0.7), (41.0, 0.2), (22.0, 0.1)), None, 20.0, 30.2, error_of(0.5))
     )
     assert several.share.sum() == pytest.approx(1.0) and several.dbh_cm[:2] == pytest.approx([30.2, 30.2])
     assert several.share[:2] == pytest.approx([0.88, 0.06])
     assert several.se_cm[:2] == pytest.approx([0.5, WRONG_SD * 30.2])
     # Those others by their probabilities; the one that was taken is not among them.
     assert several.share[2:] == pytest.approx([0.04, 0.02]) and several.dbh_cm[2:] == pytest.approx([41.0, 22.0])
-    alone = mixture(other_explanations(choice((30.0, 1.0)), None, 20.0, 30.2, ErrorParts(soft=0.5)))
+    alone = mixture(other_explanations(choice((30.0, 1.0)), None, 20.0, 30.2, error_of(0.5)))
     assert alone.share == pytest.approx([0.88, 0.12])
 
 
 def test_the_interval_grows_with_the_probability_that_the_diameter_is_wrong():
-    others = other_explanations(choice((30.0, 0.7), (22.0, 0.3)), None, 20.0, 30.2, ErrorParts(soft=0.5))
+    others = other_explanations(choice((30.0, 0.7), (22.0, 0.3)), None, 20.0, 30.2, error_of(0.5))
     wide = [2 * mixture(others, wrong).se_of_interval_cm for wrong in (0.0, 0.01, 0.05, 0.1)]
     assert wide[0] == pytest.approx(2 * 0.5, abs=0.02) and wide[1] < 1.1 * wide[0]
     assert np.all(np.diff(wide) > 0) and wide[3] > 1.5 * wide[0]
@@ -93,11 +93,11 @@ def test_the_interval_reaches_what_is_open_besides():
 
 def test_a_stem_that_may_be_touched_has_the_reading_with_the_companion_among_the_others():
     singles, pair = choice((30.0, 1.0)), explanation(24.0)
-    ((share, off_cm, _),) = other_explanations(singles, pair, 50.0, 30.1, ErrorParts(soft=0.4))
+    ((share, off_cm, _),) = other_explanations(singles, pair, 50.0, 30.1, error_of(0.4))
     assert (share, off_cm) == pytest.approx((1.0, -6.1))
     ((_, off_cm, se_cm),) = other_explanations(singles, pair, 80.0, 24.2, ErrorParts(touched=1.0))
     assert (off_cm, se_cm) == pytest.approx((5.8, ERROR_WEIGHTS["touched"]))
-    both = other_explanations(choice((30.0, 0.6), (41.0, 0.4)), pair, 50.0, 30.0, ErrorParts(soft=1.0))
+    both = other_explanations(choice((30.0, 0.6), (41.0, 0.4)), pair, 50.0, 30.0, error_of(1.0))
     assert [other.off_cm for other in both] == pytest.approx([11.0, -6.0])
     assert (
         both[1].se_cm == pytest.approx(np.hypot(ERROR_WEIGHTS["touched"], 1.0))

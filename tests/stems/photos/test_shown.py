@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from clear_fit import clear_photo_fit, with_changes
+from clear_fit import clear_photo_fit, error_of, with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.core.progress import Reporter
@@ -18,7 +18,6 @@ from treedgs_geo.stems.photos.fit.edge_adjustment import NO_STEMS
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.quality_control import ErrorParts
 from treedgs_geo.stems.photos.search_steps import photos_of
 from treedgs_geo.stems.photos.stem_images import DrawnStem, choose_photos, look_at, straightened
 from treedgs_geo.stems.quality.tree import Tree
@@ -30,7 +29,7 @@ OPTIONS = PhotoStemOptions(margin_m=0.3)
 def fitted(radius_m: float, photos: tuple[str, ...], **change) -> PhotoFit:
     axis = StemAxis(np.array([STEM.x, STEM.y]), np.zeros(2), np.zeros(2), 0.0, 1.37)
     fit = clear_photo_fit(
-        0.0, 200 * radius_m, axis=axis, r1=-0.005, error=ErrorParts(soft=0.4), n_views=len(photos), arc_deg=300.0
+        0.0, 200 * radius_m, axis=axis, r1=-0.005, error=error_of(0.4), n_views=len(photos), arc_deg=300.0
     )
     return with_changes(fit, **{"seen": np.ones(len(photos)), "photos": photos} | change)
 
