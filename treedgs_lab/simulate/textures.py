@@ -35,8 +35,13 @@ def read_photographs(folder: Path, expected: str) -> list[np.ndarray]:
         InputError: none is there. expected: what it should hold.
     """
     paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
-    read = (cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in paths)
-    photos = [photo for photo in read if photo is not None and photo.ndim == 3 and photo.dtype == np.uint8]
+    photos = []
+    for path in paths:
+        photo = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        if photo is not None and (photo.shape[2:] != (4,) or photo.dtype != np.uint8):
+            photo = cv2.imread(str(path))
+        if photo is not None:
+            photos.append(photo)
     if not photos:
         raise InputError(f"{folder}: holds no photograph, expected {expected} (.jpg, .png); add some.")
     return [photo[..., [2, 1, 0, 3][: photo.shape[2]]] for photo in photos]

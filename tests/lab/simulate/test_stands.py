@@ -21,6 +21,7 @@ from treedgs_lab.simulate.foliage import ROOTED, Faces, Material, in_colours, ph
 from treedgs_lab.simulate.render import MOSS, radiance
 from treedgs_lab.simulate.settings import SIZES, SimulateSettings, StandSettings
 from treedgs_lab.simulate.simulate import simulate_plot
+from treedgs_lab.simulate.textures import read_photographs
 from treedgs_lab.simulate.vegetation import IVY_OFF_M
 
 PARTS = ("spacing", "snags", "hardwoods", "barks", "ivy", "wrap", "sections", "shrubs")
@@ -114,6 +115,8 @@ def test_leaves_have_the_colours_of_a_folders_photographs(tmp_path):
     Image.new("RGB", (8, 8), (200, 150, 40)).save(tmp_path / "b.jpg", quality=100)
     photos = photographed_leaves(tmp_path)
     assert [len(colours) for colours in photos] == [32, 64]
+    Image.new("L", (8, 8), 90).save(tmp_path / "c.png")  # a grey one is read, too
+    assert [photo.shape[2] for photo in read_photographs(tmp_path, "")] == [4, 3, 3]
     coloured = in_colours(np.random.default_rng(5), faces, photos)
     leaves = np.isin(faces.kind, (Material.FOLIAGE, Material.SHRUB, Material.IVY))
     assert np.array_equal(coloured.albedo[~leaves], faces.albedo[~leaves])
