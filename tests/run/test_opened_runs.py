@@ -16,6 +16,7 @@ def test_every_part_of_a_finished_run_is_there(finished, simulated_plot):
     assert len(run.stations) == len(list((simulated_plot / "images").iterdir()))
     assert run.trees.equals(tg.read_trees(finished / "work" / "trees.gpkg"))
     assert set(run.evidence.index) == set(run.trees["tree_id"])
+    assert {"dbh_cm", "se_cm", "outline_cm", "sure", "n_views", "rms_px"} <= set(run.evidence)
     assert set(run.sheets) == set(run.trees["tree_id"]) and all(path.is_file() for path in run.sheets.values())
     assert (run.stages["status"] == "done").all() and run.searched["share"].between(0, 1).all()
     # A stem projects into a photo in which it was seen: cameras, frame and ground belong together.

@@ -99,16 +99,15 @@ class FinishedRun:
     @cached_property
     def evidence(self) -> pd.DataFrame:
         """What was found out about each stem, by ``tree_id``: the fields of
-        :class:`~treedgs_geo.stems.photos.quality_control.Evidence`."""
+        :class:`~treedgs_geo.stems.photos.quality_control.Evidence`, and its ``se_cm``."""
         import pandas as pd
 
         from .given_store import fits_by_id
 
         self._there(names.FITS)
         fits = fits_by_id(self._space).fits
-        return pd.DataFrame.from_dict({k: vars(fit.evidence) for k, fit in fits.items()}, "index").rename_axis(
-            "tree_id"
-        )
+        rows = {k: vars(fit.evidence) | {"se_cm": fit.evidence.se_cm} for k, fit in fits.items()}
+        return pd.DataFrame.from_dict(rows, "index").rename_axis("tree_id")
 
     @cached_property
     def sheets(self) -> dict[int, Path]:
