@@ -33,7 +33,7 @@ STAGES = {
     "measure": "Stems and their diameters",
     "find stems": "Looking for stems",
     "fit stems": "Fitting each stem",
-    "stems of low confidence": "Looking again at stems of low confidence",
+    "stems that the network sees": "Asking the network for stems",
     "stems seen farther up": "Measuring hidden stems farther up",
     "measure stems": "Measuring each stem",
     "stems": "Stems, found and fitted",

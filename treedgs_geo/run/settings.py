@@ -142,9 +142,8 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     stem_network: str = param(
         "auto",
-        help="A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how "
-        "wide stems of low confidence are and, where a sample of the photos shows it stems that edges missed, as in "
-        "dense stands, which pixels show stems; off = nothing.",
+        help="A small network, trained on simulated photos, is asked which pixels show stems and ivy: auto = where the "
+        "photos show the ground behind the stems; off = never.",
         choices=("auto", "off"),
     )
     #: Of every random choice; of the library only.
@@ -175,7 +174,7 @@ class Preset:
 CHAIN_PRESETS = {
     "fast": Preset(
         ReconstructOptions(max_features=4000, neighbours=12),
-        PhotoStemOptions(max_views=48, max_lean_deg=10.0, most_asked=0),
+        PhotoStemOptions(max_views=48, max_lean_deg=10.0),
         sheets="check",
         heights=False,
     ),

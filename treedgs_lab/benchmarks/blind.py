@@ -46,7 +46,7 @@ KINDS = {
     "few photos": "--stems-per-ha 700 --photos 18",
 }
 #: Plots of each kind.
-PLOTS = 2
+PLOTS = 3
 SIZE = "--preset demo --radius-m 7.5 --photos 62 --camera samples=2"
 TRIAL_SIZE = "--preset test --camera samples=1"
 DRAWS = 2000
@@ -105,21 +105,23 @@ def figures(plots: list[pd.DataFrame], flag: str | None = None) -> dict[str, Any
 
 
 def _errors(stems: pd.DataFrame, flag: str | None) -> np.ndarray:
-    """(K, 2) error in cm and whether the interval holds the truth."""
+    """(K, 3) error in cm, and whether the interval and 0.67 standard errors (half of the stems, if normal) hold it."""
     kept = stems[stems["error_cm"].notna() & ((stems["qc_flag"] == flag) if flag else True)]
-    return kept.reindex(columns=["error_cm", "inside_90"]).to_numpy(float).reshape(-1, 2)
+    kept = kept.reindex(columns=["error_cm", "inside_90", "dbh_se_cm"]).astype(float)
+    return kept.assign(dbh_se_cm=kept["error_cm"].abs() <= 0.67 * kept["dbh_se_cm"]).to_numpy(float)
 
 
 def _figures(errors: list[np.ndarray]) -> dict[str, Any]:
     whole = np.concatenate(errors)
     if not len(whole):
-        return dict.fromkeys(("rmse_cm", "bias_cm", "worst_cm", "inside"))
-    error, inside = whole.T
+        return dict.fromkeys(("rmse_cm", "bias_cm", "worst_cm", "inside", "inside_half"))
+    error, inside, half = whole.T
     return {
         "rmse_cm": round(float(np.sqrt((error**2).mean())), 3),
         "bias_cm": round(float(error.mean()), 3),
         "worst_cm": round(float(np.abs(error).max()), 2),
         "inside": round(float(inside.mean()), 3),
+        "inside_half": round(float(half.mean()), 3),
     }
 
 

@@ -764,8 +764,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Anpassung jedes Stamms</translation>
     </message>
     <message>
-      <source>Looking again at stems of low confidence</source>
-      <translation>Erneuter Blick auf Stämme mit geringer Sicherheit</translation>
+      <source>Asking the network for stems</source>
+      <translation>Das Netz wird nach Stämmen gefragt</translation>
     </message>
     <message>
       <source>Measuring hidden stems farther up</source>
@@ -1768,8 +1768,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Drohnenfotos (und PPK-Geotags) hinein, Baumpunkte mit BHD, Fehler und Gründen heraus.</translation>
     </message>
     <message>
-      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes. Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. A network trained on TreeDGS's own simulator decides stems of low confidence, stems under ivy and dense stands. Tape some trees: they say how right the diameters are.</source>
-      <translation>Eingaben: überlappende Drohnenfotos von oberhalb des Kronendachs, die meisten schräg (30 bis 50 Grad aus der Senkrechten), mit etwa 2 cm je Pixel oder feiner; PPK- oder RTK-Geotags. Ausgabe: ein Punkt je gefundenem Stamm mit BHD (cm), dessen Standardfehler und 90-%-Intervall (cm), und einem Grund, wo kein BHD messbar war. Stämme unter 7,5 cm und solche, die weniger als drei Fotos in Brusthöhe sehen, werden verworfen. Ein zweiter Lauf im selben Arbeitsordner setzt fort. Fehler und Grenzen wurden an gerenderten und simulierten Probeflächen bestimmt, meist mit Kiefern; noch wurde kein Foto eines Baums gemessen, den jemand mit dem Maßband gemessen hat. Ein Netz, das am Simulator von TreeDGS trainiert wurde, entscheidet bei Stämmen geringer Sicherheit, bei Stämmen unter Efeu und in dichten Beständen. Messen Sie einige Bäume mit dem Maßband: sie sagen, wie richtig die Durchmesser sind.</translation>
+      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes. Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. A network trained on TreeDGS's own simulator helps to find stems, and decides which are under ivy. Tape some trees: they say how right the diameters are.</source>
+      <translation>Eingaben: überlappende Drohnenfotos von oberhalb des Kronendachs, die meisten schräg (30 bis 50 Grad aus der Senkrechten), mit etwa 2 cm je Pixel oder feiner; PPK- oder RTK-Geotags. Ausgabe: ein Punkt je gefundenem Stamm mit BHD (cm), dessen Standardfehler und 90-%-Intervall (cm), und einem Grund, wo kein BHD messbar war. Stämme unter 7,5 cm und solche, die weniger als drei Fotos in Brusthöhe sehen, werden verworfen. Ein zweiter Lauf im selben Arbeitsordner setzt fort. Fehler und Grenzen wurden an gerenderten und simulierten Probeflächen bestimmt, meist mit Kiefern; noch wurde kein Foto eines Baums gemessen, den jemand mit dem Maßband gemessen hat. Ein Netz, das am Simulator von TreeDGS trainiert wurde, hilft, Stämme zu finden, und entscheidet, welche unter Efeu stehen. Messen Sie einige Bäume mit dem Maßband: sie sagen, wie richtig die Durchmesser sind.</translation>
     </message>
     <message>
       <source>Photos</source>
@@ -1956,8 +1956,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammnetz</translation>
     </message>
     <message>
-      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where a sample of the photos shows it stems that edges missed, as in dense stands, which pixels show stems; off = nothing.</source>
-      <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt: auto = welche gemessenen Stämme unter Efeu stehen, wie dick Stämme mit geringer Sicherheit sind und, wo es in einer Stichprobe der Fotos Stämme sieht, die die Kanten nicht zeigten, wie in dichten Beständen, welche Pixel Stämme zeigen; off = nichts.</translation>
+      <source>A small network, trained on simulated photos, is asked which pixels show stems and ivy: auto = where the photos show the ground behind the stems; off = never.</source>
+      <translation>Ein kleines, mit simulierten Fotos trainiertes Netz wird gefragt, welche Pixel Stämme und Efeu zeigen: auto = wo die Fotos den Boden hinter den Stämmen zeigen; off = nie.</translation>
     </message>
     <message>
       <source>tree layer (file)</source>

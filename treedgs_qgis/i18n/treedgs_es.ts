@@ -762,8 +762,8 @@ cero.&lt;/p&gt;
       <translation>Ajuste de cada tronco</translation>
     </message>
     <message>
-      <source>Looking again at stems of low confidence</source>
-      <translation>Otra mirada a los fustes de baja confianza</translation>
+      <source>Asking the network for stems</source>
+      <translation>Consultando a la red por los troncos</translation>
     </message>
     <message>
       <source>Measuring hidden stems farther up</source>
@@ -1766,8 +1766,8 @@ cero.&lt;/p&gt;
       <translation>Entran fotos de dron (y geoetiquetas PPK), salen puntos de árbol con DAP, error y motivos.</translation>
     </message>
     <message>
-      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes. Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. A network trained on TreeDGS's own simulator decides stems of low confidence, stems under ivy and dense stands. Tape some trees: they say how right the diameters are.</source>
-      <translation>Entradas: fotos de dron con solape tomadas por encima del dosel, la mayoría oblicuas (de 30 a 50 grados desde la vertical), a unos 2 cm por píxel o más finas; geoetiquetas PPK o RTK. Salida: un punto por tronco encontrado, con DAP (cm), su error estándar e intervalo del 90 % (cm), y un motivo donde no se pudo medir el DAP. Se rechazan los troncos de menos de 7,5 cm y los que menos de tres fotos ven a la altura del pecho. Una segunda ejecución en la misma carpeta de trabajo continúa. Los errores y los límites se calibraron en parcelas renderizadas y simuladas, en su mayoría de pinos; aún no se ha medido ninguna foto de un árbol que alguien midiera con cinta. Una red entrenada con el simulador del propio TreeDGS decide los troncos de baja confianza, los cubiertos de hiedra y los rodales densos. Mida algunos árboles con cinta: dicen cuán correctos son los diámetros.</translation>
+      <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes. Errors and limits were calibrated on rendered and simulated plots, mostly pines; no photo of a tree that somebody taped has been measured yet. A network trained on TreeDGS's own simulator helps to find stems, and decides which are under ivy. Tape some trees: they say how right the diameters are.</source>
+      <translation>Entradas: fotos de dron con solape tomadas por encima del dosel, la mayoría oblicuas (de 30 a 50 grados desde la vertical), a unos 2 cm por píxel o más finas; geoetiquetas PPK o RTK. Salida: un punto por tronco encontrado, con DAP (cm), su error estándar e intervalo del 90 % (cm), y un motivo donde no se pudo medir el DAP. Se rechazan los troncos de menos de 7,5 cm y los que menos de tres fotos ven a la altura del pecho. Una segunda ejecución en la misma carpeta de trabajo continúa. Los errores y los límites se calibraron en parcelas renderizadas y simuladas, en su mayoría de pinos; aún no se ha medido ninguna foto de un árbol que alguien midiera con cinta. Una red entrenada con el simulador de TreeDGS ayuda a encontrar troncos y decide cuáles están bajo hiedra. Mida algunos árboles con cinta: dicen cuán correctos son los diámetros.</translation>
     </message>
     <message>
       <source>Photos</source>
@@ -1954,8 +1954,8 @@ cero.&lt;/p&gt;
       <translation>Red de troncos</translation>
     </message>
     <message>
-      <source>A small network, trained on simulated photos, is asked: auto = which measured stems are under ivy, how wide stems of low confidence are and, where a sample of the photos shows it stems that edges missed, as in dense stands, which pixels show stems; off = nothing.</source>
-      <translation>Se pregunta a una pequeña red entrenada con fotos simuladas: auto = qué fustes medidos están bajo hiedra, qué grosor tienen los fustes de baja confianza y, donde en una muestra de las fotos ve fustes que los bordes no dieron, como en rodales densos, qué píxeles muestran fustes; off = nada.</translation>
+      <source>A small network, trained on simulated photos, is asked which pixels show stems and ivy: auto = where the photos show the ground behind the stems; off = never.</source>
+      <translation>Se pregunta a una pequeña red, entrenada con fotos simuladas, qué píxeles muestran troncos y hiedra: auto = donde las fotos muestran el suelo detrás de los troncos; off = nunca.</translation>
     </message>
     <message>
       <source>tree layer (file)</source>

@@ -18,6 +18,7 @@ def stems(*errors, flag="ok", inside=True):
             "error_cm": np.array(errors, float),
             "qc_flag": flag,
             "inside_90": [inside if e == e else None for e in errors],
+            "dbh_se_cm": 1.0,
             "clear_views": np.arange(len(errors)) + 2,
         }
     )
@@ -33,7 +34,8 @@ def test_seeds_come_from_the_commit():
 def test_stems_without_a_diameter_count_and_intervals_are_over_plots():
     alike = blind.figures([stems(0.5, -0.5, np.nan), stems(0.5, -0.5)])
     assert alike["stems"] == 5 and alike["measured"] == 4 and alike["rmse_cm"] == 0.5 == alike["rmse_cm_lo"]
-    assert alike["bias_cm"] == 0 and alike["inside"] == 1.0
+    assert alike["bias_cm"] == 0 and alike["inside"] == 1.0 == alike["inside_half"]
+    assert blind.figures([stems(0.5, 0.7)])["inside_half"] == 0.5
     # The first of each plot is seen in two photos only.
     assert (alike["clear"], alike["clear_measured"]) == (3, 2)
     # Errors that a whole plot shares: many stems of few plots say little.

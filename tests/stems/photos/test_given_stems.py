@@ -72,7 +72,7 @@ def test_what_the_search_learnt_survives_its_file(searched, tmp_path):
     write_fits(tmp_path / "fits.json", KeptFits(searched.fits, looks=searched.looks))
     (look,), (kept,) = searched.looks, read_fits(tmp_path / "fits.json").looks
     assert look_record(kept) == look_record(look) and np.array_equal(kept.places, look.places)
-    assert kept.network in ("low-confidence", "full")  # what ``auto`` came to
+    assert kept.network is True
 
 
 def test_stems_of_a_field_crew_guide_the_search(views, searched):

@@ -22,7 +22,7 @@ from treedgs_geo.stems.quality.limits import judge
 
 STEMS = [Stem(-1.4, 0.6, 0.15), Stem(1.2, -1.0, 0.11, 0.02, 0.01), Stem(0.3, 1.7, 0.19)]
 AREA = Area.circle(0, 0, 2.5)
-OPTIONS = PhotoStemOptions(margin_m=0.2, max_dbh_cm=60, stem_network="off")
+OPTIONS = PhotoStemOptions(margin_m=0.2, max_dbh_cm=60)
 
 
 def flat(x, y):
@@ -72,7 +72,9 @@ def test_level_photos_have_no_ground_behind_the_stems(views):
 
 
 def test_overexposed_sky_widens_the_error(fits, tmp_path):
-    glaring = search_photos(walked(tmp_path / "sky", 3.0), flat, AREA, OPTIONS).fits
+    searched = search_photos(walked(tmp_path / "sky", 3.0), flat, AREA, OPTIONS)
+    glaring = searched.fits
+    assert not searched.looks[0].network, "no ground is seen behind the stems"
     for stem in STEMS:
         plain, clipped = nearest(fits, stem), nearest(glaring, stem)
         assert clipped.measured and clipped.evidence.error.soft > 2 * plain.evidence.error.soft

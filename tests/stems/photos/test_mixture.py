@@ -9,7 +9,7 @@ import pytest
 from clear_fit import CLEAR, clear_photo_fit, error_of
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
-from treedgs_geo.stems.photos.deduplicate import merge, not_swallowed
+from treedgs_geo.stems.photos.deduplicate import merge
 from treedgs_geo.stems.photos.evidence.other_explanations import companion_share, other_explanations
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
@@ -134,21 +134,3 @@ def test_a_rival_from_another_seed_is_in_the_interval():
     assert kept[0].dbh_cm == 30.0 and kept[0].flag == "check" and "ambiguous" in kept[0].reasons
     assert kept[0].assessment.hi_cm == pytest.approx(34.0, abs=0.3) and kept[0].se_cm > 1.0
     assert merge([better, fitted(34.0, 80.0)]) == [better] and merge([better, fitted(30.5, 110.0)]) == [better]
-
-
-def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
-    """Twins 10 cm apart: a third stem as thick as both was ok, 33 cm too thick."""
-    both = fitted(62.9, 65.0, 0.0, "ok", x=0.18)
-    twins = [fitted(30.5, 128.0, 0.0, "ok"), fitted(27.4, 55.0, 0.0, "ok", x=0.39)]
-    assert not_swallowed([both], twins) == twins
-    # One alone: which of the two explanations is right stays open, and so does the diameter.
-    (left,) = not_swallowed([both], twins[:1])
-    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.assessment.lo_cm <= 30.5
-    # With fewer edges, not certain, as thick, or beside it: the stem stays as it is.
-    for others in (
-        [fitted(30.5, 60.0, 0.0, "ok")],
-        [fitted(30.5, 128.0, 0.0, "check")],
-        [fitted(60.0, 128.0, 0.0, "ok")],
-        [fitted(30.5, 128.0, 0.0, "ok", x=0.55)],
-    ):
-        assert not_swallowed([both], others) == [both]

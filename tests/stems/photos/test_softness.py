@@ -92,7 +92,7 @@ def test_every_diameter_of_soft_photos_has_a_wider_interval(scene, tmp_path):
 
 
 def test_what_is_kept_of_a_search_keeps_it_and_older_records_have_none():
-    look = Look("full", np.array([0.3, np.nan]), 0.15, 0.05, np.inf, np.zeros((2, 2)), 0.31)
+    look = Look(True, np.array([0.3, np.nan]), 0.15, 0.05, np.inf, np.zeros((2, 2)), 0.31)
     again = look_of_record(look_record(look))
     assert again.soft_px == 0.31 and np.isinf(again.chance) and np.isnan(again.sun[1])
     old = look_record(look)

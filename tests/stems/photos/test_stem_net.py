@@ -117,11 +117,12 @@ def test_odds_are_those_of_the_wanted_classes_against_all_else():
 
 @pytest.mark.parametrize(("ivy", "expected"), [(0, 0.0), (6, 0.5), (12, 1.0)])
 def test_the_share_of_ivy_is_that_over_the_photos(ivy, expected):
-    share = covered_share(ring_of_maps(seen=ivy), ring_of_maps(), at(PLACE), RADIUS, 0.0)
+    share = covered_share(ring_of_maps(seen=12 - ivy), ring_of_maps(), range(12), at(PLACE), RADIUS, 0.0)
     assert share == pytest.approx(expected, abs=0.03)
 
 
 def test_no_photo_says_nothing_of_ivy():
     maps = ring_of_maps()
     gone = maps._replace(odds=np.full_like(maps.odds, OUTSIDE))
-    assert np.isnan(covered_share(gone, gone, at(PLACE), RADIUS, 0.0))
+    assert np.isnan(covered_share(gone, gone, range(12), at(PLACE), RADIUS, 0.0))
+    assert np.isnan(covered_share(maps, maps, [], at(PLACE), RADIUS, 0.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fit.photo_fit import PhotoFit
-from .tuned import APART_M, CLEAR_LLR, FEW_LLR, GAIN_MERGED, GAP_LLR, LEAD_LLR, SAME_DBH, SAME_LEAN, THINNER
+from .tuned import APART_M, CLEAR_LLR, FEW_LLR, GAIN_MERGED, LEAD_LLR, SAME_DBH, SAME_LEAN
 
 
 def known_rows(fits: list[PhotoFit]) -> np.ndarray:
@@ -20,29 +20,6 @@ def plausible(fit: PhotoFit, gate: float) -> bool:
     if fit.seed_score >= gate:
         return fit.evidence.llr >= LEAD_LLR
     return fit.evidence.llr >= CLEAR_LLR and fit.measured
-
-
-def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoFit]:
-    """The fits that the network had a word on, less stems that swallow others: to it two stems side by side may be one.
-
-    by_edges: what edges alone gave. Where two certain thinner ones of these stand within a fit and have more edges
-    between them, they take its place; one alone leaves the fit ``ambiguous``.
-    """
-    sure = [fit for fit in by_edges if fit.flag == "ok"]
-    out: list[PhotoFit] = []
-    for fit in fits:
-        inside = [
-            other
-            for other in sure
-            if fit.measured and np.hypot(*(other.axis.p - fit.axis.p)) < fit.r0 and other.dbh_cm < THINNER * fit.dbh_cm
-        ]
-        if not inside or sum(other.evidence.llr for other in inside) < fit.evidence.llr + GAP_LLR:
-            out.append(fit)
-        elif len(inside) > 1:
-            out += inside
-        else:
-            out.append(fit.with_rival(inside[0].dbh_cm))
-    return out
 
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:

@@ -26,12 +26,9 @@ class PhotoStemOptions:
     cell_m: float = 0.05
     #: Sideways error of a photo's pose at a stem, px.
     offset_sd_px: float = 0.3
-    #: A small network (trained on simulated photos) is asked: ``auto`` = which measured stems are under ivy, how wide
-    #: stems of low confidence are and, where a sample of the photos shows it stems that edges missed, where all stems
-    #: are; ``low-confidence`` and ``full`` = the same without a sample; ``off`` = nothing.
+    #: A small network (trained on simulated photos) is asked where stems stand, how wide they are and which are under
+    #: ivy: ``auto`` = where the photos show the ground behind the stems; ``off`` = never.
     stem_network: str = "auto"
-    #: Stems of low confidence that the network is asked about one by one, at most; the clearest first.
-    most_asked: int = 16
     #: Seed of the random places that chance is measured at.
     seed: int = 7
     #: Threads; 0 = all.

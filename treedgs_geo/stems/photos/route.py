@@ -45,21 +45,24 @@ class Step(NamedTuple):
 
 #: What follows for stems that were found, and for those at given places.
 _FOR_ALL = (
-    Step(
-        steps.settle_low_confidence, 0.95, lambda search: search.network == "low-confidence", "stems of low confidence"
-    ),
-    Step(steps.measure_upper_stems, 1.0, always, "stems seen farther up"),
-    Step(steps.mark_ivy, 1.0, lambda search: search.network != "off" and search.fitter.backdrop is not None),
+    Step(steps.measure_upper_stems, 0.98, always, "stems seen farther up"),
+    Step(steps.mark_ivy, 1.0, lambda search: search.bark is not None),
     Step(steps.name_photos, 1.0),
 )
 #: A piece of ground, from its photos to its stems.
 SEARCH = (
-    Step(steps.propose_by_edges, 0.5),
-    Step(steps.calibrate, 0.55),
-    Step(steps.fit_by_edges, 0.7, always, "fit stems"),
-    Step(steps.fit_with_network, 0.85, lambda search: search.network == "full", "fit stems"),
-    Step(steps.fit_by_carving, 0.88, lambda search: search.options.max_lean_deg > UPRIGHT_MAX_DEG),
-    Step(steps.fit_given, 0.9, lambda search: search.given is not None),
+    Step(steps.propose_by_edges, 0.4),
+    Step(steps.calibrate, 0.45),
+    Step(
+        steps.ask_network,
+        0.65,
+        lambda search: search.options.stem_network != "off" and search.fitter.backdrop is not None,
+        "stems that the network sees",
+    ),
+    Step(steps.measure_chance, 0.66),
+    Step(steps.fit_stems, 0.9, always, "fit stems"),
+    Step(steps.fit_by_carving, 0.93, lambda search: search.options.max_lean_deg > UPRIGHT_MAX_DEG),
+    Step(steps.fit_given, 0.95, lambda search: search.given is not None),
     *_FOR_ALL,
 )
 #: Stems at given places of a piece that was searched before.

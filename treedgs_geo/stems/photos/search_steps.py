@@ -10,14 +10,13 @@ import numpy as np
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
-from .deduplicate import known_rows, looked_at_twice, not_swallowed, plausible
+from .deduplicate import known_rows, looked_at_twice, plausible
 from .evidence.ivy import without_covered
 from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
 from .images.crops import GroundGrid, PhotoStack, load_stack
 from .images.vertical_rectification import PlumbGrid, plumb_grid
-from .low_confidence import settled_by_network
-from .network.inference import OddsMaps, PhotoOdds, network_maps
+from .network.inference import OddsMaps, network_maps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed, edge_seeds
 from .propose.network_seeds import network_seeds
@@ -25,7 +24,7 @@ from .propose.space_carving import carved_seeds, hidden_ground, searched
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
-from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SAMPLED, SECOND_M
+from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
 from .upper_stem import carried_down
 
 
@@ -49,8 +48,6 @@ class TileSearch:
     #: Fits of stems that an earlier search found.
     earlier: list[PhotoFit] = field(default_factory=list)
 
-    #: What the network is asked: as the options say, in the end ``off``, ``low-confidence`` or ``full``.
-    network: str = ""
     rng: np.random.Generator = field(init=False)
     grid: GroundGrid = field(init=False)
     stack: PhotoStack = field(init=False)
@@ -60,16 +57,18 @@ class TileSearch:
     #: (N, 2) random places at which chance is measured.
     places: np.ndarray = field(init=False)
     fitter: Fitter = field(init=False)
+    #: What the network sees: bark, bark or ivy; and stems.
+    bark: OddsMaps | None = None
+    either: OddsMaps | None = None
+    seen: list[Seed] = field(default_factory=list)
     fits: list[PhotoFit] = field(default_factory=list)
-    #: What the network saw, by the photo's index.
-    shown: dict[int, PhotoOdds] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.network, self.rng = self.options.stem_network, np.random.default_rng(self.options.seed)
+        self.rng = np.random.default_rng(self.options.seed)
 
     def calibration(self) -> Look:
         """What was learnt of the piece, for stems that are asked for later."""
-        return look_of(self.fitter, self.network, self.places)
+        return look_of(self.fitter, self.places)
 
 
 def load_photos(search: TileSearch) -> None:
@@ -86,28 +85,31 @@ def propose_by_edges(search: TileSearch) -> None:
 
 
 def calibrate(search: TileSearch) -> None:
-    """Sun, diameters of the stand, and what chance reaches here."""
+    """Sun, and diameters of the stand."""
     search.places = random_places(search.tile, search.rng)
     search.fitter = first_look(
         search.stack, search.grid, search.tile, search.edges, search.places, search.options, search.reporter
     )
 
 
-def fit_by_edges(search: TileSearch) -> None:
-    """Stems by their edges; whether they missed some says what the network is asked."""
-    search.fits = fits_of_edges(search.fitter, [], search.edges, search.reporter)
-    if search.network == "auto":
-        search.network = _asked(search)
+def ask_network(search: TileSearch) -> None:
+    """Where the network sees stems, and their silhouettes."""
+    search.bark, search.either = network_maps(search.stack, search.plumbs)
+    search.seen = network_seeds(search.either, search.grid, search.area, search.box, search.options, search.rng)
+    search.fitter = replace(search.fitter, shown=search.bark)
 
 
-def fit_with_network(search: TileSearch) -> None:
-    """Stems where the network sees them, and their widths by its silhouettes."""
-    by_edges, (bark, either) = search.fits, shown_to_network(search)
-    search.shown.clear()  # the maps hold it now
-    seen = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
-    free = away_from(seen, random_places(search.tile, search.rng, MORE_PLACES))
-    search.fitter = with_chance(replace(search.fitter, shown=bark), free)
-    search.fits = not_swallowed(fits_of_edges(search.fitter, seen, search.edges, search.reporter), by_edges)
+def measure_chance(search: TileSearch) -> None:
+    """What chance reaches here."""
+    places = search.places
+    if search.bark is not None:
+        places = away_from(search.seen, random_places(search.tile, search.rng, MORE_PLACES))
+    search.fitter = with_chance(search.fitter, places)
+
+
+def fit_stems(search: TileSearch) -> None:
+    """Stems where the network sees them and where edges propose them."""
+    search.fits = fits_of_edges(search.fitter, search.seen, search.edges, search.reporter)
 
 
 def fit_by_carving(search: TileSearch) -> None:
@@ -130,13 +132,6 @@ def fit_given(search: TileSearch) -> None:
     search.fits += fits_of_given(search.fitter, search.given, search.fits, search.reporter, search.earlier)
 
 
-def settle_low_confidence(search: TileSearch) -> None:
-    """The network is asked about each stem of low confidence."""
-    search.fits = settled_by_network(
-        search.fits, search.fitter, search.plumbs, search.tile, search.reporter, search.earlier
-    )
-
-
 def measure_upper_stems(search: TileSearch) -> None:
     """What nothing shows at breast height is measured farther up."""
     search.fits = carried_down(search.fits, search.fitter, search.reporter)
@@ -144,7 +139,8 @@ def measure_upper_stems(search: TileSearch) -> None:
 
 def mark_ivy(search: TileSearch) -> None:
     """Stems under ivy are flagged."""
-    search.fits = without_covered(search.fits, search.stack, search.plumbs)
+    assert search.bark is not None and search.either is not None
+    search.fits = without_covered(search.fits, search.bark, search.either)
 
 
 def name_photos(search: TileSearch) -> None:
@@ -156,45 +152,10 @@ def name_photos(search: TileSearch) -> None:
 def recall(search: TileSearch, learnt: Look) -> None:
     """In place of votes and calibration: what an earlier search of the piece learnt."""
     search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
-    search.network = learnt.network
-    shown = shown_to_network(search)[0] if learnt.network == "full" else None
-    search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options, shown)
-
-
-def shown_to_network(search: TileSearch, photos: int | None = None) -> tuple[OddsMaps, OddsMaps]:
-    """What the network sees in so many photos, spread over all; ``None``: in all."""
-    count = len(search.stack)
-    views = np.unique(np.linspace(0, count - 1, min(photos or count, count)).round().astype(int)).tolist()
-    return network_maps(search.stack, search.plumbs, views, search.shown)
-
-
-def seen_in_sample(search: TileSearch) -> tuple[int, int, int]:
-    """How many stems the network sees for certain in a sample of the photos where edges gave none; how many of those
-    that edges gave it sees so, and of how many. Where the understory hides stems from most photos, those that edges
-    find are certain and yet few."""
-    either = shown_to_network(search, SAMPLED)[1]
-    rng = np.random.default_rng(search.options.seed)
-    seen = network_seeds(either, search.grid, search.tile, search.box, search.options, rng)
-    known = np.array([fit.axis.p for fit in search.fits if fit.measured or "too_small" in fit.reasons]).reshape(-1, 2)
-    sure = np.array([(seed.x, seed.y) for seed in seen if seed.sure]).reshape(-1, 2)
-    near = np.linalg.norm(sure[:, None] - known, axis=2) <= SECOND_M
-    return int((~near.any(axis=1)).sum()), int(near.any(axis=0).sum()), len(known)
-
-
-def _asked(search: TileSearch) -> str:
-    """What the network is asked on a piece of ground that was searched by edges; it learnt stems before the ground. A
-    sample in which it does not see half of the stems that are known says nothing of those that are not; where the
-    photos are hardly more than a sample, edges find few and all photos cost little."""
-    if search.fitter.backdrop is None:
-        return "low-confidence"
-    missed, seen, known = seen_in_sample(search)
-    if not missed and 2 * seen >= known and len(search.stack) >= 2 * SAMPLED:
-        return "low-confidence"
-    search.reporter.info(
-        f"The network is asked for stems as well: in a sample of the photos it sees {missed} that edges did not give, "
-        f"and {seen} of the {known} that they gave."
-    )
-    return "full"
+    search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options)
+    if learnt.network:
+        search.bark, search.either = network_maps(search.stack, search.plumbs)
+        search.fitter = replace(search.fitter, shown=search.bark)
 
 
 def fits_of_seeds(
@@ -222,10 +183,10 @@ def fits_of_seeds(
 
 
 def fits_of_edges(fitter: Fitter, seen: list[Seed], edges: EdgeSeeds, reporter: Reporter) -> list[PhotoFit]:
-    """Stems at what the network sees, at what edges propose, and second ones beside them (limbs of low forks, twins),
-    which the first round's spacing passed over."""
-    fits = fits_of_seeds(fitter, seen, 1.0, reporter)
-    fits += fits_of_seeds(fitter, edges.seeds, edges.threshold, reporter, known_rows(fits))
+    """Stems at what edges propose, then where the network sees others (to it two that touch are one), and second ones
+    beside them (limbs of low forks, twins), which the first round's spacing passed over."""
+    fits = fits_of_seeds(fitter, edges.seeds, edges.threshold, reporter)
+    fits += fits_of_seeds(fitter, seen, 1.0, reporter, known_rows(fits))
     known = known_rows(fits)
     done = np.array([(seed.x, seed.y) for seed in edges.seeds]).reshape(-1, 2)
     close = []

@@ -18,7 +18,6 @@ from .images.background import Silhouette, make_backdrop
 from .images.crops import GroundGrid, PhotoStack
 from .images.sharpness import soft_px
 from .images.sun import sun_azimuths
-from .network.inference import OddsMaps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed
 from .stem_fit import Fitter
@@ -29,8 +28,8 @@ from .tuned import MIN_PLACES, PRIOR_SDS, STEM_FREE_M, THERE_LLR
 class Look:
     """Of one piece of ground."""
 
-    #: What the network was asked in the end: ``off``, ``low-confidence`` or ``full``.
-    network: str
+    #: The network was asked.
+    network: bool
     #: (flights,) azimuth of the sun, rad from east, NaN = unknown.
     sun: np.ndarray
     #: Radius of the stand's stems at breast height and its standard deviation, m.
@@ -49,22 +48,21 @@ class Look:
         grid: GroundGrid,
         tile: Area,
         options: PhotoStemOptions,
-        shown: OddsMaps | None = None,
     ) -> Fitter:
-        """The fitter that the search used. stack, grid: of the same piece of ground, with the same options. shown: the
-        network's maps of bark, which a piece with ``full`` needs."""
+        """The fitter that the search used, without the network. stack, grid: of the same piece of ground, with the same
+        options."""
         null = build_null(stack, grid, self.places, options, self.sun)
         prior = Prior(r=self.r, r_sd=self.r_sd)
         # Photos see the ground behind the stems at the rim of the searched area.
         backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + 3.0))
-        known = stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown
+        known = stack, grid, options, null, self.sun, prior, backdrop, self.chance
         return Fitter(*known, soft_px=self.soft_px)
 
 
-def look_of(fitter: Fitter, network: str, places: np.ndarray) -> Look:
-    """What to keep of a search. network: what it was asked. places: (N, 2) at which its null scores were measured."""
+def look_of(fitter: Fitter, places: np.ndarray) -> Look:
+    """What to keep of a search. places: (N, 2) at which its null scores were measured."""
     prior = fitter.prior
-    return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), places, fitter.soft_px)
+    return Look(fitter.shown is not None, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), places, fitter.soft_px)
 
 
 def first_look(
@@ -91,8 +89,7 @@ def first_look(
     if len(radii) >= 6:
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(PRIOR_SDS * radii.std(), 0.06)))
     soft = soft_px(stack, reporter)
-    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, places, soft)
-    return with_chance(look.fitter(stack, grid, tile, options), places)
+    return Look(False, sun, prior.r, prior.r_sd, np.inf, places, soft).fitter(stack, grid, tile, options)
 
 
 def with_chance(fitter: Fitter, places: np.ndarray) -> Fitter:

@@ -77,10 +77,6 @@ MAX_LINES, STANDS_OUT = 24, 1.35
 CONTRAST_A_M = 8.5
 #: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
 LINE_SCORE, CERTAIN_SCORE = 0.8, 1.1
-#: Photos that the network is shown first, to learn whether edges missed stems: with four draws of decoys it said so on
-#: seven plots where they had (six dense ones, one with a low fork) 27 of 28 times, and on three open ones never; of 12,
-#: 16 and 20 photos 16 part them best.
-SAMPLED = 16
 #: Radius that a place is first looked at with, m; places that lie nearer each other are one, and so are those this near
 #: to a known stem's bark.
 START_RADIUS_M = 0.12
@@ -120,11 +116,8 @@ PLAIN_ODDS, NETWORK_ODDS = np.array([1.06, 2.73, -1.7, -1.5]), np.array([4.1, 2.
 SAME_DBH_CM = 2.0
 #: Two readings of one stem differ by less than this, cm; leans by less than this (tangent).
 SAME_DBH, SAME_LEAN = Bound(1.0, 0.04), 0.09
-#: Lead in edge score at which an explanation is nine times as probable.
-GAP_LLR = 10.0
-EDGES_A_LOG_ODD = GAP_LLR / np.log(9)
-#: A stem inside another one counts against it below this share of its diameter.
-THINNER = 0.85
+#: Edge score that a log odd is worth: at a lead of 10 an explanation is nine times as probable.
+EDGES_A_LOG_ODD = 10.0 / np.log(9)
 #: Best silhouettes that are followed as they are; starts and pairs that are followed by a whole fit; starts see this
 #: far round themselves, m.
 MAX_SETTLED, MAX_FOLLOWED, START_M = 2, 3, 0.3

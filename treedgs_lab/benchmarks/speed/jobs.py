@@ -94,13 +94,13 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
 
 def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of stems in the photos for a share of the plot's ``radius`` and a number of ``views`` (true cameras): by
-    their edges, and what it takes longer where the network is asked for stems, too."""
+    their edges, and what it takes longer where the network is asked, too."""
     plot = TruePlot.load(Path(job["plot"]))
     radius, views, ground = job["radius"] * plot.radius_m, plot.views(), plot.dtm.local(plot.frame).height
     area, seconds, count = Area.circle(0.0, 0.0, radius), list[float](), 0
     used = min(job["views"], len(views))
-    for network in ("low-confidence", "full"):
-        options = PhotoStemOptions(max_views=used, most_asked=0, stem_network=network)
+    for network in ("off", "auto"):
+        options = PhotoStemOptions(max_views=used, stem_network=network)
         began = time.perf_counter()
         count = len(search_photos(views, ground, area, options).fits)
         seconds.append(time.perf_counter() - began)

@@ -8,7 +8,6 @@ is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is nee
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -105,25 +104,11 @@ def _tone(colour, good):
     return sums[:3] / (255 * max(count, 1)), spread
 
 
-class Tone(NamedTuple):
-    """Of one photo's part that is looked at. mean: (3,) of each channel, 0..1. spread: of the brightness."""
-
-    mean: np.ndarray
-    spread: float
-
-
-def tone_of(colour: np.ndarray, good: np.ndarray) -> Tone:
-    """Tone of (rows, columns, 3) uint8 where it shows something, (rows, columns) bool."""
-    mean, spread = _tone(colour, good)
-    return Tone(mean.astype(np.float32), max(float(spread), 0.02))
-
-
-def normalised(colour: np.ndarray, good: np.ndarray, tone: Tone | None = None) -> np.ndarray:
+def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
     """(rows, columns, 3) uint8 -> (3, rows, columns) float32 that exposure and white balance hardly change: each
-    channel about its mean, over the spread of the brightness; 0 outside. tone: of the whole photo, if this is a part.
-    """
-    tone = tone or tone_of(colour, good)
-    image = (colour.astype(np.float32) / 255 - tone.mean) / np.float32(tone.spread)
+    channel about its mean, over the spread of the brightness; 0 outside."""
+    mean, spread = _tone(colour, good)
+    image = (colour.astype(np.float32) / 255 - mean.astype(np.float32)) / np.float32(max(float(spread), 0.02))
     image[~good] = 0
     return np.ascontiguousarray(image.transpose(2, 0, 1))
 
@@ -152,28 +137,16 @@ def network_scores(image: np.ndarray) -> np.ndarray:
     return network.forward()[0]
 
 
-#: Log odds of one photo as :func:`quantised` gives them: of bark, and of bark or ivy.
-PhotoOdds = tuple[np.ndarray, np.ndarray]
-
-
-def photo_odds(stack: PhotoStack, view: int, plumb: PlumbGrid) -> PhotoOdds:
-    """What the network sees in one photo of a stack, on its grid."""
-    colour, good = plumb_colours(stack.arrays, view, plumb)
-    scores = network_scores(normalised(colour, good))
-    return quantised(class_odds(scores, "stem"), good), quantised(class_odds(scores, "stem", "ivy"), good)
-
-
-def network_maps(
-    stack: PhotoStack, plumbs: list[PlumbGrid], views: Sequence[int], known: dict[int, PhotoOdds]
-) -> tuple[OddsMaps, OddsMaps]:
-    """What the network sees in some photos of a stack, by their indices, on their grids: bark, and bark or ivy. known:
-    photos that it was shown before; the others are added."""
-    for view in views:
-        if view not in known:
-            known[view] = photo_odds(stack, view, plumbs[view])
-    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in (plumbs[view] for view in views)], float)
-    place = grid.reshape(-1, 4), stack.centre[list(views)]
-    bark, either = (together([known[view][kind] for view in views], *place) for kind in (0, 1))
+def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> tuple[OddsMaps, OddsMaps]:
+    """What the network sees in the photos of a stack, on their grids: bark, and bark or ivy."""
+    found: tuple[list[np.ndarray], list[np.ndarray]] = [], []
+    for view, plumb in enumerate(plumbs):
+        colour, good = plumb_colours(stack.arrays, view, plumb)
+        scores = network_scores(normalised(colour, good))
+        for maps, classes in zip(found, (("stem",), ("stem", "ivy")), strict=True):
+            maps.append(quantised(class_odds(scores, *classes), good))
+    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
+    bark, either = (together(maps, grid, stack.centre) for maps in found)
     return bark, either
 
 

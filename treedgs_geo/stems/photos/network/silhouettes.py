@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit, prange
 
@@ -91,34 +93,36 @@ def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
 
 
 @njit(parallel=True, **_FAST)
-def _shares(maps, axis, radii, heights, across, share):
-    for v in prange(share.shape[0]):
-        nx, ny, _ = across_view(axis, maps.centre[v])
+def _shares(maps, views, axis, radii, heights, across, share):
+    for k in prange(share.shape[0]):
+        nx, ny, _ = across_view(axis, maps.centre[views[k]])
         for i in range(heights.size):
             ax, ay = axis_at(axis, heights[i] - axis[BH_M])
             total = 0.0
             for j in range(across.size):
                 u = across[j] * radii[i]
-                value = odds_at(maps, v, ax + u * nx, ay + u * ny, axis[GROUND_Z] + heights[i])
+                value = odds_at(maps, views[k], ax + u * nx, ay + u * ny, axis[GROUND_Z] + heights[i])
                 if not (value > -99.0):
                     total = -1e9
                     break
                 total += 1.0 / (1.0 + np.exp(-value))
-            share[v, i] = total / across.size
+            share[k, i] = total / across.size
 
 
-def covered_share(ivy: OddsMaps, either: OddsMaps, axis: StemAxis, r0: float, r1: float) -> float:
-    """Share of ivy in what the network takes for stem or ivy (``either``) within a stem's silhouette about breast
-    height, over the photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
+def covered_share(
+    bark: OddsMaps, either: OddsMaps, views: Sequence[int], axis: StemAxis, r0: float, r1: float
+) -> float:
+    """Share of ivy in what the network takes for bark or ivy (``either``) within a stem's silhouette about breast
+    height, over some photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
     heights = axis.bh_m + np.arange(-ABOUT_M, ABOUT_M + 0.01, 0.1)
     radii = np.maximum(r0 + r1 * (heights - axis.bh_m), 0.01)
     found = []
-    for each in (ivy, either):
-        share = np.full((len(each.centre), len(heights)), np.nan)
-        _shares(each, axis.row, radii, heights, np.linspace(-0.75, 0.75, 7), share)
+    for each in (bark, either):
+        share = np.full((len(views), len(heights)), np.nan)
+        _shares(each, np.array(views, np.int64), axis.row, radii, heights, np.linspace(-0.75, 0.75, 7), share)
         found.append(share)
     known = (found[0] >= 0) & (found[1] >= 0)  # below: outside of the photo
-    return float(found[0][known].sum() / max(found[1][known].sum(), 1e-9)) if known.any() else np.nan
+    return float(1 - found[0][known].sum() / max(found[1][known].sum(), 1e-9)) if known.any() else np.nan
 
 
 @njit(parallel=True, **_FAST)
