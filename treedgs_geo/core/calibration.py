@@ -6,6 +6,6 @@ CALIBRATION = (
     "taped has been measured yet."
 )
 #: Of photos too.
-NETWORK = "A network trained on TreeDGS's own simulator helps to find stems, and decides which are under ivy."
+NETWORK = "A network trained on TreeDGS's own simulator decides which pixels show stems and which ivy."
 #: What to do about it.
 TAPE = "Tape some trees: they say how right the diameters are."
