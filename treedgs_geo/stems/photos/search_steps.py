@@ -57,10 +57,10 @@ class TileSearch:
     #: (N, 2) random places at which chance is measured.
     places: np.ndarray = field(init=False)
     fitter: Fitter = field(init=False)
-    #: What the network sees: bark, bark or ivy; and stems.
+    #: What the network sees: bark, bark or ivy; and where lines of it are seeds.
     bark: OddsMaps | None = None
     either: OddsMaps | None = None
-    seen: list[Seed] = field(default_factory=list)
+    network_seeds: list[Seed] = field(default_factory=list)
     fits: list[PhotoFit] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -95,7 +95,9 @@ def calibrate(search: TileSearch) -> None:
 def ask_network(search: TileSearch) -> None:
     """Where the network sees stems, and their silhouettes."""
     search.bark, search.either = network_maps(search.stack, search.plumbs)
-    search.seen = network_seeds(search.either, search.grid, search.area, search.box, search.options, search.rng)
+    search.network_seeds = network_seeds(
+        search.either, search.grid, search.area, search.box, search.options, search.rng
+    )
     search.fitter = replace(search.fitter, shown=search.bark)
 
 
@@ -103,13 +105,13 @@ def measure_chance(search: TileSearch) -> None:
     """What chance reaches here."""
     places = search.places
     if search.bark is not None:
-        places = away_from(search.seen, random_places(search.tile, search.rng, MORE_PLACES))
+        places = away_from(search.network_seeds, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(search.fitter, places)
 
 
 def fit_stems(search: TileSearch) -> None:
     """Stems where the network sees them and where edges propose them."""
-    search.fits = fits_of_edges(search.fitter, search.seen, search.edges, search.reporter)
+    search.fits = fits_of_proposals(search.fitter, search.edges, search.network_seeds, search.reporter)
 
 
 def fit_by_carving(search: TileSearch) -> None:
@@ -182,11 +184,11 @@ def fits_of_seeds(
     return fits
 
 
-def fits_of_edges(fitter: Fitter, seen: list[Seed], edges: EdgeSeeds, reporter: Reporter) -> list[PhotoFit]:
+def fits_of_proposals(fitter: Fitter, edges: EdgeSeeds, by_network: list[Seed], reporter: Reporter) -> list[PhotoFit]:
     """Stems at what edges propose, then where the network sees others (to it two that touch are one), and second ones
     beside them (limbs of low forks, twins), which the first round's spacing passed over."""
     fits = fits_of_seeds(fitter, edges.seeds, edges.threshold, reporter)
-    fits += fits_of_seeds(fitter, seen, 1.0, reporter, known_rows(fits))
+    fits += fits_of_seeds(fitter, by_network, 1.0, reporter, known_rows(fits))
     known = known_rows(fits)
     done = np.array([(seed.x, seed.y) for seed in edges.seeds]).reshape(-1, 2)
     close = []
