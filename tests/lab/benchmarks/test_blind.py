@@ -74,9 +74,10 @@ def test_a_run_is_appended(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["blind", "--work", str(tmp_path)])
     assert blind.main() == 0
     old, new = json.loads(history.read_text())["rows"]
-    assert old == {"commit": "old"} and len(new["plots"]) == 8
-    assert new["photos"]["all"]["stems"] == 16 and new["photos"]["all"]["measured"] == 8
-    assert new["clouds"]["all"]["false"] == 8 and new["photos"]["ok"]["rmse_cm"] == 0.4
+    count = blind.PLOTS * len(blind.KINDS)
+    assert old == {"commit": "old"} and len(new["plots"]) == count
+    assert new["photos"]["all"]["stems"] == 2 * count and new["photos"]["all"]["measured"] == count
+    assert new["clouds"]["all"]["false"] == count and new["photos"]["ok"]["rmse_cm"] == 0.4
 
 
 def test_a_run_that_was_stopped_is_no_refusal(tmp_path, monkeypatch):
