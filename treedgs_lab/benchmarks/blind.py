@@ -108,7 +108,8 @@ def _errors(stems: pd.DataFrame, flag: str | None) -> np.ndarray:
     """(K, 3) error in cm, and whether the interval and 0.67 standard errors (half of the stems, if normal) hold it."""
     kept = stems[stems["error_cm"].notna() & ((stems["qc_flag"] == flag) if flag else True)]
     kept = kept.reindex(columns=["error_cm", "inside_90", "dbh_se_cm"]).astype(float)
-    return kept.assign(dbh_se_cm=kept["error_cm"].abs() <= 0.67 * kept["dbh_se_cm"]).to_numpy(float)
+    half = kept["error_cm"].abs() <= 0.67 * kept["dbh_se_cm"]
+    return np.column_stack([kept[["error_cm", "inside_90"]], half])
 
 
 def _figures(errors: list[np.ndarray]) -> dict[str, Any]:

@@ -46,7 +46,7 @@ class Step(NamedTuple):
 #: What follows for stems that were found, and for those at given places.
 _FOR_ALL = (
     Step(steps.measure_upper_stems, 0.98, always, "stems seen farther up"),
-    Step(steps.mark_ivy, 1.0, lambda search: search.bark is not None),
+    Step(steps.mark_ivy, 1.0, lambda search: search.either is not None),
     Step(steps.name_photos, 1.0),
 )
 #: A piece of ground, from its photos to its stems.

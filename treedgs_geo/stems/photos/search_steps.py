@@ -57,8 +57,7 @@ class TileSearch:
     #: (N, 2) random places at which chance is measured.
     places: np.ndarray = field(init=False)
     fitter: Fitter = field(init=False)
-    #: What the network sees: bark, bark or ivy; and where lines of it are seeds.
-    bark: OddsMaps | None = None
+    #: What the network takes for bark or ivy (the fitter has its bark alone), and where lines of it are seeds.
     either: OddsMaps | None = None
     network_seeds: list[Seed] = field(default_factory=list)
     fits: list[PhotoFit] = field(default_factory=list)
@@ -94,23 +93,20 @@ def calibrate(search: TileSearch) -> None:
 
 def ask_network(search: TileSearch) -> None:
     """Where the network sees stems, and their silhouettes."""
-    search.bark, search.either = network_maps(search.stack, search.plumbs)
-    search.network_seeds = network_seeds(
-        search.either, search.grid, search.area, search.box, search.options, search.rng
-    )
-    search.fitter = replace(search.fitter, shown=search.bark)
+    either = _show_to_network(search)
+    search.network_seeds = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
 
 
 def measure_chance(search: TileSearch) -> None:
     """What chance reaches here."""
     places = search.places
-    if search.bark is not None:
+    if search.either is not None:
         places = away_from(search.network_seeds, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(search.fitter, places)
 
 
 def fit_stems(search: TileSearch) -> None:
-    """Stems where the network sees them and where edges propose them."""
+    """Stems where edges propose them, and where the network sees others."""
     search.fits = fits_of_proposals(search.fitter, search.edges, search.network_seeds, search.reporter)
 
 
@@ -141,8 +137,8 @@ def measure_upper_stems(search: TileSearch) -> None:
 
 def mark_ivy(search: TileSearch) -> None:
     """Stems under ivy are flagged."""
-    assert search.bark is not None and search.either is not None
-    search.fits = without_covered(search.fits, search.bark, search.either)
+    assert search.fitter.shown is not None and search.either is not None
+    search.fits = without_covered(search.fits, search.fitter.shown, search.either)
 
 
 def name_photos(search: TileSearch) -> None:
@@ -156,8 +152,14 @@ def recall(search: TileSearch, learnt: Look) -> None:
     search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
     search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options)
     if learnt.network:
-        search.bark, search.either = network_maps(search.stack, search.plumbs)
-        search.fitter = replace(search.fitter, shown=search.bark)
+        _show_to_network(search)
+
+
+def _show_to_network(search: TileSearch) -> OddsMaps:
+    """The search and its fitter know what the network sees: its maps of bark or ivy."""
+    bark, search.either = network_maps(search.stack, search.plumbs)
+    search.fitter = replace(search.fitter, shown=bark)
+    return search.either
 
 
 def fits_of_seeds(
