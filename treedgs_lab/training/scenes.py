@@ -1,9 +1,10 @@
 """Simulated stands for the training: everything drawn at random, photos and what they show, as plumb maps.
 
-    python -m treedgs_lab.training.scenes --work WORK --seeds 100000 100060
+    python -m treedgs_lab.training.scenes --work WORK --seeds 100000 100060 --photographs FOLDER
 
 Each seed is a plot of ``simulate-plot`` (:func:`random_options`); its oblique photos and label images become plumb maps
-(``WORK/maps/SEED.npz``), and the plot is deleted. Seeds from 100000 on are used nowhere else.
+(``WORK/maps/SEED.npz``), and the plot is deleted. Seeds from 100000 on are used nowhere else. FOLDER has the folders
+``bark`` and ``leaves`` with photographs, which half of the stands wear.
 """
 
 from __future__ import annotations
@@ -27,9 +28,11 @@ from treedgs_lab.simulate.settings import command_words
 
 #: Photos of a stand, and the radius of the ground that its maps show, metres.
 PHOTOS, RADIUS_M = 13, 6.0
+#: Settings of the simulator that take photographs, and their folders.
+PHOTOGRAPHS = (("bark", "bark"), ("leaf", "leaves"))
 
 
-def random_options(seed: int) -> list[str]:
+def random_options(seed: int, photographs: Path | None = None) -> list[str]:
     """Options of ``simulate-plot``: stand, understory, light, flight and camera at random."""
     rng = np.random.default_rng(seed)
 
@@ -86,6 +89,10 @@ def random_options(seed: int) -> list[str]:
         "shrub_variety": "true",
         "undergrowth_per_m2": sometimes(0.4, 0.02, 0.4),
     }
+    options |= {"forks_below_bh": int(rng.integers(0, 2)), "twins": int(rng.integers(0, 3))}
+    options |= {"twin_gap_m": sometimes(0.8, 0.01, 0.4), "sweep_cm": sometimes(0.3, 2, 30)}
+    if photographs:
+        options |= {f"{part}_photos": photographs / folder for part, folder in PHOTOGRAPHS if rng.random() < 0.5}
     options |= {"sky": "overcast"} if rng.random() < 0.25 else {}
     options |= {"sun_elevation_deg": between(15, 70)} if rng.random() < 0.5 else {}
     return command_words(options)
@@ -131,13 +138,15 @@ def _as_pixels(crops: list[np.ndarray], channels: tuple[int, ...]) -> np.ndarray
     return np.concatenate([crop[..., channels[::-1]].ravel() for crop in crops])
 
 
-def make_scene(seed: int, work: Path) -> Path:
+def make_scene(seed: int, work: Path, photographs: Path | None = None) -> Path:
     """Simulate a stand, keep its maps."""
     target = work / "maps" / f"{seed}.npz"
     if target.exists():
         return target
     plot = work / f"plot_{seed}"
-    run_verb("simulate-plot", "--output", plot, f"--seed={seed}", *random_options(seed), "--log-format", "quiet")
+    run_verb(
+        "simulate-plot", "--output", plot, f"--seed={seed}", *random_options(seed, photographs), "--log-format", "quiet"
+    )
     arrays: dict[str, np.ndarray] = {}
     for number, (colour, label) in enumerate(maps_of(plot)):
         arrays |= {f"colour_{number}": colour, f"label_{number}": label}
@@ -152,9 +161,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--seeds", type=int, nargs=2, required=True, metavar=("FIRST", "LAST"))
+    parser.add_argument("--photographs", type=Path)
     args = parser.parse_args()
     for seed in range(args.seeds[0], args.seeds[1] + 1):
-        print(make_scene(seed, args.work), flush=True)
+        print(make_scene(seed, args.work, args.photographs), flush=True)
 
 
 if __name__ == "__main__":

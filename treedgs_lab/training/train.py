@@ -1,6 +1,6 @@
 """Train the network on the maps of :mod:`treedgs_lab.training.scenes` and write its weights.
 
-    python -m treedgs_lab.training.train --work WORK --minutes 60 --output FILE.json [--resume | --start OLD.json]
+    python -m treedgs_lab.training.train --work WORK --minutes 60 --output FILE.json [--resume]
 
 Scenes whose seed is a multiple of 15 are held out; the cross entropy there and the intersection over union of stems
 are printed.
@@ -9,8 +9,8 @@ are printed.
 from __future__ import annotations
 
 import argparse
-import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,10 +20,10 @@ import torch
 
 from treedgs_geo.stems.photos.network.inference import STEM, normalised
 
-from .network import StemNet, export, start_from
+from .network import StemNet, export
 
 #: Patches a batch, and their rows and columns.
-BATCH, PATCH = 16, 160
+BATCH, PATCH = 12, 192
 #: Shares of the patches that have ivy or a stem in them, where the map has any.
 AT_IVY, AT_STEM = 0.25, 0.4
 #: Seeds that are a multiple of this are held out.
@@ -143,30 +143,33 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in WORK")
-    parser.add_argument("--start", type=Path, help="a former file of weights to begin with")
     args = parser.parse_args()
     torch.manual_seed(args.seed)
     torch.set_num_threads(args.threads)
     rng = np.random.default_rng(args.seed)
-    network, checkpoint = StemNet(), args.work / "stem_net.pt"
+    network = StemNet().to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    checkpoint = args.work / "stem_net.pt"
     if args.resume:
         network.load_state_dict(torch.load(checkpoint, weights_only=True))
     scenes = Scenes(args.work / "maps")
     scenes.read()
-    if args.start:
-        start_from(network, args.start, batch(rng, scenes.kept, 4 * BATCH)[0])
     optimiser = torch.optim.AdamW(network.parameters(), RATE, weight_decay=DECAY)
     began, step, mean = time.monotonic(), 0, 0.0
+    loader = ThreadPoolExecutor(1)
+    coming = loader.submit(batch, rng, scenes.kept)
     while (part := (time.monotonic() - began) / (60 * args.minutes)) < 1:
         for group in optimiser.param_groups:
             group["lr"] = RATE * min(1.0, (step + 1) / 50) * 0.5 * (1 + np.cos(np.pi * part)) + 1e-5
-        images, target = batch(rng, scenes.kept)
-        loss = loss_of(network(images), target)
+        images, target = coming.result()
+        coming = loader.submit(batch, rng, scenes.kept)
+        with torch.autocast("cpu", torch.bfloat16):
+            scores = network(images.contiguous(memory_format=torch.channels_last))
+        loss = loss_of(scores.float(), target)
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
         step, mean = step + 1, 0.98 * mean + 0.02 * float(loss.detach())
-        if step % 100 == 0:
+        if step % 500 == 0:
             out_loss, union = held_out(network, scenes.held_out)
             print(
                 f"{step} {part:.2f} {mean / (1 - 0.98**step):.4f} held out {out_loss:.4f} iou {union:.3f}", flush=True
@@ -174,14 +177,14 @@ def main() -> None:
             torch.save(network.state_dict(), checkpoint)
             scenes.read()
     torch.save(network.state_dict(), checkpoint)
-    print("held out", held_out(network, scenes.held_out))
+    cross_entropy, union = held_out(network, scenes.held_out)
     card = {
         "trained_on": "simulated photos only: treedgs_lab/training/scenes.py",
         "seeds": sorted(int(path.stem) for path in scenes.seen),
         "steps": step,
         "minutes": args.minutes,
         "resumed": args.resume,
-        "started_from": json.loads(args.start.read_text(encoding="utf-8"))["card"] if args.start else None,
+        "held_out": {"cross_entropy": round(cross_entropy, 3), "stem_intersection_over_union": round(union, 3)},
     }
     export(network, args.output, card)
 
