@@ -154,8 +154,8 @@ class Steps:
                 found = space.result(name)
             elif self.only_kept:
                 raise NotKept(
-                    f"{space.folder}: the stage {name} of its run is not finished with these inputs and settings; "
-                    "run photos-to-dbh with them once without --at, then give the points again."
+                    f"{space.folder}: the stage {name} of its run is not finished with these inputs, settings "
+                    "and this version; run photos-to-dbh with them once without --at, then give the points again."
                 )
             else:
                 collector = Collector(self.reporter)
