@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from treedgs_geo.stems.photos.network.inference import class_odds, network_scores, normalised
+from treedgs_geo.stems.photos.network.inference import class_odds, network_shares, normalised
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 from treedgs_lab.training.scenes import maps_of
@@ -27,8 +27,8 @@ def test_stems_are_told_from_the_rest(tmp_path):
     )
     stem, rest = [], []
     for colour, label in maps_of(tmp_path / "plot"):
-        scores = network_scores(normalised(colour, label[..., 4] > 0))
-        odds = class_odds(scores, "stem")
+        shares = network_shares(normalised(colour, label[..., 4] > 0))
+        odds = class_odds(shares, "stem")
         assert odds.shape == colour.shape[:2] and np.isfinite(odds).all()
         stem.append(odds[label[..., 0] > 200])
         rest.append(odds[(label[..., 0] == 0) & (label[..., 4] > 0)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.fit.null_model import BREAST
@@ -15,11 +16,13 @@ from treedgs_geo.stems.photos.network.inference import (
     OUTSIDE,
     STEM,
     STEPS,
+    NetworkMaps,
     OddsMaps,
     class_odds,
     normalised,
+    stem_ratios,
 )
-from treedgs_geo.stems.photos.network.silhouettes import bark_layers, covered_share, cut_bark
+from treedgs_geo.stems.photos.network.silhouettes import covered_share, cut_bark, stem_layers
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.propose.network_seeds import network_seeds
 from treedgs_geo.stems.photos.tuned import HEIGHTS
@@ -57,7 +60,7 @@ def at(xy: np.ndarray) -> StemAxis:
 
 def test_evidence_is_highest_where_the_stem_stands():
     cells = GroundGrid(-2.0, -2.0, 0.1, np.zeros((41, 41), np.float32))
-    layers = bark_layers(ring_of_maps(), np.zeros((12, 2)), cells, HEIGHTS)
+    layers = stem_layers(ring_of_maps(), np.zeros((12, 2)), cells, HEIGHTS)
     total = layers.sum(axis=0)
     row, column = np.unravel_index(total.argmax(), total.shape)
     assert np.hypot(column * 0.1 - 2.0 - PLACE[0], row * 0.1 - 2.0 - PLACE[1]) < 0.16
@@ -80,18 +83,35 @@ def test_a_photo_that_shows_nothing_here_is_blind_and_adds_nothing():
     outline = cut_bark(gone, at(PLACE), BREAST.silhouette)
     assert outline.blind[3] and outline.blind.sum() == 1
     cells = GroundGrid(PLACE[0], PLACE[1], 0.1, np.zeros((1, 1), np.float32))
-    less, all_of_them = (bark_layers(m, np.zeros((12, 2)), cells, HEIGHTS).sum() for m in (gone, maps))
+    less, all_of_them = (stem_layers(m, np.zeros((12, 2)), cells, HEIGHTS).sum() for m in (gone, maps))
     assert 0 < less < all_of_them
 
 
 def test_the_stem_is_a_seed_and_what_no_photo_sees_is_not():
     area, box = Area.circle(0, 0, 2.0), (-2.0, -2.0, 2.0, 2.0)
     options, rng = PhotoStemOptions(max_lean_deg=10), np.random.default_rng(0)
-    seeds = network_seeds(ring_of_maps(), FLAT, area, box, options, rng)
-    best = seeds[0]
+    best = network_seeds(NetworkMaps(*3 * [ring_of_maps()]), FLAT, area, box, options, rng)[0]
     assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
     assert best.r == pytest.approx(RADIUS, abs=0.02)
-    assert not any(seed.sure for seed in network_seeds(ring_of_maps(seen=0), FLAT, area, box, options, rng))
+    nothing = NetworkMaps(*3 * [ring_of_maps(seen=0)])
+    assert not any(seed.sure for seed in network_seeds(nothing, FLAT, area, box, options, rng))
+
+
+def test_ground_speaks_against_a_stem_and_leaves_say_nothing():
+    stem, ground = ring_of_maps(), ring_of_maps()
+    ground = ground._replace(odds=-ground.odds)
+    leaves = np.zeros(len(stem.odds), bool)
+    leaves[::3] = stem.odds[::3] < 0
+    ground.odds[leaves] = stem.odds[leaves] = -STEPS * 4
+    stem.odds[:600] = OUTSIDE
+    found = stem_ratios(stem, ground).odds / STEPS
+    shown = stem.odds > OUTSIDE
+    seen, share = shown & (stem.odds > 0), expit(stem.odds[shown] / STEPS).mean()
+    assert found[seen] == pytest.approx(np.log((1 - leaves[shown].mean()) / share), abs=0.1)
+    assert found[shown & leaves] == pytest.approx(0.0, abs=0.3)
+    assert (found[shown & ~leaves & ~seen] < -0.8).all() and (found[~shown] == OUTSIDE / STEPS).all()
+    # A likelihood ratio is 1 on average where nothing stands; ground is more than nothing to it.
+    assert 1.0 < np.exp(found[shown]).mean() < 1.2
 
 
 def test_exposure_and_white_balance_hardly_change_what_the_network_gets():
@@ -107,12 +127,12 @@ def test_exposure_and_white_balance_hardly_change_what_the_network_gets():
 
 def test_odds_are_those_of_the_wanted_classes_against_all_else():
     scores = np.random.default_rng(2).normal(0, 1.5, (len(CLASSES), 3, 4)).astype(np.float32)
-    share = np.exp(scores) / np.exp(scores).sum(axis=0)
+    share, certain = (np.exp(k * scores) / np.exp(k * scores).sum(axis=0) for k in (1, 8))
     for wanted in (("stem",), ("stem", "ivy")):
         yes = sum(share[CLASSES.index(name)] for name in wanted)
         expected = np.clip(np.log(yes / (1 - yes)), -MAX_ODDS, MAX_ODDS)
-        assert class_odds(scores, *wanted) == pytest.approx(expected, abs=1e-4)
-    assert CLASSES.index("stem") == STEM and np.abs(class_odds(40 * scores, "stem")).max() == MAX_ODDS
+        assert class_odds(share, *wanted) == pytest.approx(expected, abs=1e-4)
+    assert CLASSES.index("stem") == STEM and np.abs(class_odds(certain, "stem")).max() == MAX_ODDS
 
 
 @pytest.mark.parametrize(("ivy", "expected"), [(0, 0.0), (6, 0.5), (12, 1.0)])

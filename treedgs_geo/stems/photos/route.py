@@ -46,7 +46,7 @@ class Step(NamedTuple):
 #: What follows for stems that were found, and for those at given places.
 _FOR_ALL = (
     Step(steps.measure_upper_stems, 0.98, always, "stems seen farther up"),
-    Step(steps.mark_ivy, 1.0, lambda search: search.either is not None),
+    Step(steps.mark_ivy, 1.0, lambda search: search.network is not None),
     Step(steps.name_photos, 1.0),
 )
 #: A piece of ground, from its photos to its stems.
@@ -61,7 +61,11 @@ SEARCH = (
     ),
     Step(steps.measure_chance, 0.66),
     Step(steps.fit_stems, 0.9, always, "fit stems"),
-    Step(steps.fit_by_carving, 0.93, lambda search: search.options.max_lean_deg > UPRIGHT_MAX_DEG),
+    Step(
+        steps.fit_by_carving,
+        0.93,
+        lambda search: search.network is None and search.options.max_lean_deg > UPRIGHT_MAX_DEG,
+    ),
     Step(steps.fit_given, 0.95, lambda search: search.given is not None),
     *_FOR_ALL,
 )

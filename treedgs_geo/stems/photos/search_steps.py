@@ -16,7 +16,7 @@ from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
 from .images.crops import GroundGrid, PhotoStack, load_stack
 from .images.vertical_rectification import PlumbGrid, plumb_grid
-from .network.inference import OddsMaps, network_maps
+from .network.inference import NetworkMaps, network_maps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed, edge_seeds
 from .propose.network_seeds import network_seeds
@@ -57,8 +57,8 @@ class TileSearch:
     #: (N, 2) random places at which chance is measured.
     places: np.ndarray = field(init=False)
     fitter: Fitter = field(init=False)
-    #: What the network takes for bark or ivy (the fitter has its bark alone), and where lines of it are seeds.
-    either: OddsMaps | None = None
+    #: What the network sees, and where lines of it are seeds.
+    network: NetworkMaps | None = None
     network_seeds: list[Seed] = field(default_factory=list)
     fits: list[PhotoFit] = field(default_factory=list)
 
@@ -93,14 +93,14 @@ def calibrate(search: TileSearch) -> None:
 
 def ask_network(search: TileSearch) -> None:
     """Where the network sees stems, and their silhouettes."""
-    either = _show_to_network(search)
-    search.network_seeds = network_seeds(either, search.grid, search.area, search.box, search.options, search.rng)
+    seen = _show_to_network(search)
+    search.network_seeds = network_seeds(seen, search.grid, search.area, search.box, search.options, search.rng)
 
 
 def measure_chance(search: TileSearch) -> None:
     """What chance reaches here."""
     places = search.places
-    if search.either is not None:
+    if search.network is not None:
         places = away_from(search.network_seeds, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(search.fitter, places)
 
@@ -137,8 +137,8 @@ def measure_upper_stems(search: TileSearch) -> None:
 
 def mark_ivy(search: TileSearch) -> None:
     """Stems under ivy are flagged."""
-    assert search.fitter.shown is not None and search.either is not None
-    search.fits = without_covered(search.fits, search.fitter.shown, search.either)
+    assert search.network is not None
+    search.fits = without_covered(search.fits, search.network.bark, search.network.either)
 
 
 def name_photos(search: TileSearch) -> None:
@@ -155,11 +155,11 @@ def recall(search: TileSearch, learnt: Look) -> None:
         _show_to_network(search)
 
 
-def _show_to_network(search: TileSearch) -> OddsMaps:
-    """The search and its fitter know what the network sees: its maps of bark or ivy."""
-    bark, search.either = network_maps(search.stack, search.plumbs)
-    search.fitter = replace(search.fitter, shown=bark)
-    return search.either
+def _show_to_network(search: TileSearch) -> NetworkMaps:
+    """The search and its fitter know what the network sees."""
+    search.network = network_maps(search.stack, search.plumbs)
+    search.fitter = replace(search.fitter, shown=search.network.bark)
+    return search.network
 
 
 def fits_of_seeds(

@@ -76,7 +76,7 @@ MAX_LINES, STANDS_OUT = 24, 1.35
 #: had been missed had 9.5 to 33, most of what is no stem less than 8.5.
 CONTRAST_A_M = 8.5
 #: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
-LINE_SCORE, CERTAIN_SCORE = 0.8, 1.1
+LINE_SCORE, CERTAIN_SCORE = 1.0, 1.2
 #: Radius that a place is first looked at with, m; places that lie nearer each other are one, and so are those this near
 #: to a known stem's bark.
 START_RADIUS_M = 0.12
@@ -187,5 +187,7 @@ SEEN_CORRELATION, CORE = 0.7, 0.7
 #: Ivy is looked for this far up and down from breast height, m; how much thicker it makes a stem, cm: leaves stand 3 to
 #: 8 cm off the bark on both sides.
 ABOUT_M, COVER_CM = 0.6, 16.0
-#: Log odds of stem at an average pixel; what a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
-PRIOR_ODDS, SHARE_WEIGHT = -2.5, 4.0
+#: Likelihood of ground where a stem stands, of that where none does: poses err, stems sway. No rarer are stems.
+GROUND_RATIO, RAREST_STEM = 0.1, 0.01
+#: What a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
+SHARE_WEIGHT = 4.0

@@ -14,10 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, prange
+from scipy.special import expit, logit
 
 from ....core.files import read_json
 from ..images.crops import PhotoArrays, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, row_knots
+from ..tuned import GROUND_RATIO, RAREST_STEM
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -35,7 +37,8 @@ STEPS, OUTSIDE = 127 // MAX_ODDS, np.iinfo(np.int8).min
 
 
 class OddsMaps(NamedTuple):
-    """Log odds of what a pixel shows, for V photos as plumb maps; the compiled kernels take it as it is.
+    """Log odds, or log likelihood ratios, of what a pixel shows, for V photos as plumb maps; the compiled kernels take
+    it as it is.
 
     odds: (N,) int8, all maps one after the other, row-major, in units of 1 / :data:`STEPS`; :data:`OUTSIDE` where the
     photo shows nothing. start: (V,) int64 first entry. shape: (V, 2) int64 rows and columns. grid: (V, 4) float64
@@ -121,33 +124,63 @@ def _network(path: Path) -> Any:
     return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
 
 
-def class_odds(scores: np.ndarray, *wanted: str) -> np.ndarray:
-    """(5, rows, columns) scores of the network -> (rows, columns) log odds of the wanted classes against all others."""
-    share = np.exp(scores - scores.max(axis=0))
-    chosen = [CLASSES.index(name) for name in wanted]
-    yes = share[chosen].sum(axis=0)
-    no = np.delete(share, chosen, axis=0).sum(axis=0)
-    return np.clip(np.log(np.maximum(yes, 1e-12)) - np.log(np.maximum(no, 1e-12)), -MAX_ODDS, MAX_ODDS)
-
-
-def network_scores(image: np.ndarray) -> np.ndarray:
-    """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) scores of the classes, by the network."""
+def network_shares(image: np.ndarray) -> np.ndarray:
+    """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) probabilities of the classes."""
     network = _network(WEIGHTS)
     network.setInput(image[None])
-    return network.forward()[0]
+    scores = network.forward()[0]
+    share = np.exp(scores - scores.max(axis=0))
+    return share / share.sum(axis=0)
 
 
-def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> tuple[OddsMaps, OddsMaps]:
-    """What the network sees in the photos of a stack, on their grids: bark, and bark or ivy."""
-    found: tuple[list[np.ndarray], list[np.ndarray]] = [], []
+def class_odds(shares: np.ndarray, *wanted: str) -> np.ndarray:
+    """(5, rows, columns) probabilities of the classes -> (rows, columns) log odds of the wanted ones against all
+    others."""
+    yes = shares[[CLASSES.index(name) for name in wanted]].sum(axis=0)
+    return np.clip(logit(np.clip(yes, 1e-6, 1 - 1e-6)), -MAX_ODDS, MAX_ODDS)
+
+
+class NetworkMaps(NamedTuple):
+    """What the network sees in V photos."""
+
+    #: Log odds of bark, and of bark or ivy.
+    bark: OddsMaps
+    either: OddsMaps
+    #: Log likelihood ratio of a stem, ivy on it or not, in the line of sight (:func:`stem_ratios`).
+    stem: OddsMaps
+
+
+def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
+    """What the network sees in the photos of a stack, on their grids."""
+    wanted = ("stem",), ("stem", "ivy"), ("ground",)
+    found: tuple[list[np.ndarray], ...] = tuple([] for _ in wanted)
     for view, plumb in enumerate(plumbs):
         colour, good = plumb_colours(stack.arrays, view, plumb)
-        scores = network_scores(normalised(colour, good))
-        for maps, classes in zip(found, (("stem",), ("stem", "ivy")), strict=True):
-            maps.append(quantised(class_odds(scores, *classes), good))
+        shares = network_shares(normalised(colour, good))
+        for maps, classes in zip(found, wanted, strict=True):
+            maps.append(quantised(class_odds(shares, *classes), good))
     grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
-    bark, either = (together(maps, grid, stack.centre) for maps in found)
-    return bark, either
+    bark, either, ground = (together(maps, grid, stack.centre) for maps in found)
+    return NetworkMaps(bark, either, stem_ratios(either, ground))
+
+
+def stem_ratios(either: OddsMaps, ground: OddsMaps) -> OddsMaps:
+    """Log likelihood ratio of a stem in the line of sight of each pixel, by the log odds of bark or ivy and of ground.
+
+    Ground speaks against a stem, and what may stand in front of one (leaves, other wood) says nothing: a stem is hidden
+    as often as such things are seen at all, and where it is not, it is seen.
+    """
+    both = (either.odds.view(np.uint8).astype(np.uint16) << 8) | ground.odds.view(np.uint8)
+    value = np.arange(256, dtype=np.uint8).view(np.int8)
+    share = expit(value / STEPS)
+    outside = (value == OUTSIDE)[:, None] | (value == OUTSIDE)
+    stem, behind = share[:, None], share[None]
+    before = np.maximum(1 - stem - behind, 0.0)
+    count = np.where(outside, 0, np.bincount(both, minlength=1 << 16).reshape(256, 256))
+    often_stem, often_before = ((count * part).sum() / max(count.sum(), 1) for part in (stem, before))
+    ratio = (1 - often_before) / max(often_stem, RAREST_STEM) * stem + before + GROUND_RATIO * behind
+    table = quantised(np.clip(np.log(ratio), -MAX_ODDS, MAX_ODDS), ~outside)
+    return either._replace(odds=table.ravel()[both])
 
 
 def quantised(odds: np.ndarray, good: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from numba import njit, prange
 from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at
 from ..images.background import Silhouette, blank
 from ..images.crops import GroundGrid
-from ..tuned import ABOUT_M, PRIOR_ODDS, SEEN_PRIOR, SHARE_WEIGHT
+from ..tuned import ABOUT_M, SHARE_WEIGHT
 from .inference import OUTSIDE, STEPS, OddsMaps
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
@@ -137,14 +137,14 @@ def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
                 for m in range(heights.size):
                     value = _odds(maps, v, column, flat, z[i, j] + heights[m])
                     if value > -99.0:
-                        found[m] += np.log(1.0 - SEEN_PRIOR + SEEN_PRIOR * np.exp(value - PRIOR_ODDS))
+                        found[m] += value
             for m in range(heights.size):
                 total[m, i, j] = found[m]
 
 
-def bark_layers(maps: OddsMaps, shifts: np.ndarray, cells: GroundGrid, heights: np.ndarray) -> np.ndarray:
-    """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it
-    with probability ``SEEN_PRIOR``. shifts: (V, 2) metres by which each photo is moved (decoys). cells: where, on the
+def stem_layers(maps: OddsMaps, shifts: np.ndarray, cells: GroundGrid, heights: np.ndarray) -> np.ndarray:
+    """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos. maps: of
+    :func:`.inference.stem_ratios`. shifts: (V, 2) metres by which each photo is moved (decoys). cells: where, on the
     ground; heights: above it, metres."""
     total = np.zeros((len(heights), *cells.z.shape), np.float32)
     _sum_layers(maps, shifts, cells.x0, cells.y0, cells.cell, cells.z, heights, total)
