@@ -8,7 +8,7 @@ A found stem is the true one within 0.5 m at breast height, pairs by place alone
 0.5 m from any true stem or sapling. Truth is read for scoring only (and for the poses when asked). ``--simulate
 "--preset plot --seed 42 …"`` makes a plot that is not there yet with these options of ``simulate-plot``; one called
 ``hard_SEED`` is made as one of :data:`HARD` by its seed. ``all``: the stems of all plots together. Coverage (``in_90``)
-is that of 90 % intervals.
+is that of 90 % intervals. ``--stem-network off auto``: without the network and with it, a record each.
 """
 
 from __future__ import annotations
@@ -85,6 +85,19 @@ def figures(rows: list[dict]) -> dict:
     }
 
 
+def run(plot: Path, workspace: Path | None, options: PhotoStemOptions) -> dict:
+    """Find, fit, score and print one plot: its figures, seconds and trees."""
+    site = site_of(plot, workspace)
+    began, cpu = time.perf_counter(), time.process_time()
+    fits = search_photos(site.views, site.ground, site.area, options, make_reporter("plain")).fits
+    seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
+    rows = in_plot_rows(TruePlot.load(plot), trees_of_photo_fits(fits, site.frame))
+    print(pd.DataFrame(rows).to_string(index=False))
+    found = figures(rows) | {"seconds": round(seconds, 1), "cpu_seconds": round(cpu, 1)}
+    print(plot.name, json.dumps(found), flush=True)
+    return found | {"trees": rows}
+
+
 def main() -> None:
     """Find, fit, score, print and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -93,25 +106,21 @@ def main() -> None:
     source.add_argument("--workspace", type=Path)
     source.add_argument("--true-poses", action="store_true")
     parser.add_argument("--simulate", metavar="OPTIONS", help="options of simulate-plot for plots that are not there")
+    parser.add_argument("--stem-network", nargs="+", choices=("auto", "off"), default=["auto"])
     parser.add_argument("--seed", type=int, default=7, help="of the random places that chance is measured at")
     parser.add_argument("--output", type=Path, help="JSON file for the figures")
     args = parser.parse_args()
-    results: dict[str, dict] = {}
     for plot in args.plot:
         if not (plot / "truth" / "config.json").exists():
             simulate(plot, options_of(plot, args.simulate))
-        site = site_of(plot, args.workspace)
-        began, cpu = time.perf_counter(), time.process_time()
-        options = PhotoStemOptions(seed=args.seed)
-        fits = search_photos(site.views, site.ground, site.area, options, make_reporter("plain")).fits
-        seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
-        rows = in_plot_rows(TruePlot.load(plot), trees_of_photo_fits(fits, site.frame))
-        print(pd.DataFrame(rows).to_string(index=False))
-        results[plot.name] = figures(rows) | {"seconds": round(seconds, 1), "cpu_seconds": round(cpu, 1), "trees": rows}
-        print(plot.name, json.dumps({k: v for k, v in results[plot.name].items() if k != "trees"}), flush=True)
-    if len(results) > 1:
-        results["all"] = figures([row for one in results.values() for row in one["trees"]])
-        print("all", json.dumps(results["all"]))
+    results: dict[str, dict] = {}
+    for network in args.stem_network:
+        options = PhotoStemOptions(seed=args.seed, stem_network=network)
+        found = {plot.name: run(plot, args.workspace, options) for plot in args.plot}
+        if len(found) > 1:
+            found["all"] = figures([row for one in found.values() for row in one["trees"]])
+            print("all", json.dumps(found["all"]))
+        results |= found if len(args.stem_network) == 1 else {network: found}
     write_record(args.output, results, seeds=[args.seed])
 
 
