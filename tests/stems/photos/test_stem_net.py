@@ -98,15 +98,14 @@ def test_the_stem_is_a_seed_and_what_no_photo_sees_is_not():
 
 
 def test_ground_speaks_against_a_stem_and_leaves_say_nothing():
-    stem, ground = ring_of_maps(), ring_of_maps()
-    ground = ground._replace(odds=-ground.odds)
-    leaves = np.zeros(len(stem.odds), bool)
-    leaves[::3] = stem.odds[::3] < 0
-    ground.odds[leaves] = stem.odds[leaves] = -STEPS * 4
-    stem.odds[:600] = OUTSIDE
-    found = stem_ratios(stem, ground).odds / STEPS
-    shown = stem.odds > OUTSIDE
-    seen, share = shown & (stem.odds > 0), expit(stem.odds[shown] / STEPS).mean()
+    stem = ring_of_maps().odds.reshape(12, 600, 600)
+    ground = -stem
+    leaves = (stem < 0) & (np.arange(600) % 3 == 0)
+    ground[leaves] = stem[leaves] = -STEPS * 4
+    stem[0, 0] = OUTSIDE
+    found = np.array(stem_ratios(list(stem), list(ground))) / STEPS
+    shown = stem > OUTSIDE
+    seen, share = shown & (stem > 0), expit(stem[shown] / STEPS).mean()
     assert found[seen] == pytest.approx(np.log((1 - leaves[shown].mean()) / share), abs=0.1)
     assert found[shown & leaves] == pytest.approx(0.0, abs=0.3)
     assert (found[shown & ~leaves & ~seen] < -0.8).all() and (found[~shown] == OUTSIDE / STEPS).all()

@@ -160,27 +160,31 @@ def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
         for maps, classes in zip(found, wanted, strict=True):
             maps.append(quantised(class_odds(shares, *classes), good))
     grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
-    bark, either, ground = (together(maps, grid, stack.centre) for maps in found)
-    return NetworkMaps(bark, either, stem_ratios(either, ground))
+    bark, either, ground = found
+    return NetworkMaps(*(together(maps, grid, stack.centre) for maps in (bark, either, stem_ratios(either, ground))))
 
 
-def stem_ratios(either: OddsMaps, ground: OddsMaps) -> OddsMaps:
-    """Log likelihood ratio of a stem in the line of sight of each pixel, by the log odds of bark or ivy and of ground.
+def stem_ratios(either: list[np.ndarray], ground: list[np.ndarray]) -> list[np.ndarray]:
+    """Log likelihood ratio of a stem in the line of sight of each pixel, by the log odds of bark or ivy and of ground:
+    V maps each, (rows, columns) int8 of :func:`quantised`.
 
     Ground speaks against a stem, and what may stand in front of one (leaves, other wood) says nothing: a stem is hidden
     as often as such things are seen at all, and where it is not, it is seen.
     """
-    both = (either.odds.view(np.uint8).astype(np.uint16) << 8) | ground.odds.view(np.uint8)
+
+    def both(view: int) -> np.ndarray:
+        return either[view].view(np.uint8) * np.uint16(256) + ground[view].view(np.uint8)
+
+    count = np.sum([np.bincount(both(view).ravel(), minlength=1 << 16) for view in range(len(either))], axis=0)
     value = np.arange(256, dtype=np.uint8).view(np.int8)
-    share = expit(value / STEPS)
     outside = (value == OUTSIDE)[:, None] | (value == OUTSIDE)
-    stem, behind = share[:, None], share[None]
+    inside = np.where(outside, 0, count.reshape(256, 256))
+    stem, behind = expit(value / STEPS)[:, None], expit(value / STEPS)
     before = np.maximum(1 - stem - behind, 0.0)
-    count = np.where(outside, 0, np.bincount(both, minlength=1 << 16).reshape(256, 256))
-    often_stem, often_before = ((count * part).sum() / max(count.sum(), 1) for part in (stem, before))
+    often_stem, often_before = ((inside * part).sum() / max(inside.sum(), 1) for part in (stem, before))
     ratio = (1 - often_before) / max(often_stem, RAREST_STEM) * stem + before + GROUND_RATIO * behind
-    table = quantised(np.clip(np.log(ratio), -MAX_ODDS, MAX_ODDS), ~outside)
-    return either._replace(odds=table.ravel()[both])
+    table = quantised(np.clip(np.log(ratio), -MAX_ODDS, MAX_ODDS), ~outside).ravel()
+    return [table[both(view)] for view in range(len(either))]
 
 
 def quantised(odds: np.ndarray, good: np.ndarray) -> np.ndarray:
