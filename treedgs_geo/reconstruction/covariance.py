@@ -111,7 +111,8 @@ def _poses_px(adjusted: Adjusted, covariance: np.ndarray) -> np.ndarray:
             by_all[at, :, at * N_POSE : (at + 1) * N_POSE] = linear.by_pose[row]
         by_all[:, :, len(own) * N_POSE :] = linear.by_shared[rows]
         moves, toward = by_all.reshape(2 * len(own), -1), linear.by_point[rows].reshape(-1, 3)
-        moves -= toward @ np.linalg.lstsq(toward, moves, rcond=None)[0]
+        span = np.linalg.qr(toward)[0]
+        moves -= span @ (span.T @ moves)
         variance = np.sum((moves @ covariance[np.ix_(columns, columns)]) * moves, axis=1).reshape(-1, 2).mean(axis=1)
         square[own] += np.maximum(variance, 0)
         count[own] += 1
