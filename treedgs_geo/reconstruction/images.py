@@ -67,9 +67,9 @@ def pinhole_maps(
     )
 
 
-def shrink_factor(camera: Camera, depth_m: float) -> int:
-    """By how much a photo is reduced: whole pixels that fit into :data:`FINEST_GSD_M` at a depth; 1 = as it is."""
-    return max(int(FINEST_GSD_M * max(camera.fx, camera.fy) / max(depth_m, 1e-6)), 1)
+def shrink_factor(camera: Camera, depth_m: float, finest_m: float = FINEST_GSD_M) -> int:
+    """By how much a photo is reduced: whole pixels that fit into ``finest_m`` at a depth; 1 = as it is."""
+    return max(int(finest_m * max(camera.fx, camera.fy) / max(depth_m, 1e-6)), 1)
 
 
 def shrunk_camera(camera: Camera, k: int) -> Camera:

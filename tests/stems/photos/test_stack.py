@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from rendered_stems import Stem, oblique_views, render
 
-from treedgs_geo.reconstruction import images
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import Camera
 from treedgs_geo.reconstruction.images import shrink, shrink_factor, shrunk_camera
@@ -45,15 +44,14 @@ def test_a_mark_stays_where_it_is_and_light_is_kept(k):
     assert small_mean == pytest.approx(mean, rel=0.01)
 
 
-def test_reduced_photos_take_a_quarter_of_the_memory_and_give_the_diameter(tmp_path, monkeypatch):
+def test_reduced_photos_take_a_quarter_of_the_memory_and_give_the_diameter(tmp_path):
     stem = Stem(0.2, 0.1, 0.15)
     views = oblique_views(tmp_path, 12, height=30.0, distance=20.0, width=460, rows=520, focal=2600.0)
     render(views, [stem])
     area = Area.circle(0.0, 0.0, 0.5)
     grid = GroundGrid.sample(flat, area, 3.0)
     full = load_stack(views, area, grid, 96, 0.8).pixels.size
-    monkeypatch.setattr(images, "FINEST_GSD_M", 0.028)
-    assert load_stack(views, area, grid, 96, 0.8).pixels.size < 0.3 * full
-    fits = search_photos(views, flat, area, PhotoStemOptions(margin_m=0.2)).fits
+    assert load_stack(views, area, grid, 96, 0.8, finest_m=0.028).pixels.size < 0.3 * full
+    fits = search_photos(views, flat, area, PhotoStemOptions(margin_m=0.2, finest_gsd_m=0.028)).fits
     nearest = min(fits, key=lambda f: np.hypot(f.axis.p[0] - stem.x, f.axis.p[1] - stem.y))
     assert nearest.dbh_cm == pytest.approx(200 * stem.r, abs=0.8)

@@ -20,6 +20,8 @@ class PhotoStemOptions:
     margin_m: float = 1.0
     #: Most photos used, spread over the directions.
     max_views: int = 96
+    #: Pixels finer than this at the stems are averaged to it, m.
+    finest_gsd_m: float = 0.008
     #: Largest lean searched for, degrees; above 10 a second search follows.
     max_lean_deg: float = 25.0
     #: Cell of the search grid, m.

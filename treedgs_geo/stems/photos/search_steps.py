@@ -207,7 +207,9 @@ def photos_of(
 ) -> tuple[GroundGrid, PhotoStack]:
     """The ground and the photos of a tile, as its stems are looked for in them."""
     grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
-    return grid, load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
+    return grid, load_stack(
+        views, tile, grid, options.max_views, options.margin_m + 1.0, reporter, options.finest_gsd_m
+    )
 
 
 def grids_of(stack: PhotoStack, grid: GroundGrid, tile: Area, options: PhotoStemOptions) -> list[PlumbGrid]:

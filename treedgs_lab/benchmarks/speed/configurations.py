@@ -93,9 +93,7 @@ def _measure(config: Config, plot: Path, folder: Path, kept: Path) -> None:
         "plot": str(plot),
         "sfm": sfm["folder"],
         "params": config.params,
-        "scale": config.scale,
         "preset": config.preset,
-        "scratch": str(folder / "scratch"),
         "points": str(kept.with_suffix(".laz")),
     }
     record = run_job(job, kept)
@@ -312,8 +310,8 @@ class Config:
 
     key: file name. title: on the chart. group: level of modelling (``docs/evidence/speed-accuracy.md``). kind:
     ``photos`` (stems fitted in the photos), ``published`` (the published method over the whole plot) or ``cloud``.
-    sfm: key of :data:`SFM`. params: settings of the stage. scale: size of the photos that the stems are fitted in.
-    preset: this is that preset of ``photos-to-dbh``, with all of its settings. quick: part of ``--quick``.
+    sfm: key of :data:`SFM`. params: settings of the stage. preset: this is that preset of ``photos-to-dbh``, with all
+    of its settings. quick: part of ``--quick``.
     """
 
     key: str
@@ -322,7 +320,6 @@ class Config:
     kind: str = "photos"
     sfm: str = "8000 features"
     params: dict[str, Any] = field(default_factory=dict)
-    scale: float = 1.0
     preset: str = ""
     quick: bool = False
 
@@ -343,14 +340,14 @@ CONFIGS: tuple[Config, ...] = (
     ),
     Config("views-12", "12 photos", "photos used", params={"max_views": 12}, quick=True),
     Config("views-24", "24 photos", "photos used", params={"max_views": 24}, quick=True),
-    Config("half", "photos at 1/2", "pixels used", params={"max_views": 96}, scale=0.5, quick=True),
+    Config("pixels-5", "pixels of 5 cm", "pixels used", params={"max_views": 96, "finest_gsd_m": 0.055}, quick=True),
     Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
     Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
     Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
     Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
     Config("views-6", "6 photos", "photos used", params={"max_views": 6}),
     Config("views-48", "48 photos", "photos used", params={"max_views": 48}),
-    Config("quarter", "photos at 1/4", "pixels used", params={"max_views": 96}, scale=0.25),
+    Config("pixels-10", "pixels of 10 cm", "pixels used", params={"max_views": 96, "finest_gsd_m": 0.11}),
     Config("sfm-half", "half-size photos", "reconstruction", sfm="half-size photos", params={"max_views": 96}),
     Config("sfm-4000", "4000 features", "reconstruction", sfm="4000 features", params={"max_views": 96}),
     Config("sfm-16000", "16000 features", "reconstruction", sfm="16000 features", params={"max_views": 96}),

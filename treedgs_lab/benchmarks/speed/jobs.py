@@ -22,6 +22,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import SURFACE, peak_memory_mb
 from treedgs_geo.geotags.reading import read_stations
 from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.reconstruction.images import shrink_factor
 from treedgs_geo.reconstruction.matching_strategy import GUIDED_FEATURES, reconstruct_photos
 from treedgs_geo.reconstruction.model import load_points
 from treedgs_geo.reconstruction.options import ReconstructOptions
@@ -40,7 +41,7 @@ from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_geo.terrain.sparse_ground import dtm_from_sparse
 
 from ..plot import TruePlot, in_plot_rows, site_of
-from .photo_sizes import enlarge, scaled
+from .photo_sizes import enlarge
 
 
 def _spread(things: list, count: int) -> list:
@@ -188,9 +189,8 @@ def chain_scene(job: dict[str, Any]) -> tuple[TruePlot, Site, np.ndarray]:
 
 
 def run_photos(job: dict[str, Any]) -> dict[str, Any]:
-    """Stems found and fitted in the photos (``scale`` < 1: in reduced ones); a preset's job has all of its settings."""
+    """Stems found and fitted in the photos; a preset's job has all of its settings."""
     plot, site, _ = chain_scene(job)
-    site = replace(site, views=scaled(site.views, job["scale"], Path(job["scratch"])))
     named = job.get("preset")
     preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]))
     began = time.perf_counter()
@@ -198,10 +198,14 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     trees = trees_of_photo_fits(fits, site.frame)
     seconds = time.perf_counter() - began
     used, camera = min(len(site.views), preset.stems.max_views), site.views[0].camera
+    middle = np.append(site.area.centres.mean(axis=0), site.ground(*site.area.centres.T).mean())
+    away = np.linalg.norm([view.centre - middle for view in site.views], axis=1)
+    reduced = [shrink_factor(camera, depth_m, preset.stems.finest_gsd_m) for depth_m in away.tolist()]
+    megapixels = used * camera.width * camera.height / 1e6 * float(np.mean(1 / np.square(reduced)))
     return {
         "stages": {"stems": seconds},
         "rows": in_plot_rows(plot, trees),
-        "modelled": {"photos": used, "megapixels": used * camera.width * camera.height / 1e6},
+        "modelled": {"photos": used, "megapixels": megapixels},
     }
 
 

@@ -15,7 +15,7 @@ from ....core.progress import Reporter
 from ....geotags.sharpness import MAX_READERS
 from ....reconstruction.area import Area
 from ....reconstruction.cameras import OBLIQUE_DEG, View
-from ....reconstruction.images import shrink, shrink_factor, shrunk_camera
+from ....reconstruction.images import FINEST_GSD_M, shrink, shrink_factor, shrunk_camera
 
 #: Columns of a camera row (:func:`camera_row`) after the rotation: translation in metres; focal lengths and principal
 #: point in pixels; Brown's distortion; metres in the camera frame by which the camera moves on per row (rolling
@@ -25,6 +25,8 @@ TX, TY, TZ, FX, FY, CX, CY, K1, K2, P1, P2, K3, ROW_X, ROW_Y, ROW_Z, ROW_0 = ran
 
 #: Photos are chosen by what they show from the ground up to here, m.
 LOWER_STEM_M = 3.0
+#: Crops reach this high above the ground, m.
+TOP_M = 6.0
 
 
 class PhotoArrays(NamedTuple):
@@ -178,10 +180,10 @@ def load_stack(
     max_views: int,
     margin_m: float,
     reporter: Reporter | None = None,
-    top_m: float = 6.0,
+    finest_m: float = FINEST_GSD_M,
 ) -> PhotoStack:
-    """Read the crops that cover the area from the ground to ``top_m``. Unreadable photos are reported and left out;
-    pixels much finer than :data:`.images.FINEST_GSD_M` are averaged.
+    """Read the crops that cover the area from the ground to :data:`TOP_M`. Unreadable photos are reported and left out;
+    pixels much finer than ``finest_m`` are averaged.
 
     Raises:
         InputError: a photo whose size differs from its camera's.
@@ -189,7 +191,7 @@ def load_stack(
     reporter = reporter or Reporter()
     outline = np.vstack([area.outline(margin_m), area.centres])
     z = ground.at(outline[:, 0], outline[:, 1])
-    hull = np.vstack([np.column_stack([outline, z - 0.3]), np.column_stack([outline, z + top_m])])
+    hull = np.vstack([np.column_stack([outline, z - 0.3]), np.column_stack([outline, z + TOP_M])])
     wanted: list[tuple[View, int, tuple[int, int, int, int]]] = []
     for index in choose_views(views, area, float(np.median(ground.z)), max_views):
         view = views[index]
@@ -198,7 +200,7 @@ def load_stack(
         ahead = np.isfinite(pixels).all(axis=1)
         # A camera that stands among the stems may have them anywhere.
         pixels = pixels if ahead.all() else np.array([[0.0, 0.0], [camera.width, camera.height]])
-        k = shrink_factor(camera, float(np.median(depth[ahead])))
+        k = shrink_factor(camera, float(np.median(depth[ahead])), finest_m)
         left, top = np.clip(np.floor(pixels.min(axis=0) / k) - 3, 0, None).astype(int) * k
         right = int(min(np.ceil(pixels[:, 0].max() / k) + 3, camera.width // k)) * k
         bottom = int(min(np.ceil(pixels[:, 1].max() / k) + 3, camera.height // k)) * k
