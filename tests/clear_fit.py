@@ -44,18 +44,18 @@ def clear_photo_fit(x: float, dbh_cm: float, **changed) -> PhotoFit:
 
 
 #: Reason -> evidence for which a clear fit is flagged.
-FLAGGED = {"few_views": {"arc_deg": 50.0}, "merged": {"gain": 70.0}, "occluded": {"rms_px": 0.6}}
+FLAGGED = {"few_views": {"arc_deg": 50.0}, "merged": {"twins": 20.0}, "occluded": {"rms_px": 0.6}}
 
 
-def with_changes(fit: PhotoFit, flag: str = "", reasons: tuple[str, ...] = ("ambiguous",), **changed) -> PhotoFit:
+def with_changes(fit: PhotoFit, flag: str = "", reasons: tuple[str, ...] = ("occluded",), **changed) -> PhotoFit:
     """The fit with other values of fields: its own, else of the evidence. flag: with evidence that makes it so,
     ``check`` for these reasons, ``reject`` for the first of them."""
     if flag == "ok":
-        sure = {"sure": 1.0, "oval": 0.0, "refused": "", "rivals_cm": ()}
+        sure = {"sure": 1.0, "oval": 0.0, "refused": ""}
         changed = CLEAR | sure | {"dbh_cm": fit.dbh_cm} | changed
     elif flag == "check":
         for reason in reasons:
-            changed |= FLAGGED.get(reason, {"rivals_cm": (fit.dbh_cm,)})
+            changed |= FLAGGED[reason]
     elif flag == "reject":
         changed["refused"] = reasons[0]
     own = {item.name for item in fields(fit)}

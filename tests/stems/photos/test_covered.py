@@ -32,9 +32,9 @@ def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
 
 
 def test_all_that_is_open_lies_in_the_interval():
-    judged = FIT.knowing(rivals_cm=(36.0,), covered=0.25)
-    assert set(judged.reasons) == {"ambiguous", "covered"}
-    assert judged.assessment.lo_cm < 14.5 and judged.assessment.hi_cm > 35.5
+    judged = FIT.knowing(twins=20.0, covered=0.25)
+    assert set(judged.reasons) == {"merged", "covered"}
+    assert judged.assessment.lo_cm < 12.5 and judged.assessment.hi_cm < 32
 
 
 def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():

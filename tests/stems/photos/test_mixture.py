@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import CLEAR, clear_photo_fit, error_of
+from clear_fit import CLEAR, clear_photo_fit
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.stems.photos.deduplicate import merge
-from treedgs_geo.stems.photos.evidence.other_explanations import companion_share, other_explanations
+from treedgs_geo.stems.photos.evidence.other_explanations import other_explanations
 from treedgs_geo.stems.photos.fit.edge_adjustment import FineFit
 from treedgs_geo.stems.photos.fit.photo_fit import PhotoFit
 from treedgs_geo.stems.photos.fit.search import Hypothesis
 from treedgs_geo.stems.photos.fit.selection import Explanation, Selected
 from treedgs_geo.stems.photos.images.axis_patches import StemAxis
-from treedgs_geo.stems.photos.quality_control import ErrorParts, Evidence, explanations
-from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, GAIN_LOW_CONFIDENCE, GAIN_MERGED, OPEN_SHARE, WRONG_SD
+from treedgs_geo.stems.photos.quality_control import Evidence, explanations
+from treedgs_geo.stems.photos.tuned import OPEN_SHARE, WRONG_SD
 from treedgs_geo.stems.quality.mixture import Mixture
 from treedgs_geo.stems.quality.tree import Tree, with_block_errors
 
@@ -53,32 +53,23 @@ def test_the_interval_holds_as_often_as_it_says():
     assert np.mean((truth > low) & (truth < high)) == pytest.approx(0.9, abs=0.01)
 
 
-def test_shares_of_a_possible_companion_follow_its_evidence():
-    assert companion_share(GAIN_LOW_CONFIDENCE) == pytest.approx(0.1) and companion_share(GAIN_MERGED) == pytest.approx(
-        0.9
-    )
-    assert companion_share(0.0) < 1e-3
-
-
 def mixture(others, wrong=0.12, besides=()):
     return explanations(Evidence(**CLEAR | {"dbh_cm": 30.2, "others": others}), wrong, besides)
 
 
 def test_what_is_wrong_lies_half_at_the_other_explanations_and_half_anywhere():
-    several = mixture(
-        other_explanations(choice((30.0, 0.7), (41.0, 0.2), (22.0, 0.1)), None, 20.0, 30.2, error_of(0.5))
-    )
+    several = mixture(other_explanations(choice((30.0, 0.7), (41.0, 0.2), (22.0, 0.1)), 30.2, 0.5))
     assert several.share.sum() == pytest.approx(1.0) and several.dbh_cm[:2] == pytest.approx([30.2, 30.2])
     assert several.share[:2] == pytest.approx([0.88, 0.06])
     assert several.se_cm[:2] == pytest.approx([0.5, WRONG_SD * 30.2])
     # Those others by their probabilities; the one that was taken is not among them.
     assert several.share[2:] == pytest.approx([0.04, 0.02]) and several.dbh_cm[2:] == pytest.approx([41.0, 22.0])
-    alone = mixture(other_explanations(choice((30.0, 1.0)), None, 20.0, 30.2, error_of(0.5)))
+    alone = mixture(other_explanations(choice((30.0, 1.0)), 30.2, 0.5))
     assert alone.share == pytest.approx([0.88, 0.12])
 
 
 def test_the_interval_grows_with_the_probability_that_the_diameter_is_wrong():
-    others = other_explanations(choice((30.0, 0.7), (22.0, 0.3)), None, 20.0, 30.2, error_of(0.5))
+    others = other_explanations(choice((30.0, 0.7), (22.0, 0.3)), 30.2, 0.5)
     wide = [2 * mixture(others, wrong).se_of_interval_cm for wrong in (0.0, 0.01, 0.05, 0.1)]
     assert wide[0] == pytest.approx(2 * 0.5, abs=0.02) and wide[1] < 1.1 * wide[0]
     assert np.all(np.diff(wide) > 0) and wide[3] > 1.5 * wide[0]
@@ -89,20 +80,6 @@ def test_the_interval_reaches_what_is_open_besides():
     one_sided = mixture((), 0.0, [24.0])
     assert one_sided.share[[0, -1]] == pytest.approx([1 - OPEN_SHARE, OPEN_SHARE])
     assert one_sided.interval_cm == pytest.approx((24.0, 30.2 + HALF_WIDTH_SE * 0.5), abs=0.1)
-
-
-def test_a_stem_that_may_be_touched_has_the_reading_with_the_companion_among_the_others():
-    singles, pair = choice((30.0, 1.0)), explanation(24.0)
-    ((share, off_cm, _),) = other_explanations(singles, pair, 50.0, 30.1, error_of(0.4))
-    assert (share, off_cm) == pytest.approx((1.0, -6.1))
-    ((_, off_cm, se_cm),) = other_explanations(singles, pair, 80.0, 24.2, ErrorParts(touched=1.0))
-    assert (off_cm, se_cm) == pytest.approx((5.8, ERROR_WEIGHTS["touched"]))
-    both = other_explanations(choice((30.0, 0.6), (41.0, 0.4)), pair, 50.0, 30.0, error_of(1.0))
-    assert [other.off_cm for other in both] == pytest.approx([11.0, -6.0])
-    assert (
-        both[1].se_cm == pytest.approx(np.hypot(ERROR_WEIGHTS["touched"], 1.0))
-        and sum(other.share for other in both) == 1.0
-    )
 
 
 def test_errors_that_a_plot_shares_widen_each_side_by_itself():
@@ -117,20 +94,10 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
     assert (same.dbh_lo_cm, same.dbh_hi_cm) == (29.0, 37.0)
 
 
-def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
-    given = {"flag": flag} if gain <= GAIN_LOW_CONFIDENCE else {}
-    return clear_photo_fit(x, dbh_cm, llr=llr, gain=gain, contrast=2.0, **given)
+def fitted(dbh_cm: float, llr: float, x: float = 0.0) -> PhotoFit:
+    return clear_photo_fit(x, dbh_cm, llr=llr, contrast=2.0, flag="ok")
 
 
-def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():
-    one, pair = fitted(16.9, 183.0, 46.0, "check"), fitted(30.8, 190.0, 75.0, "check", x=0.05)
-    assert merge([pair, one]) == [one] == merge([one, pair])
-
-
-def test_a_rival_from_another_seed_is_in_the_interval():
-    better, rival, beside = fitted(30.0, 120.0), fitted(34.0, 100.0, x=0.02), fitted(25.0, 110.0, x=1.0)
-    kept = merge([rival, beside, better])
-    assert len(kept) == 2 and kept[1] == beside
-    assert kept[0].dbh_cm == 30.0 and kept[0].flag == "check" and "ambiguous" in kept[0].reasons
-    assert kept[0].assessment.hi_cm == pytest.approx(34.0, abs=0.3) and kept[0].se_cm > 1.0
-    assert merge([better, fitted(34.0, 80.0)]) == [better] and merge([better, fitted(30.5, 110.0)]) == [better]
+def test_of_two_fits_of_one_stem_the_clearer_one_is_kept():
+    better, other, beside = fitted(30.0, 120.0), fitted(34.0, 100.0, x=0.02), fitted(25.0, 110.0, x=1.0)
+    assert merge([other, beside, better]) == [better, beside]

@@ -74,8 +74,8 @@ def test_unknown_quantities_and_reasons_are_refused():
     with pytest.raises(ValueError, match="no plain number"):
         bound_of("photos", "se_cm", "check")
     with pytest.raises(KeyError):
-        bound_of("photos", "gain", "reject")
-    assert bound_of("photos", "gain", "check") == 62.0
+        bound_of("photos", "twins_share", "reject")
+    assert bound_of("photos", "twins", "check") == 15.0
 
 
 def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_refuses():
@@ -101,7 +101,7 @@ def judged(**change) -> tuple[str, tuple[str, ...], float]:
 def test_a_photo_fit_meets_the_table_s_limits():
     assert judged()[:2] == ("ok", ())
     assert judged(lean_deg=27.1)[:2] == ("reject", ("lean",)) and judged(lean_deg=26.9)[0] == "ok"
-    assert judged(gain=63.0)[:2] == ("check", ("merged",)) and judged(gain=61.0)[0] == "ok"
+    assert judged(twins=16.0)[:2] == ("check", ("merged",)) and judged(twins=14.0)[0] == "ok"
     thin_flag, thin_reasons, _ = judged(dbh_cm=5, polish_cm=5)
     assert thin_flag == "reject" and "too_small" in thin_reasons
     # Where no silhouettes are to be had, edges have to do alone; with one, few of them will do.

@@ -52,8 +52,8 @@ def test_evidence_flags_widens_and_reaches_another_reading():
 def test_a_refusal_stays():
     refused = Assessment(30.0, 0.5).adding(judge("photos", {"covered": 0.5}), 2.0)
     assert not refused.measured and refused.se_cm == 0.5
-    later = refused.adding(judge("photos", {"rivals": 1}), 3.0)
-    assert later.reasons == ("covered", "ambiguous") and not later.measured and later.se_cm == 0.5
+    later = refused.adding(judge("photos", {"twins": 20.0}), 3.0)
+    assert later.reasons == ("covered", "merged") and not later.measured and later.se_cm == 0.5
 
 
 def test_as_fields_of_a_tree():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fit.photo_fit import PhotoFit
-from .tuned import APART_M, CLEAR_LLR, FEW_LLR, GAIN_MERGED, LEAD_LLR, SAME_DBH, SAME_LEAN
+from .tuned import APART_M, CLEAR_LLR, FEW_LLR, LEAD_LLR, SAME_LEAN
 
 
 def known_rows(fits: list[PhotoFit]) -> np.ndarray:
@@ -23,19 +23,14 @@ def plausible(fit: PhotoFit, gate: float) -> bool:
 
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
-    """What the second search found, less what the first look had refused as the same stem (place and lean) with another
-    diameter: neither is to be trusted. With the same diameter it is flagged (``ambiguous``)."""
-    kept = []
-    for fit in found:
-        before = [
-            other
-            for other in refused
-            if np.hypot(*(fit.axis.p - other.axis.p)) < APART_M and np.hypot(*(fit.axis.s - other.axis.s)) < SAME_LEAN
-        ]
-        if any(abs(fit.dbh_cm - other.dbh_cm) > SAME_DBH.at(fit.dbh_cm) for other in before):
-            continue
-        kept.append(fit.with_rival(fit.dbh_cm) if before and fit.flag == "ok" else fit)
-    return kept
+    """What the second search found, less what the first look had refused as the same stem (place and lean): of two
+    looks that differ neither is to be trusted."""
+
+    def same(fit: PhotoFit, before: PhotoFit) -> bool:
+        near = np.hypot(*(fit.axis.p - before.axis.p)) < APART_M
+        return bool(near and np.hypot(*(fit.axis.s - before.axis.s)) < SAME_LEAN)
+
+    return [fit for fit in found if not any(same(fit, before) for before in refused)]
 
 
 def one_stem(apart_m: float, one_m: float, other_m: float) -> bool:
@@ -44,22 +39,9 @@ def one_stem(apart_m: float, one_m: float, other_m: float) -> bool:
 
 
 def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
-    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
-    good and reads another diameter stays open beside the better one."""
+    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped."""
     kept: list[PhotoFit] = []
-    for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
-        near = [n for n, k in enumerate(kept) if one_stem(np.hypot(*(fit.axis.p - k.axis.p)), fit.r0, k.r0)]
-        if not near:
+    for fit in sorted(fits, key=lambda f: (not f.measured, -f.evidence.llr)):
+        if not any(one_stem(np.hypot(*(fit.axis.p - other.axis.p)), fit.r0, other.r0) for other in kept):
             kept.append(fit)
-            continue
-        best = kept[near[0]]
-        apart = abs(fit.dbh_cm - best.dbh_cm)
-        rival = fit.measured and single_llr(fit) > single_llr(best) - LEAD_LLR
-        if rival and apart > SAME_DBH.at(best.dbh_cm):
-            kept[near[0]] = best.with_rival(fit.dbh_cm)
     return kept
-
-
-def single_llr(fit: PhotoFit) -> float:
-    """Edge score of the best single stem at the place: two stems explain any place better than one."""
-    return fit.evidence.llr - fit.evidence.gain if fit.evidence.gain > GAIN_MERGED else fit.evidence.llr

@@ -31,7 +31,6 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
     """
     axis, evidence = (_numbers(record[name]) for name in ("axis", "evidence"))
     evidence["others"] = tuple(OtherExplanation(*other) for other in evidence["others"])
-    evidence["rivals_cm"] = tuple(evidence["rivals_cm"])
     evidence["error"] = None if record["evidence"]["error"] is None else ErrorParts(*evidence["error"])
     p, s, c = (np.array(axis[name], float) for name in ("p", "s", "c"))
     east, north = record["oval"]

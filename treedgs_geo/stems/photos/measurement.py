@@ -56,18 +56,16 @@ class Shared:
 
 
 class Fitted(NamedTuple):
-    """An explanation that was chosen. best: it; fine: its last refinement; sure, gain: as of
-    :class:`.quality_control.Evidence`; silhouette: of the place; choice: among single discs, ``None`` in a first look,
-    which weighs nothing yet; touched: the place as a stem that another one touches, if that was tried; above_cm: the
-    diameter read farther up, brought down, NaN where there is none; twins: full stems instead of it."""
+    """An explanation that was chosen. best: it; fine: its last refinement; sure: as of
+    :class:`.quality_control.Evidence`; silhouette: of the place; choice: ``None`` in a first look, which weighs nothing
+    yet; above_cm: the diameter read farther up, brought down, NaN where there is none; twins: full stems instead of
+    it."""
 
     best: Explanation
     fine: FineFit
     sure: float = np.nan
     silhouette: Silhouette | None = None
-    gain: float = 0.0
     choice: Selected | None = None
-    touched: Explanation | None = None
     above_cm: float = np.nan
     twins: Twins = NO_TWINS
 
@@ -101,7 +99,7 @@ def by_edges(found: Found) -> dict[str, float]:
         "lean_deg": float(np.degrees(np.arctan(np.hypot(*found.chosen.fine.axis.s)))),
         "llr": best.edges,
         "n_views": int(found.clear.sum()),
-        "kish": _kish(weight) if best.mate is None else np.inf,
+        "kish": _kish(weight),
         "arc_deg": azimuth_spread(_azimuths(found.shared, found.chosen.fine.axis)[found.clear]),
         "rms_px": found.fine.rms_px,
     }
@@ -113,15 +111,14 @@ def by_selection(found: Found) -> dict[str, Any]:
     numbers: dict[str, Any] = {"sure": chosen.sure}
     if chosen.choice is None:
         return numbers
-    tried = chosen.choice, chosen.touched, chosen.gain
-    return numbers | {"others": other_explanations(*tried, 200 * found.r0, found.error)}
+    return numbers | {"others": other_explanations(chosen.choice, 200 * found.r0, found.error.se_cm)}
 
 
-def by_companions(found: Found) -> dict[str, float]:
+def by_twins(found: Found) -> dict[str, float]:
     """Whether it is two stems."""
     twins, stand = found.chosen.twins, found.shared.prior
     thicker_sd = (found.r0 - stand.r) / (stand.r_sd / PRIOR_SDS)
-    return {"gain": found.chosen.gain, "twins": twins.gain, "twins_share": twins.share, "thicker_sd": thicker_sd}
+    return {"twins": twins.gain, "twins_share": twins.share, "thicker_sd": thicker_sd}
 
 
 def by_silhouette(found: Found) -> dict[str, float]:
@@ -129,8 +126,8 @@ def by_silhouette(found: Found) -> dict[str, float]:
     best, silhouette = found.chosen.best, found.chosen.silhouette
     if silhouette is None or (~silhouette.blind).sum() < MIN_PHOTOS:
         return {}
-    width = {} if best.mate is not None else {"outline_cm": 200 * widest(silhouette, best.vector)}
-    return width | {"contrast": best.contrast / found.shared.chance}
+    width_cm = 200 * widest(silhouette, best.vector)
+    return {"outline_cm": width_cm, "contrast": best.contrast / found.shared.chance}
 
 
 def by_opacity(found: Found) -> dict[str, float]:
@@ -159,7 +156,7 @@ def by_section(found: Found) -> dict[str, float]:
 
 
 #: What is found out about every fit: each returns fields of :class:`.quality_control.Evidence`.
-EVIDENCE = (by_edges, by_selection, by_companions, by_silhouette, by_opacity, by_surface, by_section)
+EVIDENCE = (by_edges, by_selection, by_twins, by_silhouette, by_opacity, by_surface, by_section)
 
 
 def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
@@ -170,7 +167,7 @@ def measured(shared: Shared, seed: Seed, chosen: Fitted) -> PhotoFit:
     first = chosen.fine
     clipped = clipped_px(shared.stack, first.axis, (first.r0, first.r1), shared.bands.fine, clear)
     soft_cm = float(np.hypot(shared.soft_px, clipped)) * px_cm(shared, first.axis, clear)
-    fine, error = averaged(chosen.fine, error_parts(shared, best, chosen.fine, weight), chosen.above_cm)
+    fine, error = averaged(chosen.fine, error_parts(shared, chosen.fine, weight), chosen.above_cm)
     error = error._replace(soft=soft_cm)  # of both readings alike
     dq, foot_z = breast_height(fine.axis, fine.r0, shared.ground)
     axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
@@ -200,12 +197,10 @@ def _kish(weight: np.ndarray) -> float:
     return float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
 
 
-def error_parts(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> ErrorParts:
+def error_parts(shared: Shared, fine: FineFit, weight: np.ndarray) -> ErrorParts:
     """Of the diameter in sharp photos, at breast height alone. weight: (V,) of the photos."""
     thick_cm, lean = 200 * fine.r0, float(np.hypot(*fine.axis.s))
     parts = ErrorParts(section=thick_cm, lean=lean * thick_cm, taper=taper_excess_cm(fine.r1))
-    if best.mate is not None:
-        return parts._replace(touched=1.0)
     formal, oval = formal_error_cm(fine)
     scatter = scatter_cm(fine.view_r, weight)
     seen = seen_oval_error_cm(thick_cm, 200 * fine.view_r, _azimuths(shared, fine.axis), weight)

@@ -41,8 +41,6 @@ class ErrorParts(NamedTuple):
     oval: float = 0.0
     #: What an oval adds that the photos show.
     seen_oval: float = 0.0
-    #: Another stem touches it, so that hardly any photo shows both of its edges.
-    touched: float = 0.0
     #: The diameter, for its one section beside the stem's others.
     section: float = 0.0
     #: The diameter times the tangent of the lean.
@@ -90,7 +88,7 @@ class Evidence:
     llr: float = 0.0
     #: Photos that see it clearly.
     n_views: int = 0
-    #: Effective number of photos (Kish); infinite for one of a pair, which hardly any photo shows whole.
+    #: Effective number of photos (Kish).
     kish: float = 0.0
     #: Directions that these photos look from, from the first to the last, degrees.
     arc_deg: float = np.nan
@@ -110,8 +108,6 @@ class Evidence:
     bark_lead: float = np.nan
     #: By how much its section is off a circle, share of the radius.
     oval: float = 0.0
-    #: Gain of "another stem touches it" over one stem, log likelihood.
-    gain: float = 0.0
     #: Two full stems inside this one: gain and share (:class:`.evidence.double_stem.Twins`).
     twins: float = np.nan
     twins_share: float = np.nan
@@ -121,8 +117,6 @@ class Evidence:
     network: bool = False
     #: The other explanations.
     others: tuple[OtherExplanation, ...] = ()
-    #: What other looks at it read, cm.
-    rivals_cm: tuple[float, ...] = ()
     #: Share of ivy in what the network sees of it (:mod:`.evidence.ivy`).
     covered: float = 0.0
     #: Measured so far above breast height, m (:mod:`.upper_stem`).
@@ -151,11 +145,10 @@ class Evidence:
 
     @property
     def open_cm(self) -> list[float]:
-        """Diameters that it may have besides, cm: another look's, of the stem under the ivy, of one of two full
-        stems."""
+        """Diameters that it may have besides, cm: of the stem under the ivy, of one of two full stems."""
         bare = [self.dbh_cm - COVER_CM] if judge("photos", {"covered": self.covered}).reasons else []
         twins = judge("photos", self.two_in_one).reasons
-        return [*self.rivals_cm, *bare, *([PARTS[0] * self.dbh_cm] if twins else [])]
+        return [*bare, *([PARTS[0] * self.dbh_cm] if twins else [])]
 
     @property
     def two_in_one(self) -> dict[str, float]:
@@ -169,7 +162,7 @@ class Evidence:
         limit of its name; where nothing else speaks for a stem, edges have to do alone."""
         through = self.n_through / max(self.n_through + self.n_views, 1)
         found = {name: getattr(self, name) for name in _LIMITED} | self.two_in_one
-        found |= {"through": through, "rivals": len(self.rivals_cm)}
+        found |= {"through": through}
         return found if self.solid else found | {"llr_alone": self.llr}
 
     def predictors(self) -> dict[str, float]:

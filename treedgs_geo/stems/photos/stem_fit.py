@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..quality.priors import START_TAPER
-from .evidence.companion import Pair, crowded, find_companion, pair_contrast, pair_z
 from .evidence.double_stem import find_twins
 from .evidence.upper_band import reading_above
 from .fit.edge_adjustment import NO_STEMS, FineFit, Sighting, refine
@@ -22,7 +21,7 @@ from .measurement import Fitted, Shared, measured
 from .network.silhouettes import cut_bark, with_bark
 from .propose.edge_voting import Seed
 from .quality_control import Evidence
-from .tuned import CHANCE_LLR, GAIN_LOW_CONFIDENCE, GAIN_MERGED, MAX_SETTLED, PAIR_WINDOWS_PX, THERE_LLR, WINDOWS_PX
+from .tuned import CHANCE_LLR, MAX_SETTLED, THERE_LLR, WINDOWS_PX
 
 
 class _Place(NamedTuple):
@@ -69,17 +68,12 @@ class Fitter(Shared):
         if quick:
             best = max(tried, key=lambda item: item.edges)
             return measured(self, seed, Fitted(best, best.fine))
-        found = self._chosen(place, self._compared(tried, known), hypotheses)
-        best, hidden, window = found.best, known, WINDOWS_PX[2:]
-        if best.mate is not None:
-            hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
-        fine, seen = best.fine, seen_probability(best.z)
-        fine = (
-            self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip, oval=best.mate is None) or fine
-        )
+        found = self._chosen(place, self._compared(tried, known))
+        fine, seen = found.fine, seen_probability(found.best.z)
+        fine = self._refine(fine.axis, fine.r0, fine.r1, seen, known, WINDOWS_PX[2:], oval=True) or fine
         above_cm = np.nan
         if self.bands is BREAST:
-            above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
+            above_cm = reading_above(self.stack, fine, Sighting(seen, known), self.options.offset_sd_px, WINDOWS_PX)
         return measured(self, seed, found._replace(fine=fine, above_cm=above_cm))
 
     def refused(self, seed: Seed, reason: str = "occluded") -> PhotoFit:
@@ -155,29 +149,12 @@ class Fitter(Shared):
             tried.append(Explanation(search.score(vector), contrast, hypothesis, fine, vector, search.z(vector)))
         return tried
 
-    def _chosen(self, place: _Place, tried: list[Explanation], hypotheses: list[Hypothesis]) -> Fitted:
-        """The stem among the explanations tried, and whether it is one. hypotheses: what else a companion may touch."""
-        search, silhouette = place.search, place.silhouette
+    def _chosen(self, place: _Place, tried: list[Explanation]) -> Fitted:
+        """The stem among the explanations tried, and whether it is one."""
         trust = float(np.clip(place.clearest / self.chance, 0.0, 1.0)) if place.shapes else 0.0
         choice = choose(tried, trust, self.chance, self.prior, self.sun, self.shown is not None)
-        best, sure = choice.best, choice.sure
-        pair = find_companion(
-            search, place.start, [item.vector for item in tried] + [hypothesis.vector for hypothesis in hypotheses]
-        )
-        gain = 0.0 if pair is None else pair.gain
-        touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_LOW_CONFIDENCE else None
-        if touched is not None and self.shown is not None and touched.contrast < best.contrast:
-            # The silhouettes do not want the second stem.
-            gain = min(gain, GAIN_MERGED)
-        if touched is not None and gain > GAIN_MERGED:
-            best = touched
-            # Which single disc would be the next best is no longer the question.
-            sure = 1.0
-        # A companion may be the other one of two full stems: the disc that holds both is asked, too.
-        twins = find_twins(search, best.vector, silhouette)
-        if best is not choice.best:
-            twins = twins.clearest(find_twins(search, choice.best.vector, silhouette))
-        return Fitted(best, best.fine, sure, silhouette, gain, choice, touched, twins=twins)
+        twins = find_twins(place.search, choice.best.vector, place.silhouette)
+        return Fitted(choice.best, choice.best.fine, choice.sure, place.silhouette, choice, twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
         """The same with evidence and residual over the same photos for all."""
@@ -198,27 +175,11 @@ class Fitter(Shared):
         seen: np.ndarray,
         known: np.ndarray,
         windows_px: tuple[float, ...],
-        skip: np.ndarray | None = None,
         oval: bool = False,
     ) -> FineFit | None:
-        sighting, sd_px = Sighting(seen, known, skip), self.options.offset_sd_px
+        sighting, sd_px = Sighting(seen, known), self.options.offset_sd_px
         return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, sd_px, windows_px, oval)
 
     def _settled(self, search: Search, silhouette: Silhouette, shape: np.ndarray) -> Hypothesis:
         p = moved_to_edges(search, silhouette, self.chance, shape)
         return Hypothesis(*[*map(float, p), search.score(p)])
-
-    def _with_companion(self, place: _Place, pair: Pair) -> Explanation | None:
-        """The place as a stem that another one touches, measured by the edges that are its own."""
-        search, start, v, mate = place.search, place.start, pair.vector, pair.mate_row(place.start)
-        axis = StemAxis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
-        seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
-        fine = self._refine(axis, v[4], START_TAPER, seen, np.vstack([place.known, mate]), PAIR_WINDOWS_PX, skip)
-        if fine is None or fine.r0 < 0.015:
-            return None
-        vector = place.vector(fine)
-        both = np.concatenate([vector, v[5:]])
-        contrast = 0.0 if place.silhouette is None else pair_contrast(place.silhouette, both)
-        hypothesis = Hypothesis(*[*map(float, v[:5]), pair.score])
-        z = pair_z(search, v)
-        return Explanation(pair.score, contrast, hypothesis, fine, vector, z, mate=mate, skip=skip)

@@ -99,10 +99,9 @@ CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 50.0, bound_of("photos", "llr", "chec
 CLEAR_LLR = bound_of("photos", "llr_alone", "check")
 #: Edge score that one unit of silhouette contrast (what chance reaches) is worth where both pull at a shape.
 PULL = 400.0
-#: Inlier sd of an edge, px; edges are looked for this far from where they are expected, px, cut by cut; nearer where
-#: another edge is close.
+#: Inlier sd of an edge, px; edges are looked for this far from where they are expected, px, cut by cut.
 EDGE_SD_PX = 0.45
-WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
+WINDOWS_PX = 2.6, 2.4, 2.2
 #: Prior sd of an axis' curvature, 1/m.
 CURVATURE_SD = 0.004
 
@@ -114,8 +113,8 @@ CURVATURE_SD = 0.004
 PLAIN_ODDS, NETWORK_ODDS = np.array([1.06, 2.73, -1.7, -1.5]), np.array([4.1, 2.3, -0.6, -1.6])
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
-#: Two readings of one stem differ by less than this, cm; leans by less than this (tangent).
-SAME_DBH, SAME_LEAN = Bound(1.0, 0.04), 0.09
+#: Two leans of one stem differ by less than this (tangent).
+SAME_LEAN = 0.09
 #: Edge score that a log odd is worth: at a lead of 10 an explanation is nine times as probable.
 EDGES_A_LOG_ODD = 10.0 / np.log(9)
 #: Best silhouettes that are followed as they are; starts and pairs that are followed by a whole fit; starts see this
@@ -126,16 +125,8 @@ MAX_SETTLED, MAX_FOLLOWED, START_M = 2, 3, 0.3
 #: The prior of a stem's radius is so many times as wide as the stand's radii spread; two stems that were taken for one
 #: are thicker than the stand's by more than so many standard deviations, where edges alone say that they are two.
 PRIOR_SDS, THICKER_SD = 2.0, 2.5
-#: Companions: radii that are looked for, m; the thickest one, as a share of the stem and in metres.
-MATE_RADII_M, MAX_MATE, THICKEST_M = (0.022, 0.036), 0.6, 0.075
-#: What touches lies this close (blur, pose, bark), m; a companion has to stay this far inside an edge, m, and leans by
-#: this much (sd, m/m).
-TOUCH_M, CLEAR_M, MATE_LEAN_SD = 0.012, 0.045, 0.035
-#: Share of the best single disc's score that a pair needs on the first grid to be worth polishing.
-WORTH = 0.8
-#: Gain of "another stem touches it" over one stem (log likelihood units) from which it is weighed, one in ten, and
-#: from which it is taken for true and flagged, nine in ten. Six touched and 89 other stems.
-GAIN_LOW_CONFIDENCE, GAIN_MERGED = 38.0, bound_of("photos", "gain", "check")
+#: What touches lies this close (blur, pose, bark), m; two stems lean alike by this much (sd, m/m).
+TOUCH_M, PAIR_LEAN_SD = 0.012, 0.035
 #: Two alike in one disc: radii as shares of the disc's, the least allowed; how far they may reach beyond it and their
 #: barks lie apart (sd), m; thinner discs are not split, m.
 PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
@@ -150,7 +141,6 @@ ERROR_WEIGHTS = {
     "formal": 2.1,
     "oval": 1.0,
     "seen_oval": 2.4,
-    "touched": 1.1,
     "section": 0.0057,
     "lean": 0.045,
     "taper": 1.5,
@@ -187,6 +177,9 @@ SEEN_CORRELATION, CORE = 0.7, 0.7
 #: Ivy is looked for this far up and down from breast height, m; how much thicker it makes a stem, cm: leaves stand 3 to
 #: 8 cm off the bark on both sides.
 ABOUT_M, COVER_CM = 0.6, 16.0
+#: Width of a column of the network's maps where the stems stand, m (half to twice that: it was trained from 0.9 to
+#: 3.7 cm).
+COLUMN_M = 0.02
 #: Likelihood of ground where a stem stands, of that where none does: poses err, stems sway. No rarer are stems.
 GROUND_RATIO, RAREST_STEM = 0.1, 0.01
 #: What a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.

@@ -66,7 +66,6 @@ _IVY = (
     "others 447 below 0.15, all with a diameter below 0.29"
 )
 _IVIED = "simulated stems under ivy, drone LiDAR, seeds 501 to 503 (docs/evidence/point-clouds.md)"
-_TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
 _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
 _CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
 _TOUCHING = "two stems of drone LiDAR that a sapling touches: 2.7, 2.8; 500 others: at most 1.9, simulated and rendered"
@@ -98,7 +97,6 @@ _CONFIRMED = (
     "ten blocks of six plots and a real flight: 79 % and more; one dense stand in wind 68 %, a wrong block 26 %"
 )
 _BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
-_TWO_LOOKS = "chosen, not set on data: two looks at one stem that differ leave open which is right"
 _SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
 _STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that tall (docs/evidence/point-clouds.md)"
 
@@ -141,7 +139,6 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         ),
         Limit("few_views", "llr", "edge score, whatever the silhouette says", "", *_below(40, None), _LEAVES),
         Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.15, 0.3), _IVY),
-        Limit("ambiguous", "rivals", "other looks at the stem with another diameter", "", *_above(0, None), _TWO_LOOKS),
         Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
         Limit(
             "see_through",
@@ -160,7 +157,6 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             *_below(0.05, -0.1),
             _LEVEL,
         ),
-        Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(62, None), _TOUCHED),
         Limit("merged", "twins", "gain of two stems inside one (log likelihood)", "", *_above(15, 30), _TWINS),
         Limit(
             "merged",
@@ -314,7 +310,7 @@ class Predictor(NamedTuple):
 INTERCEPT = -6.4
 #: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over 826 fits of blind
 #: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Edge score,
-#: silhouette, directions, coarse fit, taper, companions and the ground seen made it hardly better on plots left out, or
+#: silhouette, directions, coarse fit, taper and the ground seen made it hardly better on plots left out, or
 #: worse.
 PREDICTORS = {
     "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3.0),

@@ -34,7 +34,7 @@ from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.inventory.accuracy.scores import MATCH_M, pair_by_position
 from treedgs_geo.stems.photos.fit_records import read_fits
 from treedgs_geo.stems.photos.quality_control import ErrorParts
-from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, GAIN_LOW_CONFIDENCE, MIN_SPLIT_M, WRONG_SD
+from treedgs_geo.stems.photos.tuned import ERROR_WEIGHTS, MIN_SPLIT_M, WRONG_SD
 from treedgs_geo.stems.quality.limits import INTERCEPT, PREDICTORS
 from treedgs_lab.benchmarks.plot import TruePlot
 from treedgs_lab.benchmarks.records import write_record
@@ -105,8 +105,8 @@ def stated(fits: pd.DataFrame, weights: dict[str, float]) -> pd.DataFrame:
         half = HALF_WIDTH_SE * found.se_cm
         low, high = (found.lo_cm, found.hi_cm) if np.isfinite(found.lo_cm) else (fit.dbh_cm - half, fit.dbh_cm + half)
         kinds = {
-            "touched": evidence.gain > GAIN_LOW_CONFIDENCE, "carried down": fit.carried,
-            "leaning": evidence.lean_deg > LEANING_DEG, "few photos": evidence.n_views < FEW_VIEWS, "clean": True,
+            "carried down": fit.carried, "leaning": evidence.lean_deg > LEANING_DEG,
+            "few photos": evidence.n_views < FEW_VIEWS, "clean": True,
         }  # fmt: skip
         stratum = next(name for name, is_of in kinds.items() if is_of)
         inside = low <= fit.dbh_cm - error_cm <= high

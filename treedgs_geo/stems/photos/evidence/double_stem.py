@@ -4,8 +4,7 @@ Across the pair the two are one stem as wide as both, and enough such photos fit
 it then count as not seeing the stem, which costs nothing there (:mod:`.fit.search`). Here the disc is split in two
 that stay inside it, in every direction and several proportions. Where the edges of all photos together and the
 silhouettes before the ground both speak for two rather than one, the disc is no stem; edges alone flag what is too
-thick for one stem of the stand. :mod:`.companion` looks for a thin companion beside a stem; this for two that are
-alike, of which neither is the disc. Two discs inside a round or oval stem show far less than it does from the side.
+thick for one stem of the stand. Two discs inside a round or oval stem show far less than it does from the side.
 Own method; figures: ``docs/evidence/photos.md``.
 """
 
@@ -19,14 +18,16 @@ from numba import njit, prange
 from ...quality.limits import bound_of
 from ..fit.pattern_search import pattern_search
 from ..fit.search import Hypothesis, Search
-from ..fit.search_kernels import seen_sum
+from ..fit.search_kernels import above_null, edges_between, seen_sum
 from ..images.background import Silhouette
-from ..tuned import APART_SD_M, BEYOND_M, MATE_LEAN_SD, MAX_FOLLOWED, MIN_PART, MIN_SPLIT_M, PARTS
-from .companion import PAIR_MOVES, pair_contrast, pair_step, pair_view_z
+from ..images.background_kernels import step_contrast
+from ..tuned import APART_SD_M, BEYOND_M, MAX_FOLLOWED, MIN_PART, MIN_SPLIT_M, PAIR_LEAN_SD, PARTS, TOUCH_M
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Gain by edges alone from which its share of the disc's own score counts (log likelihood units).
 MIN_GAIN = bound_of("photos", "twins", "check")
+#: Moves of the search over both discs (:func:`_pair_step`).
+PAIR_MOVES = 52
 
 
 class Twins(NamedTuple):
@@ -37,12 +38,76 @@ class Twins(NamedTuple):
     gain: float
     share: float
 
-    def clearest(self, other: Twins) -> Twins:
-        """The larger of both, each."""
-        return Twins(float(np.fmax(self.gain, other.gain)), float(np.fmax(self.share, other.share)))
-
 
 NO_TWINS = Twins(float("nan"), float("nan"))
+
+
+@njit(**_FAST)
+def _pair_view_z(edges, null, p, z):
+    """z-score of two stems in every view. p: (10,) x, y, lx, ly, r of the one, then of the other."""
+    ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
+    n_views, n_blocks, n_u = ridge.shape
+    for v in range(n_views):
+        nx, ny = normal[v, 0], normal[v, 1]
+        t, n_valid, width = 0.0, 0, 0.0
+        for b in range(n_blocks):
+            if not valid[v, b]:
+                continue
+            c = p[0] * nx + p[1] * ny + (p[2] * nx + p[3] * ny) * q[b]
+            w = widen[v] * (p[4] + taper * q[b])
+            low, high = c - w, c + w
+            m = p[5] * nx + p[6] * ny + (p[7] * nx + p[8] * ny) * q[b]
+            mw = max(p[9] + 0.5 * taper * q[b], 0.006)
+            if m - mw < high + TOUCH_M and m + mw > low - TOUCH_M:
+                low, high = min(low, m - mw), max(high, m + mw)
+            left, right = (low - u0) / du, (high - u0) / du
+            if left < 0 or int(right) >= n_u - 1 or right <= left:
+                continue
+            n_valid += 1
+            width += 0.5 * (high - low) / widen[v] - taper * q[b]
+            t += edges_between(ridge, unit, v, b, left, right, terminator[v])
+        enough = n_valid >= max(2, n_blocks // 3)
+        z[v] = above_null(null, v, width / n_valid, t / n_valid) if enough else -9.0
+
+
+@njit(inline="always", **_FAST)
+def _pair_step(p, move, scale, trial):
+    """One move of :func:`.fit.pattern_search.pattern_search` from the pair ``p`` (10,), into ``trial``."""
+    trial[:] = p
+    angle = (move % 8) * np.pi / 4
+    c, s = np.cos(angle), np.sin(angle)
+    if move < 24:  # the first moves; with it grows or shrinks; the second stays with it
+        grow = 0.0 if move < 8 else (0.015 * scale if move < 16 else -0.015 * scale)
+        trial[0] += 0.015 * scale * c
+        trial[1] += 0.015 * scale * s
+        trial[4] += grow
+    elif move < 32:
+        trial[2] += 0.02 * scale * c
+        trial[3] += 0.02 * scale * s
+    elif move < 40:
+        trial[5] += 0.015 * scale * c
+        trial[6] += 0.015 * scale * s
+    elif move < 44:
+        trial[7] += 0.02 * scale * np.cos(2 * angle)
+        trial[8] += 0.02 * scale * np.sin(2 * angle)
+    elif move < 46:  # about the first
+        turn = 0.15 * scale * (1 if move == 44 else -1)
+        dx, dy = p[5] - p[0], p[6] - p[1]
+        trial[5] = p[0] + np.cos(turn) * dx - np.sin(turn) * dy
+        trial[6] = p[1] + np.sin(turn) * dx + np.cos(turn) * dy
+    elif move < 48:
+        trial[9] += 0.008 * scale * (1 if move == 46 else -1)
+    elif move < 50:
+        trial[4] += 0.012 * scale * (1 if move == 48 else -1)
+    else:  # the outer edges stay, the border between the two moves
+        dx, dy = p[5] - p[0], p[6] - p[1]
+        shift = 0.012 * scale * (1 if move == 50 else -1) / max(np.sqrt(dx * dx + dy * dy), 1e-6)
+        trial[0] += shift * dx
+        trial[1] += shift * dy
+        trial[4] += 0.012 * scale * (1 if move == 50 else -1)
+        trial[5] += shift * dx
+        trial[6] += shift * dy
+        trial[9] -= 0.012 * scale * (1 if move == 50 else -1)
 
 
 @njit(**_FAST)
@@ -55,13 +120,13 @@ def _twin_objective(data, p):
             return -1e9
         if np.sqrt((p[k] - whole[0]) ** 2 + (p[k + 1] - whole[1]) ** 2) + p[k + 4] > whole[4] + BEYOND_M:
             return -1e9
-    pair_view_z(edges, null, p, z)
+    _pair_view_z(edges, null, p, z)
     total = seen_sum(z)
     gap = np.sqrt((p[5] - p[0]) ** 2 + (p[6] - p[1]) ** 2) - p[4] - p[9]
     total -= 0.5 * (gap / APART_SD_M) ** 2
     for k in range(0, 10, 5):
         lean = (p[k + 2] - whole[2]) ** 2 + (p[k + 3] - whole[3]) ** 2
-        total -= 0.5 * lean / MATE_LEAN_SD**2
+        total -= 0.5 * lean / PAIR_LEAN_SD**2
     return total
 
 
@@ -80,7 +145,30 @@ def _twin_polish(edges, null, whole, pairs, scores):
         z = np.empty(edges.ridge.shape[0])
         data = edges, null, whole, z
         low, high = MIN_PART * whole[4], (1 - MIN_PART) * whole[4]
-        scores[m] = pattern_search(_twin_objective, data, pair_step, PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
+        scores[m] = pattern_search(_twin_objective, data, _pair_step, PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
+
+
+@njit(**_FAST)
+def _contrast(silhouette, p):
+    """Contrast of the common silhouette of two stems, (10,), as
+    :meth:`.images.background.Silhouette.contrast` is for one."""
+    total, u0, qs, normal, widen, blind, taper = silhouette
+    result = 0.0
+    for v in range(total.shape[0]):
+        if blind[v]:
+            continue
+        nx, ny = normal[v, 0], normal[v, 1]
+        for b in range(total.shape[1]):
+            q = qs[b]
+            c = (p[0] + p[2] * q) * nx + (p[1] + p[3] * q) * ny
+            half = widen[v] * max(p[4] + taper * q, 0.015)
+            first, last = c - half, c + half
+            m = (p[5] + p[7] * q) * nx + (p[6] + p[8] * q) * ny
+            w = max(p[9] + 0.5 * taper * q, 0.006)
+            if m - w < last + TOUCH_M and m + w > first - TOUCH_M:
+                first, last = min(first, m - w), max(last, m + w)
+            result += step_contrast(total, v, b, first, last, u0)
+    return result
 
 
 def halves(disc: np.ndarray) -> np.ndarray:
@@ -114,7 +202,7 @@ def find_twins(search: Search, disc: np.ndarray, silhouette: Silhouette | None) 
     _twin_polish(edges, null, disc, best, reached)
     first = int(reached.argmax())
     gain = float(reached[first] - alone)
-    both = pair_contrast(silhouette, best[first]) > silhouette.contrast(disc)
+    both = _contrast(silhouette, best[first]) > silhouette.contrast(disc)
     return Twins(gain if both else float("nan"), gain / max(alone, 1.0) if gain > MIN_GAIN else 0.0)
 
 

@@ -25,7 +25,7 @@ def reading_above(
 
     offset_sd_px, windows_px: as for :func:`.fit.edge_adjustment.refine`.
     """
-    looked = replace(sighting, seen=np.maximum(sighting.seen, SEEN_PRIOR), skip=None)
+    looked = replace(sighting, seen=np.maximum(sighting.seen, SEEN_PRIOR))
     found = refine(stack, fine.axis, fine.r0, fine.r1, looked, ABOVE.fine, offset_sd_px, windows_px, oval=True)
     if found is None:
         return np.nan

@@ -43,11 +43,10 @@ class FineFit:
 @dataclass(frozen=True)
 class Sighting:
     """What is known of a stem's photos. seen: (V,) probability that a view sees it. known: other stems
-    (:func:`.images.axis_patches.hide_known`). skip: (V, 2) bool, left and right sides that are not its own edge."""
+    (:func:`.images.axis_patches.hide_known`)."""
 
     seen: np.ndarray
     known: np.ndarray
-    skip: np.ndarray | None = None
 
 
 class TaperPrior(NamedTuple):
@@ -82,8 +81,6 @@ def refine(
     for window in windows_px:
         strips = _strips_about(stack, axis, r0, sighting, band_m)
         place, prior = edge_candidates(strips, r0, r1, window)
-        if sighting.skip is not None:
-            place[np.broadcast_to(sighting.skip[:, None, :, None], place.shape)] = np.nan
         edges = gathered(strips, place, prior, seen, window)
         solved = (
             None

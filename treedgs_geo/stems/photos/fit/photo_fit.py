@@ -83,10 +83,6 @@ class PhotoFit:
         """Has a diameter."""
         return self.assessment.measured
 
-    def with_rival(self, other_cm: float) -> PhotoFit:
-        """The fit with another look's diameter of the stem, cm: ``ambiguous``."""
-        return self.knowing(rivals_cm=(*self.evidence.rivals_cm, other_cm))
-
     def knowing(self, **evidence: Any) -> PhotoFit:
         """The fit with other values of fields of its evidence."""
         return replace(self, evidence=replace(self.evidence, **evidence))

@@ -22,8 +22,6 @@ class Explanation:
 
     z: (V,) how clearly each photo sees it. evidence, rms_px: sub-pixel evidence and edge residual over the photos that
     see a stem here under any explanation: each is judged by the same photos, also by those that speak against it.
-    mate: (1, 10) a companion that touches it (:mod:`.evidence.companion`), if there is one; skip: (V, 2) sides where
-    the companion stands in the way of its edges.
     """
 
     edges: float
@@ -34,8 +32,6 @@ class Explanation:
     z: np.ndarray
     evidence: float = 0.0
     rms_px: float = 0.5
-    mate: np.ndarray | None = None
-    skip: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
