@@ -19,7 +19,7 @@ from scipy.special import expit, logit
 from ....core.files import read_json
 from ..images.crops import PhotoArrays, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, row_knots
-from ..tuned import GROUND_RATIO, RAREST_STEM
+from ..tuned import COLUMN_M, GROUND_RATIO, RAREST_STEM
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -53,37 +53,62 @@ class OddsMaps(NamedTuple):
 
 
 @njit(parallel=True, **_FAST)
-def _resample(photos, view, azimuth0, step_a, nadir0, step_n, colour, good):
+def _resample(photos, view, azimuth0, step_a, nadir0, step_n, high, wide, colour, good):
     cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
     pixels, start, centre = photos.pixels, photos.start[view], photos.centre[view]
     rows, columns = shape[0], shape[1]
     n_rows, n_cols = good.shape
     for i in prange(n_rows):
-        ku, kv = row_knots(cam, corner, centre, nadir0 + i * step_n, azimuth0, step_a, n_cols)
+        total, seen = np.zeros((n_cols, 3)), np.zeros(n_cols, np.int64)
+        for part in range(high):
+            angle = nadir0 + (i * high + part) * step_n
+            ku, kv = row_knots(cam, corner, centre, angle, azimuth0, step_a, n_cols * wide)
+            for m in range(n_cols * wide):
+                k = m // 16
+                t = (m - k * 16) / 16.0
+                u = ku[k] + t * (ku[k + 1] - ku[k])
+                v = kv[k] + t * (kv[k + 1] - kv[k])
+                if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
+                    continue
+                j = m // wide
+                seen[j] += 1
+                top, left = min(int(v), rows - 2), min(int(u), columns - 2)
+                down, across = v - top, u - left
+                at = start + (top * columns + left) * 3
+                below = at + columns * 3
+                for channel in range(3):
+                    total[j, channel] += (pixels[at + channel] * (1 - across) + pixels[at + 3 + channel] * across) * (
+                        1 - down
+                    ) + (pixels[below + channel] * (1 - across) + pixels[below + 3 + channel] * across) * down
         for j in range(n_cols):
-            k = j // 16
-            t = (j - k * 16) / 16.0
-            u = ku[k] + t * (ku[k + 1] - ku[k])
-            v = kv[k] + t * (kv[k + 1] - kv[k])
-            if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
-                continue
-            good[i, j] = True
-            top, left = min(int(v), rows - 2), min(int(u), columns - 2)
-            down, across = v - top, u - left
-            at = start + (top * columns + left) * 3
-            below = at + columns * 3
-            for channel in range(3):
-                value = (pixels[at + channel] * (1 - across) + pixels[at + 3 + channel] * across) * (1 - down) + (
-                    pixels[below + channel] * (1 - across) + pixels[below + 3 + channel] * across
-                ) * down
-                colour[i, j, 2 - channel] = np.uint8(value + 0.5)
+            if seen[j] == high * wide:
+                good[i, j] = True
+                for channel in range(3):
+                    colour[i, j, 2 - channel] = np.uint8(total[j, channel] / seen[j] + 0.5)
+
+
+def network_grid(plumb: PlumbGrid) -> tuple[PlumbGrid, tuple[int, int]]:
+    """The grid on which the network sees a photo, and how many rows and columns of ``plumb`` are one of its own:
+    columns of about :data:`.tuned.COLUMN_M` where the stems stand, and rows twice as high, because stems are long."""
+    wide = max(round(COLUMN_M / (plumb.step_a * plumb.middle_m)), 1)
+    cell = 2 * wide, wide
+    rows, columns = (-(-n // (each * MULTIPLE)) * MULTIPLE for n, each in zip(plumb.shape, cell, strict=True))
+    grid = plumb._replace(
+        azimuth0=plumb.azimuth0 + 0.5 * (cell[1] - 1) * plumb.step_a,
+        step_a=cell[1] * plumb.step_a,
+        nadir0=plumb.nadir0 + 0.5 * (cell[0] - 1) * plumb.step_n,
+        step_n=cell[0] * plumb.step_n,
+        shape=(rows, columns),
+    )
+    return grid, cell
 
 
 def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbGrid) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, columns, 3) uint8 RGB of one photo on a grid, and (rows, columns) bool: inside it."""
-    rows, columns = (-(-n // MULTIPLE) * MULTIPLE for n in plumb.shape)
-    colour, good = np.zeros((rows, columns, 3), np.uint8), np.zeros((rows, columns), np.bool_)
-    _resample(photos, view, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, colour, good)
+    """(rows, columns, 3) uint8 RGB of one photo on the network's grid (:func:`network_grid`), and (rows, columns) bool:
+    inside it. plumb: of the photo."""
+    grid, cell = network_grid(plumb)
+    colour, good = np.zeros((*grid.shape, 3), np.uint8), np.zeros(grid.shape, np.bool_)
+    _resample(photos, view, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, *cell, colour, good)
     return colour, good
 
 
@@ -151,7 +176,7 @@ class NetworkMaps(NamedTuple):
 
 
 def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
-    """What the network sees in the photos of a stack, on their grids."""
+    """What the network sees in the photos of a stack. plumbs: their grids."""
     wanted = ("stem",), ("stem", "ivy"), ("ground",)
     found: tuple[list[np.ndarray], ...] = tuple([] for _ in wanted)
     for view, plumb in enumerate(plumbs):
@@ -159,7 +184,7 @@ def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
         shares = network_shares(normalised(colour, good))
         for maps, classes in zip(found, wanted, strict=True):
             maps.append(quantised(class_odds(shares, *classes), good))
-    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
+    grid = np.array([network_grid(plumb)[0][:4] for plumb in plumbs], float).reshape(-1, 4)
     bark, either, ground = found
     return NetworkMaps(*(together(maps, grid, stack.centre) for maps in (bark, either, stem_ratios(either, ground))))
 
