@@ -135,8 +135,8 @@ def test_predictors_add_up_in_log_odds_and_what_is_not_known_is_none():
     assert odds(kish=6, oval=0.04) - odds(kish=6) == pytest.approx(odds(oval=0.04) - odds())
     assert odds(oval=0.04) - odds() == pytest.approx(PREDICTORS["section"].weight * 0.8)
     # A silhouette of another width and other explanations flag a stem together only.
-    silhouettes = [{"outline_cm": 29.0}, {"outline_cm": 35.0}]
-    shares = [{"sure": 1.0}, {"sure": 0.8}]
+    silhouettes = [{"outline_cm": 29.0}, {"outline_cm": 36.0}]
+    shares = [{"sure": 1.0}, {"sure": 0.7}]
     both = [judged(contrast=2.0, **wide, **share)[:2] for wide, share in zip(silhouettes, shares, strict=True)]
     assert both == [("ok", ()), ("check", ("disagree", "ambiguous"))]
     assert judged(contrast=2.0, **silhouettes[1])[0] == judged(contrast=2.0, outline_cm=29.0, **shares[1])[0] == "ok"
