@@ -21,7 +21,7 @@ FIT = replace(CLEAR_FIT, axis=replace(CLEAR_FIT.axis, p=np.zeros(2)))
 
 
 @pytest.mark.parametrize(
-    ("share", "flag"), [(0.0, "ok"), (0.15, "ok"), (0.16, "check"), (0.3, "check"), (0.31, "reject"), (np.nan, "ok")]
+    ("share", "flag"), [(0.0, "ok"), (0.12, "ok"), (0.13, "check"), (0.3, "check"), (0.31, "reject"), (np.nan, "ok")]
 )
 def test_flagged_or_refused_by_the_share_of_ivy(share, flag):
     judged = FIT.knowing(covered=share)
