@@ -84,7 +84,7 @@ def test_readings_are_averaged_and_their_difference_is_in_the_error():
     fine = FineFit(axis, 0.15, -0.005, nothing, nothing, 0.5, 0.001)
     thicker, error = averaged(fine, error_of(0.9), 2.0)
     assert thicker.r0 == pytest.approx(0.15 + 0.5 * 0.01) and thicker.r1 == fine.r1
-    assert error == error_of(0.9)._replace(above=1.0) and error.se_cm > 0.9
+    assert error == pytest.approx(error_of(0.9)._replace(above=1.0)) and error.se_cm > 0.9
     # A sure fit hardly moves, and an unsure one no farther than one of a centimetre.
     assert weight_above(0.3) < 0.11 and weight_above(5.0) == weight_above(1.0) < 0.6
     assert averaged(fine, error, np.nan) == (fine, error)
