@@ -175,6 +175,7 @@ class Evidence:
             "outline": np.minimum(off / 0.1, 3.0),
             "section": self.oval / 0.05,
             "explanations": math.log(max(1 - self.sure, 0.01) / 0.01),
+            "stand": min(max(self.thicker_sd, 0.0) ** 2 / 2, 6.0),
         }
         return {name: max(float(np.nan_to_num(amount)), 0.0) for name, amount in found.items()}
 

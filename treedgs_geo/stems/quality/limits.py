@@ -322,6 +322,11 @@ PREDICTORS = {
         "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
         0.3,
     ),
+    "stand": Predictor(
+        "merged",
+        "half of the squared standard deviations by which it is thicker than the stand's stems (at most 6)",
+        0.5,
+    ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
 WRONG_CHECK, WRONG_REJECT = 0.02, 0.3
