@@ -82,7 +82,7 @@ def test_what_the_gain_means_for_the_tree():
     assert flags[-1][1] == ("merged",)
     alone = [
         Evidence(**CLEAR, twins_share=share, thicker_sd=sd)
-        for share, sd in ((0.0, 4.0), (0.24, 4.0), (0.26, 2.4), (0.26, 2.6))
+        for share, sd in ((0.0, 2.6), (0.24, 2.6), (0.26, 2.4), (0.26, 2.6))
     ]
     assert [quality_control(evidence)[0] for evidence in alone] == ["ok", "ok", "ok", "check"]
     assert quality_control(alone[-1])[1] == ("merged",)

@@ -113,7 +113,7 @@ def test_a_photo_fit_meets_the_table_s_limits():
 @pytest.mark.parametrize(
     ("name", "amounts"),
     [
-        ("photos", ({"kish": 10}, {"kish": 4.5}, {"kish": 1.5})),
+        ("photos", ({"kish": 10}, {"kish": 3.5}, {"kish": 0.8})),
         ("residual", ({"rms_px": 0.49}, {"rms_px": 0.55}, {"rms_px": 0.64})),
         ("section", ({"oval": 0.02}, {"oval": 0.11}, {"oval": 0.25})),
     ],
@@ -124,6 +124,13 @@ def test_a_predictor_flags_and_then_refuses_by_itself_and_is_the_reason(name, am
     assert [reasons for _, reasons, _ in seen] == [(), (PREDICTORS[name].reason,), (PREDICTORS[name].reason,)]
     wrong = [wrong for *_, wrong in seen]
     assert wrong[0] < WRONG_CHECK < wrong[1] < WRONG_REJECT < wrong[2]
+
+
+def test_a_stem_thicker_than_its_stand_is_flagged_and_refused_only_with_other_signs():
+    there = {"contrast": 2.0, "outline_cm": 29.5}
+    assert judged(**there, thicker_sd=2.5)[0] == "ok"
+    assert judged(**there, thicker_sd=9.0)[:2] == ("check", ("merged",)) and judged(**there, kish=3.0)[0] == "check"
+    assert judged(**there, thicker_sd=9.0, kish=3.0)[:2] == ("reject", ("few_views", "merged"))
 
 
 def test_predictors_add_up_in_log_odds_and_what_is_not_known_is_none():

@@ -133,18 +133,19 @@ PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
 BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 
 # The error of a diameter
-#: Weights of what makes it up (:class:`.quality_control.ErrorParts`): maximum likelihood over fits of 29 plots
-#: (``docs/results/wrong_diameters.json``), with those of earlier fits as prior; the section is a share of the diameter.
+#: Weights of what makes it up (:class:`.quality_control.ErrorParts`): maximum likelihood over fits of twelve
+#: plots (``docs/results/wrong_diameters.json``), with those of earlier plots as prior; the section is a share of
+#: the diameter.
 ERROR_WEIGHTS = {
-    "scatter": 2.7,
-    "formal": 3.3,
-    "oval": 1.0,
-    "seen_oval": 3.9,
-    "section": 0.0044,
-    "lean": 0.036,
-    "taper": 1.8,
-    "above": 1.3,
-    "soft": 0.81,
+    "scatter": 2.4,
+    "formal": 2.8,
+    "oval": 0.99,
+    "seen_oval": 4.5,
+    "section": 0.0061,
+    "lean": 0.029,
+    "taper": 2.6,
+    "above": 1.4,
+    "soft": 0.8,
 }
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest); its prior sd.
 OVAL_FREE, OVAL_PRIOR = 0.005, 0.05

@@ -307,20 +307,20 @@ class Predictor(NamedTuple):
 
 #: Log odds that a diameter is not the stem's (more than 8 % and 2 cm off, or no stem there) where nothing speaks
 #: against it.
-INTERCEPT = -6.3
+INTERCEPT = -6.4
 #: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over 826 fits of blind
 #: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Edge score,
 #: silhouette, directions, coarse fit, taper and the ground seen made it hardly better on plots left out, or
 #: worse.
 PREDICTORS = {
-    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.7),
-    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.8),
-    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.7),
-    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.2),
+    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.3),
+    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.9),
+    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.6),
+    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.3),
     "explanations": Predictor(
         "ambiguous",
         "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
-        0.3,
+        0.4,
     ),
     "stand": Predictor(
         "merged",
