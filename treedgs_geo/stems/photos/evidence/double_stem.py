@@ -26,7 +26,7 @@ from ..tuned import APART_SD_M, BEYOND_M, MAX_FOLLOWED, MIN_PART, MIN_SPLIT_M, P
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Gain by edges alone from which its share of the disc's own score counts (log likelihood units).
 MIN_GAIN = bound_of("photos", "twins", "check")
-#: Moves of the search over both discs (:func:`_pair_step`).
+#: Moves of the search over both discs (``_pair_step``).
 PAIR_MOVES = 52
 
 
