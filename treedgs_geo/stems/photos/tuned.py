@@ -177,8 +177,8 @@ SEEN_CORRELATION, CORE = 0.7, 0.7
 #: Ivy is looked for this far up and down from breast height, m; how much thicker it makes a stem, cm: leaves stand 3 to
 #: 8 cm off the bark on both sides.
 ABOUT_M, COVER_CM = 0.6, 16.0
-#: Width of a column of the network's maps where the stems stand, m (half to twice that: it was trained from 0.9 to
-#: 3.7 cm).
+#: Finer pixels where the stems stand are averaged to about this width for the network, m; it was trained from 0.009 to
+#: 0.037.
 COLUMN_M = 0.02
 #: Likelihood of ground where a stem stands, of that where none does: poses err, stems sway. No rarer are stems.
 GROUND_RATIO, RAREST_STEM = 0.1, 0.01
