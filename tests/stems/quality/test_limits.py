@@ -107,7 +107,8 @@ def test_a_photo_fit_meets_the_table_s_limits():
     # Where no silhouettes are to be had, edges have to do alone; with one, few of them will do.
     assert judged(llr=40.0)[:2] == ("reject", ("few_views",))
     assert judged(llr=41.0, on_bark=0.3)[0] == "ok" and judged(llr=41.0, on_bark=0.2)[0] == "reject"
-    assert judged(llr=40.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
+    assert judged(llr=20.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
+    assert judged(llr=20.0, contrast=0.9, outline_cm=29.0)[:2] == ("check", ("few_views",))
 
 
 @pytest.mark.parametrize(
@@ -126,11 +127,15 @@ def test_a_predictor_flags_and_then_refuses_by_itself_and_is_the_reason(name, am
     assert wrong[0] < WRONG_CHECK < wrong[1] < WRONG_REJECT < wrong[2]
 
 
-def test_a_stem_thicker_than_its_stand_is_flagged_and_refused_only_with_other_signs():
+@pytest.mark.parametrize(
+    ("little", "much", "reason"),
+    [({"thicker_sd": 2.5}, {"thicker_sd": 9.0}, "merged"), ({"llr": 40.0}, {"llr": 1.0}, "few_views")],
+)
+def test_far_thicker_than_the_stand_and_with_weak_edges_a_stem_is_refused_only_with_other_signs(little, much, reason):
     there = {"contrast": 2.0, "outline_cm": 29.5}
-    assert judged(**there, thicker_sd=2.5)[0] == "ok"
-    assert judged(**there, thicker_sd=9.0)[:2] == ("check", ("merged",)) and judged(**there, kish=3.0)[0] == "check"
-    assert judged(**there, thicker_sd=9.0, kish=3.0)[:2] == ("reject", ("few_views", "merged"))
+    assert judged(**there, **little)[0] == "ok" and judged(**there, oval=0.14)[0] == "check"
+    assert judged(**there, **much)[0] == "check"
+    assert judged(**there, **much, oval=0.14)[:2] == ("reject", ("not_round", reason))
 
 
 def test_predictors_add_up_in_log_odds_and_what_is_not_known_is_none():
@@ -143,11 +148,11 @@ def test_predictors_add_up_in_log_odds_and_what_is_not_known_is_none():
     assert odds(oval=0.04) - odds() == pytest.approx(PREDICTORS["section"].weight * 0.8)
     # A silhouette of another width and other explanations flag a stem together only.
     silhouettes = [{"outline_cm": 29.0}, {"outline_cm": 36.0}]
-    shares = [{"sure": 1.0}, {"sure": 0.7}]
+    shares = [{"sure": 1.0}, {"sure": 0.5}]
     both = [judged(contrast=2.0, **wide, **share)[:2] for wide, share in zip(silhouettes, shares, strict=True)]
     assert both == [("ok", ()), ("check", ("disagree", "ambiguous"))]
     assert judged(contrast=2.0, **silhouettes[1])[0] == judged(contrast=2.0, outline_cm=29.0, **shares[1])[0] == "ok"
-    nothing = Evidence(dbh_cm=30.0, kish=12)
+    nothing = Evidence(dbh_cm=30.0, kish=12, llr=100.0)
     assert set(nothing.predictors().values()) == {0.0} and nothing.predictors().keys() == PREDICTORS.keys()
 
 

@@ -159,23 +159,24 @@ class Evidence:
 
     def quantities(self) -> dict[str, float]:
         """What is judged by limits of its own (:func:`treedgs_geo.stems.quality.limits.judge`): every field that has a
-        limit of its name; where nothing else speaks for a stem, edges have to do alone."""
+        limit of its name; where there is nothing else, edges have to do alone."""
         through = self.n_through / max(self.n_through + self.n_views, 1)
         found = {name: getattr(self, name) for name in _LIMITED} | self.two_in_one
         found |= {"through": through}
-        return found if self.solid else found | {"llr_alone": self.llr}
+        return found | {"llr_alone": self.llr} if math.isnan(self.contrast) and not self.solid else found
 
     def predictors(self) -> dict[str, float]:
         """How much speaks against the diameter, by the names of :data:`treedgs_geo.stems.quality.limits.PREDICTORS`: 0
         where nothing does or nothing is known."""
-        off = abs(self.outline_off_cm) / max(self.dbh_cm, 1.0)
+        off, photos = abs(self.outline_off_cm) / max(self.dbh_cm, 1.0), max(self.kish, 0.5)
         found = {
-            "photos": -math.log(max(self.kish, 0.5) / 12),
+            "photos": -math.log(photos / 12),
             "residual": (self.rms_px - 0.49) / 0.05,
             "outline": np.minimum(off / 0.1, 3.0),
             "section": self.oval / 0.05,
-            "explanations": math.log(max(1 - self.sure, 0.01) / 0.01),
-            "stand": min(max(self.thicker_sd, 0.0) ** 2 / 2, 6.0),
+            "explanations": -math.log(max(self.sure, 0.01)),
+            "edges": min(-math.log(max(self.llr, 0.1) / (6 * photos)), 4.0),
+            "stand": min(self.thicker_sd - 2, 3.0),
         }
         return {name: max(float(np.nan_to_num(amount)), 0.0) for name, amount in found.items()}
 

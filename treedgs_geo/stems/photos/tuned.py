@@ -94,7 +94,7 @@ Z_CAP = 8.0
 #: Edge scores (log likelihood units): that chance reaches; from which a stem is there, whatever else speaks against it
 #: (below, a seed is not worth refining); from which a silhouette and they make one; by which one explanation clearly
 #: leads another.
-CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 50.0, bound_of("photos", "llr", "check"), 12.0, 30.0
+CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 50.0, 40.0, 12.0, 30.0
 #: From which edges alone make one.
 CLEAR_LLR = bound_of("photos", "llr_alone", "check")
 #: Edge score that one unit of silhouette contrast (what chance reaches) is worth where both pull at a shape.
@@ -137,15 +137,15 @@ BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 #: plots (``docs/results/wrong_diameters.json``), with those of earlier plots as prior; the section is a share of
 #: the diameter.
 ERROR_WEIGHTS = {
-    "scatter": 2.4,
-    "formal": 2.8,
-    "oval": 0.99,
-    "seen_oval": 4.5,
-    "section": 0.0061,
-    "lean": 0.029,
-    "taper": 2.6,
-    "above": 1.4,
-    "soft": 0.8,
+    "scatter": 3.4,
+    "formal": 2.1,
+    "oval": 1.0,
+    "seen_oval": 2.4,
+    "section": 0.0057,
+    "lean": 0.045,
+    "taper": 1.5,
+    "above": 0.75,
+    "soft": 0.9,
 }
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest); its prior sd.
 OVAL_FREE, OVAL_PRIOR = 0.005, 0.05

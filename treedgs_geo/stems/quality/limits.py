@@ -57,10 +57,7 @@ def bound_of(route: Route, quantity: str, level: Level) -> float:
 _OF_A_SETTING = "setting"
 _RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
 _HARDER = "hard simulated plots, seeds 421 to 426 (docs/evidence/photos.md)"
-_LEAVES = (
-    "15 plots of two worlds: 6 of 138 right `ok` stems below 40; in one whose leaves have colours of photographs the "
-    "network alone saw a stem where none is, at 27"
-)
+_OUTLINES = "46 simulated and rendered plots: of 18 fits below ten are right; of eight others seven are refused anyway"
 _IVY = (
     "45 simulated and rendered plots: of 20 stems that ivy makes thicker one 0.13, the others 0.32 and more; of 582 "
     "others 561 below 0.12, right ones all below 0.24"
@@ -132,12 +129,12 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit(
             "few_views",
             "llr_alone",
-            "edge score, neither silhouette nor bark clear (chance: 45 to 50)",
+            "edge score, neither silhouette nor bark to be had (chance: 45 to 50)",
             "",
             *_below(60, 52),
             _RENDERED,
         ),
-        Limit("few_views", "llr", "edge score, whatever the silhouette says", "", *_below(40, None), _LEAVES),
+        Limit("few_views", "contrast", "silhouette over what chance reaches", "", *_below(1.0, None), _OUTLINES),
         Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.12, 0.3), _IVY),
         Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
         Limit(
@@ -309,23 +306,21 @@ class Predictor(NamedTuple):
 #: against it.
 INTERCEPT = -6.4
 #: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over 826 fits of blind
-#: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Edge score,
-#: silhouette, directions, coarse fit, taper and the ground seen made it hardly better on plots left out, or
-#: worse.
+#: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Silhouette,
+#: directions, coarse fit, taper and the ground seen made it hardly better on plots left out, or worse.
 PREDICTORS = {
-    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.3),
-    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.9),
-    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.6),
-    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.3),
+    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3),
+    "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.8),
+    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.8),
+    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.2),
     "explanations": Predictor(
-        "ambiguous",
-        "probability of other explanations with another diameter (selection.py): natural logarithm of it over 1 %",
-        0.4,
+        "ambiguous", "probability of the explanation that was taken (selection.py): minus its natural logarithm", 1.5
+    ),
+    "edges": Predictor(
+        "few_views", "natural logarithm of 6 over the edge score of an effective photo (at most 4)", 0.5
     ),
     "stand": Predictor(
-        "merged",
-        "half of the squared standard deviations by which it is thicker than the stand's stems (at most 6)",
-        0.5,
+        "merged", "standard deviations beyond two by which it is thicker than the stand's stems (at most 3)", 1.5
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
