@@ -17,7 +17,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numba import njit, prange
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.fft import irfft2, rfft2
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InputError
@@ -41,6 +43,8 @@ _PIXEL_M, _TILE, _APART, _SHOWN = 0.03, 14, 14, 0.9
 _REACH_DEG, _FIRST_REACH_DEG, _FIRST_FOUND, _FAR = 1.2, 2.5, 3, 1.5
 #: Correlation above which a tile speaks for a turn (squared excess), and the least contrast of a tile, grey values.
 _ALIKE, _MIN_SPREAD = 0.35, 4.0
+#: Variance of a piece of a photo, grey values squared, below which it is alike to nothing.
+_MIN_VARIANCE = 0.1
 #: Steps of a byte in which that is kept.
 _STEPS = 255 / (1 - _ALIKE) ** 2
 #: Tiles without which nothing is said, and with which it is searched: of twice as many every other one. Turns that are
@@ -199,7 +203,7 @@ def picture_of_ground(
     grey, shown = cv2.cvtColor(picture[..., :3], cv2.COLOR_RGB2GRAY), picture[..., 3] > 0
     tiles = np.stack(np.meshgrid(*[np.arange(0, size - _TILE, _APART) for size in (rows, columns)], indexing="ij"))
     tiles = tiles.reshape(2, -1).T
-    of_tiles = [np.lib.stride_tricks.sliding_window_view(each, (_TILE, _TILE)) for each in (shown, grey)]
+    of_tiles = [sliding_window_view(each, (_TILE, _TILE)) for each in (shown, grey)]
     good = []
     for part in np.array_split(tiles, len(tiles) // _TILES_AT_ONCE + 1):
         is_shown, contents = (each[part[:, 0], part[:, 1]] for each in of_tiles)
@@ -252,8 +256,13 @@ def turned_to_ground(view: View, picture: GroundPicture, reach_deg: float = _REA
     reach = 8 * int(np.radians(reach_deg) * np.median(away**2 / -rays[:, 2]) / _PIXEL_M / 8 + 1)
     # Of a byte each: a photo has a thousand tiles and more.
     found = np.empty((len(tiles), 2 * reach + 1, 2 * reach + 1), np.uint8)
-    for number, alike in enumerate(_correlations(view, picture, tiles, reach)):
-        found[number] = np.rint(_STEPS * np.clip(alike - _ALIKE, 0, None) ** 2)
+    photo, weight, contents = _compared(view, picture, tiles, reach)
+    for one, content, (row, column) in zip(found, contents, picture.tiles[tiles].tolist(), strict=True):
+        around = photo[row : row + _TILE + 2 * reach, column : column + _TILE + 2 * reach]
+        # Faster than OpenCV's normalised match, which takes the spread of what lies under each tile anew.
+        alike = cv2.matchTemplate(around, content, cv2.TM_CCORR)
+        alike *= weight[row : row + len(one), column : column + len(one)]
+        one[:] = np.rint(_STEPS * np.clip(alike - _ALIKE, 0, None) ** 2)
     # Pixels (down, right) by which a place on the ground moves when its ray is turned about each axis, radians.
     moves = np.empty((len(tiles), 2, 3))
     for axis, turn in enumerate(np.eye(3)):
@@ -307,7 +316,11 @@ def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.n
     tiles = picture.seen_by(view)
     if not len(tiles):
         return tiles, np.zeros((0, 2)), np.zeros((0, 2))
-    alike = np.array(list(_correlations(view, picture, tiles, _TIE_REACH)))
+    photo, weight, contents = _compared(view, picture, tiles, _TIE_REACH)
+    size, (row, column) = 2 * _TIE_REACH + 1, picture.tiles[tiles].T
+    around = sliding_window_view(photo, (_TILE + size - 1,) * 2)[row, column]
+    products = irfft2(rfft2(around) * rfft2(contents, around.shape[1:]).conj(), around.shape[1:])[:, :size, :size]
+    alike = products * sliding_window_view(weight, (size, size))[row, column]
     flat = alike.reshape(len(tiles), -1)
     down, right = np.divmod(flat.argmax(axis=1), 2 * _TIE_REACH + 1)
     inner = (np.minimum(down, right) > 0) & (np.maximum(down, right) < 2 * _TIE_REACH) & (flat.max(axis=1) >= _TIED)
@@ -326,14 +339,22 @@ def ties_to_ground(view: View, picture: GroundPicture) -> tuple[np.ndarray, np.n
     return tiles, pixels, pixels - view.project(picture.places[tiles])[0]
 
 
-def _correlations(view: View, picture: GroundPicture, tiles: np.ndarray, reach: int) -> Iterator[np.ndarray]:
-    """Of each tile (2 reach + 1, 2 reach + 1) float32: its correlation, moved so far down and right, with a photo."""
+def _compared(
+    view: View, picture: GroundPicture, tiles: np.ndarray, reach: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(H, W) float32: a photo laid on a picture's ground, so many pixels more on each side; (H, W) float32: times which
+    the sum of its products with a tile that begins there is their correlation; (T, 14, 14) float32: the tiles, of mean
+    zero and s.d. one."""
     away = float(np.median(np.linalg.norm(picture.places[tiles] - view.centre, axis=1)))
     photo = np.pad(picture.draped(view, max(int(_PIXEL_M * view.camera.fx / away), 1)), reach)
-    for row, column in picture.tiles[tiles]:
-        around = photo[row : row + _TILE + 2 * reach, column : column + _TILE + 2 * reach]
-        tile = picture.grey[row : row + _TILE, column : column + _TILE]
-        yield cv2.matchTemplate(around, tile, cv2.TM_CCOEFF_NORMED)
+    count, box = _TILE**2, {"ddepth": cv2.CV_32F, "ksize": (_TILE, _TILE), "anchor": (0, 0)}
+    variance = cv2.sqrBoxFilter(photo, **box) - cv2.boxFilter(photo, **box) ** 2
+    weight = np.where(variance > _MIN_VARIANCE, 1 / (count * np.sqrt(np.maximum(variance, _MIN_VARIANCE))), 0)
+    windows = sliding_window_view(picture.grey, (_TILE, _TILE))
+    contents = windows[picture.tiles[tiles, 0], picture.tiles[tiles, 1]].astype(np.float32)
+    contents -= contents.mean(axis=(1, 2), keepdims=True)
+    contents /= contents.std(axis=(1, 2), keepdims=True)
+    return photo.astype(np.float32), weight.astype(np.float32), contents
 
 
 @njit(parallel=True, nogil=True, cache=True)

@@ -181,7 +181,8 @@ def drape(view: View, nodes: np.ndarray, shape: tuple[int, int], k: int) -> np.n
     small = replace(view, camera=shrunk_camera(view.camera, k))
     width, height = k * small.camera.width, k * small.camera.height
     pixels = small.project(nodes.reshape(-1, 3))[0].reshape(*nodes.shape[:2], 2) - 0.5
-    map_x, map_y = (np.nan_to_num(between(pixels[..., axis], shape[1], shape[0]), nan=-1e4) for axis in (0, 1))
+    pixels = np.where(np.isfinite(pixels), pixels, -1e6)
+    map_x, map_y = (between(pixels[..., axis], shape[1], shape[0]) for axis in (0, 1))
     image = np.maximum(shrink(load_image(view)[:height, :width], k), 1)
     return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR, borderValue=0)
 
