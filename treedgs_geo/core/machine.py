@@ -43,9 +43,14 @@ def in_threads(work: Callable[[_T], _R], items: Sequence[_T]) -> Iterator[_R]:
         yield from workers.map(work, items)
     finally:
         workers.shutdown(cancel_futures=True)
-        if sys.platform == "linux":  # glibc keeps what each thread let go of
-            with contextlib.suppress(AttributeError):
-                ctypes.CDLL(None).malloc_trim(0)
+        release_memory()
+
+
+def release_memory() -> None:
+    """Give back to the system what was let go of: glibc keeps it, that of each thread apart."""
+    if sys.platform == "linux":
+        with contextlib.suppress(AttributeError):
+            ctypes.CDLL(None).malloc_trim(0)
 
 
 def ahead(items: Iterator[_T]) -> Generator[_T]:

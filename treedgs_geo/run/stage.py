@@ -16,7 +16,7 @@ from .. import __version__
 from ..core.errors import InputError, TreeDGSError
 from ..core.files import check_name, fingerprint, short_hash
 from ..core.geopackage import ensure_unlocked, move_aside
-from ..core.machine import cores
+from ..core.machine import cores, release_memory
 from ..core.progress import Collector, Reporter
 from ..core.workspace import Workspace, peak_memory_mb
 from ..inventory.tree_layer import OWN_LAYERS
@@ -141,6 +141,7 @@ class Steps:
                 found = stage.run(job, collector) or {}
             self.done[name] = {"seconds": time.monotonic() - began, "peak_memory_mb": peak_memory_mb()}
             self._at, self.warnings = high, self.warnings + collector.warnings
+            release_memory()
             return found
         contents = fingerprint(key.files)
         self.run_ids[name] = short_hash(__version__, *list(self.run_ids.values())[-1:], key.settings, contents)
@@ -167,6 +168,7 @@ class Steps:
         self._key = short_hash(self._key, space.output_hashes(name))
         self._at = high
         self.warnings += found.get("warnings", [])
+        release_memory()
         return found
 
     def _is_kept(self, space: Workspace, stage: Stage[J], job: J, outputs: list[Path]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from treedgs_geo.stems.photos.network.inference import class_odds, network_shares, normalised
+from treedgs_geo.stems.photos.network.inference import class_odds, network_shares, normalised, read_network
 from treedgs_lab.simulate.settings import SimulateSettings
 from treedgs_lab.simulate.simulate import simulate_plot
 from treedgs_lab.training.scenes import maps_of
@@ -25,9 +25,9 @@ def test_stems_are_told_from_the_rest(tmp_path):
             seed=7,
         )
     )
-    stem, rest = [], []
+    network, stem, rest = read_network(), [], []
     for colour, label in maps_of(tmp_path / "plot"):
-        shares = network_shares(normalised(colour, label[..., 4] > 0))
+        shares = network_shares(network, normalised(colour, label[..., 4] > 0))
         odds = class_odds(shares, "stem")
         assert odds.shape == colour.shape[:2] and np.isfinite(odds).all()
         stem.append(odds[label[..., 0] > 200])

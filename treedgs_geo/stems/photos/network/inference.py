@@ -8,7 +8,6 @@ is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is nee
 from __future__ import annotations
 
 import base64
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +16,7 @@ from numba import njit, prange
 from scipy.special import expit, logit
 
 from ....core.files import read_json
+from ....core.machine import release_memory
 from ..images.crops import PhotoArrays, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, row_knots
 from ..tuned import COLUMN_M, GROUND_RATIO, RAREST_STEM
@@ -141,17 +141,17 @@ def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(image.transpose(2, 0, 1))
 
 
-@lru_cache(maxsize=1)
-def _network(path: Path) -> Any:
+def read_network(path: Path = WEIGHTS) -> Any:
+    """The network of a file, for :func:`network_shares`; once run it holds 100 MB."""
     import cv2
 
     packed = "".join(read_json(path)["onnx_base64"])
     return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
 
 
-def network_shares(image: np.ndarray) -> np.ndarray:
-    """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) probabilities of the classes."""
-    network = _network(WEIGHTS)
+def network_shares(network: Any, image: np.ndarray) -> np.ndarray:
+    """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) probabilities of the classes. network: of
+    :func:`read_network`."""
     network.setInput(image[None])
     scores = network.forward()[0]
     share = np.exp(scores - scores.max(axis=0))
@@ -177,16 +177,19 @@ class NetworkMaps(NamedTuple):
 
 def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
     """What the network sees in the photos of a stack. plumbs: their grids."""
-    wanted = ("stem",), ("stem", "ivy"), ("ground",)
+    network, wanted = read_network(), (("stem",), ("stem", "ivy"), ("ground",))
     found: tuple[list[np.ndarray], ...] = tuple([] for _ in wanted)
     for view, plumb in enumerate(plumbs):
         colour, good = plumb_colours(stack.arrays, view, plumb)
-        shares = network_shares(normalised(colour, good))
-        for maps, classes in zip(found, wanted, strict=True):
-            maps.append(quantised(class_odds(shares, *classes), good))
+        shares = network_shares(network, normalised(colour, good))
+        for each, classes in zip(found, wanted, strict=True):
+            each.append(quantised(class_odds(shares, *classes), good))
+    del network
     grid = np.array([network_grid(plumb)[0][:4] for plumb in plumbs], float).reshape(-1, 4)
     bark, either, ground = found
-    return NetworkMaps(*(together(maps, grid, stack.centre) for maps in (bark, either, stem_ratios(either, ground))))
+    maps = NetworkMaps(*(together(each, grid, stack.centre) for each in (bark, either, stem_ratios(either, ground))))
+    release_memory()
+    return maps
 
 
 def stem_ratios(either: list[np.ndarray], ground: list[np.ndarray]) -> list[np.ndarray]:

@@ -41,6 +41,8 @@ _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: Of the histograms of scores.
 N_BINS = 512
+#: Width of a ring, m, and ratios of one photo that are kept at once: memory.
+RING_M, RATIOS = 0.18, 4_000_000
 
 
 @dataclass(frozen=True)
@@ -215,34 +217,36 @@ def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
 
 @njit(parallel=True, **_FAST)
 def _accumulate(llr, plumb, rings, tile, shift_x, shift_y, total):
-    """Add one photo's ratios, (rings, columns, values), to every cell of the tile that it shows, seen from a shifted
-    camera; what it does not show it says nothing of."""
+    """Add one photo's ratios, (rings, columns, layers, radii), to every cell of the tile in these rings that it shows,
+    seen from a shifted camera; what it does not show it says nothing of. total: (rows, layers, columns, radii)."""
     azimuth0, step_a, centre = plumb.azimuth0, plumb.step_a, plumb.centre
     cx, cy, d0, dd = centre[0], centre[1], rings.first_m, rings.step_m
     x0, y0, cell, mask = tile
     n_y, n_x = mask.shape
-    n_d, n_cols, n_values = llr.shape
+    n_d, n_cols, n_layers, n_r = llr.shape
     for i in prange(n_y):
         for j in range(n_x):
             if not mask[i, j]:
                 continue
             x = x0 + j * cell + shift_x - cx
             y = y0 + i * cell + shift_y - cy
+            k = int(np.floor((np.sqrt(x * x + y * y) - d0) / dd + 0.5))
+            if not 0 <= k < n_d:
+                continue
             swing = np.arctan2(y, x) - azimuth0
             swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
             column = int(swing / step_a + 0.5)
-            k = int((np.sqrt(x * x + y * y) - d0) / dd + 0.5)
-            to = total[i, j]
-            if 0 <= column < n_cols and 0 <= k < n_d:
-                values = llr[k, column]
-                for m in range(n_values):
-                    to[m] += values[m]
+            if 0 <= column < n_cols:
+                for m in range(n_layers):
+                    to, values = total[i, m, j], llr[k, column, m]
+                    for r in range(n_r):
+                        to[r] += values[r]
 
 
 @njit(parallel=True, **_FAST)
 def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r):
-    """Best sum of layers along straight lines through every cell. layers: (M, Y, X, R), a row of cells contiguous."""
-    n_layers, n_y, n_x, n_r = layers.shape
+    """Best sum of layers along straight lines through every cell. layers: (Y, M, X, R)."""
+    n_y, n_layers, n_x, n_r = layers.shape
     for i in prange(n_y):
         line = np.empty(n_x * n_r, np.float32)
         for k in range(leans.shape[0]):
@@ -253,7 +257,7 @@ def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r)
                 first, last = max(0, -aside), min(n_x, n_x - aside)
                 if a < 0 or a >= n_y or last <= first:
                     continue
-                values = layers[m, a].reshape(-1)[(first + aside) * n_r : (last + aside) * n_r]
+                values = layers[a, m].reshape(-1)[(first + aside) * n_r : (last + aside) * n_r]
                 to = line[first * n_r : last * n_r]
                 for c in range(values.size):
                     to[c] += values[c]
@@ -301,7 +305,8 @@ def best_lines(
     """
     best = np.full(mask.shape, -np.inf, np.float32)
     lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
-    _lines(layers, mask, leans, lever, cell, penalty, best, lean, radius)
+    by_row = np.ascontiguousarray(layers.transpose(1, 0, 2, 3))
+    _lines(by_row, mask, leans, lever, cell, penalty, best, lean, radius)
     return best, lean, radius
 
 
@@ -324,8 +329,7 @@ def edge_seeds(
     leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MAX_DEG))
     lever = LAYER_M + (np.arange(N_LAYERS) + 0.5) * LAYER_M - options.bh_m
 
-    def lines(total: np.ndarray) -> tuple[np.ndarray, ...]:
-        layers = np.ascontiguousarray(total.transpose(2, 0, 1, 3))
+    def lines(layers: np.ndarray) -> tuple[np.ndarray, ...]:
         for layer, above_m in zip(layers, lever, strict=True):
             if above_m > 1.0:  # the stem may be one radius thinner there
                 np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
@@ -354,28 +358,25 @@ def edge_seeds(
 def _votes(
     maps: Iterable[PlumbMap], radii: np.ndarray, ground: GroundGrid, tile: _Tile, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The views' evidence, (rows, columns, layers, radii), and the same of views shifted at random (decoys). maps: of
+    """The views' evidence, (layers, rows, columns, radii), and the same of views shifted at random (decoys). maps: of
     each view; each is read once, so that they need not all be in memory."""
-    each = N_LAYERS * len(radii)
-    total, chance = (np.zeros((*tile.mask.shape, each), np.float32) for _ in range(2))
+    rows, columns = tile.mask.shape
+    total, chance = (np.zeros((rows, N_LAYERS, columns, len(radii)), np.float32) for _ in range(2))
     heights = LAYER_M + (np.arange(2 * N_LAYERS) + 0.5) * LAYER_M / 2
     # Two blocks a layer; one ring in three is counted for the ranks of scores, in eight parts at once.
-    # One photo's ratios at a time, in memory that is kept from one to the next.
-    store = np.empty(0, np.float32)
     for plumb in maps:
         (first, last), n_cols = plumb.distance.tolist(), plumb.ridge.shape[1]
-        rings = _Rings(first, 0.18, int((last - first) / 0.18) + 2)
-        if rings.n * n_cols * each > store.size:
-            store = np.empty(rings.n * n_cols * each, np.float32)
-        scores = plumb, rings, heights, 2, radii, ground
+        rings = _Rings(first, RING_M, int((last - first) / RING_M) + 2)
         counts = np.zeros((8, N_LAYERS, len(radii), N_BINS), np.int64)
-        _count_scores(*scores, 3, counts)
+        _count_scores(plumb, rings, heights, 2, radii, ground, 3, counts)
         lut = rank_lut(counts.sum(axis=0))
-        llr = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, each)
-        _ratios(*scores, lut, llr.reshape(rings.n, n_cols, N_LAYERS, len(radii)))
-        where = llr, plumb, rings, tile
-        _accumulate(*where, 0.0, 0.0, total)
         angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(*DECOY_M)
-        _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance)
-    shape = (*tile.mask.shape, N_LAYERS, len(radii))
-    return total.reshape(shape), chance.reshape(shape)
+        at_once = max(RATIOS // (n_cols * N_LAYERS * len(radii)), 1)
+        for k in range(0, rings.n, at_once):
+            some = _Rings(first + k * RING_M, RING_M, min(at_once, rings.n - k))
+            llr = np.empty((some.n, n_cols, N_LAYERS, len(radii)), np.float32)
+            _ratios(plumb, some, heights, 2, radii, ground, lut, llr)
+            where = llr, plumb, some, tile
+            _accumulate(*where, 0.0, 0.0, total)
+            _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance)
+    return total.transpose(1, 0, 2, 3), chance.transpose(1, 0, 2, 3)
