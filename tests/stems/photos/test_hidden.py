@@ -18,8 +18,8 @@ from treedgs_geo.stems.photos.upper_stem import stand_taper
 from treedgs_geo.stems.quality.priors import TAPER_SD, USUAL_TAPER
 
 #: The second stands in a thicket that is 3.2 m high and wider than any stem that is looked for.
-STEMS = [Stem(0.8, 0.9, 0.15), Stem(-0.9, -0.6, 0.13)]
-THICKET = Stem(-0.9, -0.6, 0.55, taper=-0.001, top=3.2)
+STEMS = [Stem(0.8, 0.9, 0.15), Stem(-0.9, -0.6, 0.16)]
+THICKET = Stem(-0.9, -0.6, 0.45, taper=-0.001, top=3.2)
 
 
 def flat(x, y):
