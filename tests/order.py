@@ -17,7 +17,6 @@ _KEPT = "treedgs/failures"
 #: Fixtures that simulate, render or run a chain: what uses them is slow, whichever test comes first and pays.
 SLOW_FIXTURES = {
     "tests/chain": {"finished"},
-    "tests/stems/photos/test_carving.py": {"scene"},
     "tests/stems/photos/test_choice.py": {"fits"},
     "tests/stems/photos/test_odd_stems.py": {"fits"},
     "tests/stems/photos/test_stems_from_photos.py": {"fits", "views"},

@@ -6,11 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clear_fit import with_changes
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.stems.photos.deduplicate import looked_at_twice
 from treedgs_geo.stems.photos.evidence.error_budget import (
     scatter_cm,
     seen_oval_error_cm,
@@ -151,12 +149,3 @@ def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_no
         30, (scatter[0] + oval)[::2], azimuth[::2], weight[::2]
     )
     assert seen_oval_error_cm(30, np.full(18, np.nan), azimuth, weight) == 0.0
-
-
-def test_a_stem_refused_at_the_first_look_stays_so(fits):
-    accepted = with_changes(nearest(fits, ALONE), flag="ok")
-    refused = with_changes(accepted, flag="reject", reasons=("few_views",))
-    elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
-    upright = with_changes(refused, axis=replace(refused.axis, s=refused.axis.s + 0.2), dbh_cm=10.0)
-    assert looked_at_twice([accepted], [elsewhere, upright]) == [accepted]
-    assert looked_at_twice([accepted], [elsewhere, refused]) == []

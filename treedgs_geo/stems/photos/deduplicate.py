@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fit.photo_fit import PhotoFit
-from .tuned import APART_M, CLEAR_LLR, FEW_LLR, LEAD_LLR, SAME_LEAN
+from .tuned import CLEAR_LLR, FEW_LLR, LEAD_LLR
 
 
 def known_rows(fits: list[PhotoFit]) -> np.ndarray:
@@ -20,17 +20,6 @@ def plausible(fit: PhotoFit, gate: float) -> bool:
     if fit.seed_score >= gate:
         return fit.evidence.llr >= LEAD_LLR
     return fit.evidence.llr >= CLEAR_LLR and fit.measured
-
-
-def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
-    """What the second search found, less what the first look had refused as the same stem (place and lean): of two
-    looks that differ neither is to be trusted."""
-
-    def same(fit: PhotoFit, before: PhotoFit) -> bool:
-        near = np.hypot(*(fit.axis.p - before.axis.p)) < APART_M
-        return bool(near and np.hypot(*(fit.axis.s - before.axis.s)) < SAME_LEAN)
-
-    return [fit for fit in found if not any(same(fit, before) for before in refused)]
 
 
 def one_stem(apart_m: float, one_m: float, other_m: float) -> bool:

@@ -25,7 +25,7 @@ from .search_steps import TileSearch
 from .targeted_fit import GivenStems
 from .tile_calibration import Look
 from .tiles import split
-from .tuned import MIN_PHOTOS, UPRIGHT_MAX_DEG
+from .tuned import MIN_PHOTOS
 
 
 def always(_: TileSearch) -> bool:
@@ -61,11 +61,6 @@ SEARCH = (
     ),
     Step(steps.measure_chance, 0.66),
     Step(steps.fit_stems, 0.9, always, "fit stems"),
-    Step(
-        steps.fit_by_carving,
-        0.93,
-        lambda search: search.network is None and search.options.max_lean_deg > UPRIGHT_MAX_DEG,
-    ),
     Step(steps.fit_given, 0.95, lambda search: search.given is not None),
     *_FOR_ALL,
 )

@@ -10,7 +10,7 @@ import numpy as np
 from ...core.progress import Reporter
 from ...reconstruction.area import Area
 from ...reconstruction.cameras import View
-from .deduplicate import known_rows, looked_at_twice, plausible
+from .deduplicate import known_rows, plausible
 from .evidence.ivy import without_covered
 from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
@@ -20,7 +20,6 @@ from .network.inference import NetworkMaps, network_maps
 from .options import PhotoStemOptions
 from .propose.edge_voting import EdgeSeeds, Seed, edge_seeds
 from .propose.network_seeds import network_seeds
-from .propose.space_carving import carved_seeds, hidden_ground, searched
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
@@ -108,20 +107,6 @@ def measure_chance(search: TileSearch) -> None:
 def fit_stems(search: TileSearch) -> None:
     """Stems where edges propose them, and where the network sees others."""
     search.fits = fits_of_proposals(search.fitter, search.edges, search.network_seeds, search.reporter)
-
-
-def fit_by_carving(search: TileSearch) -> None:
-    """Stems that the votes missed, above all leaning ones (:mod:`.propose.space_carving`)."""
-    fitter, fits = search.fitter, search.fits
-    if fitter.backdrop is None:
-        return
-    known, (x0, y0, rows, columns) = known_rows(fits), searched(search.box)
-    layers = hidden_ground(fitter.stack, fitter.ground, fitter.backdrop, x0, y0, rows, columns)
-    seeds = carved_seeds(
-        layers, (x0, y0), fitter.ground, fitter.silhouette, search.area, fitter.options, known, fitter.chance
-    )
-    refused = [fit for fit in fits if not fit.measured]
-    fits += looked_at_twice(fits_of_seeds(fitter, seeds, 1.0, search.reporter, known), refused)
 
 
 def fit_given(search: TileSearch) -> None:

@@ -52,7 +52,7 @@ APART_M = 0.4
 #: This far from a stem nothing of it is left, m.
 STEM_FREE_M = 0.7
 #: A lean costs seeds this much (log likelihood units per (m/m)^2), and is searched up to this, degrees; steeper ones
-#: are carved.
+#: the network sees.
 LEAN_COST, UPRIGHT_MAX_DEG = 60.0, 10.0
 #: The threshold lies this far above the best decoy, and never below the minimum (log likelihood units). Decoys are
 #: photos moved this far, m.
@@ -63,18 +63,13 @@ REACH_BELOW, MAX_SEEDS = 22.0, 90
 #: Second stems are looked for this close to a found one, m.
 SECOND_M = 0.6
 
-# Space carving, and lines through what the network sees
-#: Layers above ground and cell, m; width of the surroundings that a point is compared with, m.
-HEIGHTS, CELL_M, AROUND_M = np.arange(0.5, 3.01, 0.25), 0.10, 0.9
+# Lines through what the network sees
+#: Layers above ground and cell, m.
+HEIGHTS, CELL_M = np.arange(0.5, 3.01, 0.25), 0.10
 #: Leans are this far apart (m/m); they are searched a step beyond what is asked for.
 LEAN_STEP = 0.05
 #: The lines leave the searched ground by this much on their way, m.
 RIM_M = 0.8
-#: Lines whose silhouettes are cut; each scores so many times the median of all maxima.
-MAX_LINES, STANDS_OUT = 24, 1.35
-#: Silhouette contrast of a seed a metre of radius, in units of what chance reaches. On eight rendered plots stems that
-#: had been missed had 9.5 to 33, most of what is no stem less than 8.5.
-CONTRAST_A_M = 8.5
 #: A line of the network is looked at from this part of what chance reaches, and is a stem for certain above this.
 LINE_SCORE, CERTAIN_SCORE = 1.0, 1.2
 #: Radius that a place is first looked at with, m; places that lie nearer each other are one, and so are those this near
@@ -113,8 +108,6 @@ CURVATURE_SD = 0.004
 PLAIN_ODDS, NETWORK_ODDS = np.array([1.06, 2.73, -1.7, -1.5]), np.array([4.1, 2.3, -0.6, -1.6])
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
-#: Two leans of one stem differ by less than this (tangent).
-SAME_LEAN = 0.09
 #: Edge score that a log odd is worth: at a lead of 10 an explanation is nine times as probable.
 EDGES_A_LOG_ODD = 10.0 / np.log(9)
 #: Best silhouettes that are followed as they are; starts and pairs that are followed by a whole fit; starts see this
@@ -162,8 +155,6 @@ WRONG_SD = 0.3
 OPEN_SHARE = 0.1
 
 # Silhouettes, opacity, ivy, the network
-#: Silhouette in units of what chance reaches from which something may stand there.
-FAINT = 0.7
 #: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
 #: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
 OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7

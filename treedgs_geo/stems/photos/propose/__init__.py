@@ -1,1 +1,1 @@
-"""Where stems may stand: edge voting, space carving, the network's seeds."""
+"""Where stems may stand: edge voting, the network's seeds."""
