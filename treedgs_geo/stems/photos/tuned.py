@@ -89,7 +89,7 @@ Z_CAP = 8.0
 #: Edge scores (log likelihood units): that chance reaches; from which a stem is there, whatever else speaks against it
 #: (below, a seed is not worth refining); from which a silhouette and they make one; by which one explanation clearly
 #: leads another.
-CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 50.0, 40.0, 12.0, 30.0
+CHANCE_LLR, THERE_LLR, FEW_LLR, LEAD_LLR = 50.0, bound_of("photos", "llr", "check"), 12.0, 30.0
 #: From which edges alone make one.
 CLEAR_LLR = bound_of("photos", "llr_alone", "check")
 #: Edge score that one unit of silhouette contrast (what chance reaches) is worth where both pull at a shape.
