@@ -16,12 +16,15 @@ SLOW_TESTS = Path(__file__).with_name("slow_tests.txt")
 _KEPT = "treedgs/failures"
 #: Fixtures that simulate, render or run a chain: what uses them is slow, whichever test comes first and pays.
 SLOW_FIXTURES = {
-    "tests/chain": {"finished"},
+    "tests/run": {"finished"},
     "tests/stems/photos/test_choice.py": {"fits"},
+    "tests/stems/photos/test_level_photos.py": {"fits", "views"},
     "tests/stems/photos/test_odd_stems.py": {"fits"},
+    "tests/stems/photos/test_shown.py": {"shown", "stack"},
     "tests/stems/photos/test_stems_from_photos.py": {"fits", "views"},
     "tests/inventory/test_stand_files.py": {"written"},
     "tests/reconstruction/test_canopy.py": {"seen", "views"},
+    "tests/reconstruction/test_ground_alignment.py": {"flown"},
     "tests/lab/simulate/test_camera.py": {"flown", "scene"},
     "tests/lab/simulate/test_control.py": {"marked"},
     "tests/lab/simulate/test_grid.py": {"surveyed"},
