@@ -347,9 +347,10 @@ def _compared(
     zero and s.d. one."""
     away = float(np.median(np.linalg.norm(picture.places[tiles] - view.centre, axis=1)))
     photo = np.pad(picture.draped(view, max(int(_PIXEL_M * view.camera.fx / away), 1)), reach)
-    count, box = _TILE**2, {"ddepth": cv2.CV_32F, "ksize": (_TILE, _TILE), "anchor": (0, 0)}
-    variance = cv2.sqrBoxFilter(photo, **box) - cv2.boxFilter(photo, **box) ** 2
-    weight = np.where(variance > _MIN_VARIANCE, 1 / (count * np.sqrt(np.maximum(variance, _MIN_VARIANCE))), 0)
+    side, corner = (_TILE, _TILE), (0, 0)
+    mean = cv2.boxFilter(photo, cv2.CV_32F, side, anchor=corner)
+    variance = cv2.sqrBoxFilter(photo, cv2.CV_32F, side, anchor=corner) - mean**2
+    weight = np.where(variance > _MIN_VARIANCE, 1 / (_TILE**2 * np.sqrt(np.maximum(variance, _MIN_VARIANCE))), 0)
     windows = sliding_window_view(picture.grey, (_TILE, _TILE))
     contents = windows[picture.tiles[tiles, 0], picture.tiles[tiles, 1]].astype(np.float32)
     contents -= contents.mean(axis=(1, 2), keepdims=True)
