@@ -66,7 +66,7 @@ SECOND_M = 0.6
 # Lines through what the network sees
 #: Layers above ground and cell, m.
 HEIGHTS, CELL_M = np.arange(0.5, 3.01, 0.25), 0.10
-#: Leans are this far apart (m/m); they are searched a step beyond what is asked for.
+#: Leans are this far apart (m/m).
 LEAN_STEP = 0.05
 #: The lines leave the searched ground by this much on their way, m.
 RIM_M = 0.8

@@ -55,7 +55,7 @@ def network_seeds(
 
     box: x0, y0, x1, y1 of the ground searched. rng: of the decoys.
     """
-    x0, y0, rows, columns = searched(box)
+    x0, y0, rows, columns = _searched(box)
     x, y = np.meshgrid(x0 + CELL_M * np.arange(columns), y0 + CELL_M * np.arange(rows))
     z = ground.at(x.ravel(), y.ravel()).reshape(x.shape).astype(np.float32)
     cells = GroundGrid(x0, y0, CELL_M, z)
@@ -67,18 +67,17 @@ def network_seeds(
     best, _, _ = best_lines(decoys, np.ones(z.shape, bool), leans, HEIGHTS - options.bh_m, CELL_M)
     chance = max(float(best.max()), 1.0)
     layers = stem_layers(maps.stem, np.zeros((count, 2)), cells, HEIGHTS)
-    lines = lines_through(layers, leans, (x0, y0), area, ground, options)
+    lines = _lines_through(layers, leans, (x0, y0), area, ground, options)
     seeds = []
     for line, axis in lines[:MAX_SEEDS]:
         score = line / chance
         if score <= LINE_SCORE:
             break
-        found = clearest(cut_bark(maps.either, axis, BREAST.silhouette), axis, 1.0, options)
-        seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, score, score > CERTAIN_SCORE))
+        seeds.append(_seed_of(cut_bark(maps.either, axis, BREAST.silhouette), axis, score, options))
     return seeds
 
 
-def lines_through(
+def _lines_through(
     layers: np.ndarray,
     leans: np.ndarray,
     corner: tuple[float, float],
@@ -99,15 +98,15 @@ def lines_through(
     return [(float(score[k]), StemAxis(places[k], lean[k], still, float(feet[k]), options.bh_m)) for k in order]
 
 
-def searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:
+def _searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:
     """x and y of the first cell of the grid that is searched about a box (x0, y0, x1, y1), and its rows and columns."""
     columns, rows = (int((box[k + 2] - box[k] + 2 * RIM_M) / CELL_M) + 1 for k in (0, 1))
     return box[0] - RIM_M, box[1] - RIM_M, rows, columns
 
 
-def clearest(silhouette: Silhouette, axis: StemAxis, chance: float, options: PhotoStemOptions) -> Seed:
+def _seed_of(silhouette: Silhouette, axis: StemAxis, score: float, options: PhotoStemOptions) -> Seed:
     """The line moved to where its silhouette stands out most."""
     p = np.array([0.0, 0.0, 0.0, 0.0, START_RADIUS_M])
-    contrast = _clearest(silhouette, p, 0.03, options.max_dbh_cm / 200)
+    _clearest(silhouette, p, 0.03, options.max_dbh_cm / 200)
     x, y, lx, ly = np.concatenate([axis.p, axis.s]) + p[:4]
-    return Seed(float(x), float(y), float(lx), float(ly), float(p[4]), float(contrast / chance))
+    return Seed(float(x), float(y), float(lx), float(ly), float(p[4]), score, score > CERTAIN_SCORE)
