@@ -14,6 +14,8 @@ import numpy as np
 
 #: Photos whose axis is farther than this from straight down look at stems from the side, degrees.
 OBLIQUE_DEG = 17.0
+#: Normalised coordinates without distortion are found when a step moves them by no more: 1e-10 pixels.
+_SETTLED = 1e-13
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,10 @@ class Camera:
         x, y = xd.copy(), yd.copy()
         for _ in range(20):
             ex, ey = self.distort(x, y)
-            x, y = x + (xd - ex), y + (yd - ey)
+            dx, dy = xd - ex, yd - ey
+            x, y = x + dx, y + dy
+            if not ((np.abs(dx) > _SETTLED) | (np.abs(dy) > _SETTLED)).any():
+                break
         return x, y
 
 

@@ -33,7 +33,7 @@ from .sift import FeatureStore
 from .tracks import Block
 
 #: A photo is placed by its ground where it shows so many points of it that three photos prove.
-MIN_GROUND_POINTS = 12
+_MIN_GROUND_POINTS = 12
 #: Photos that show more give the picture; fewer than this many photos give none.
 _MIN_PHOTOS = 6
 #: Pixel of the picture, metres; side of a tile and from one to the next, pixels; the least of a tile that is shown.
@@ -84,21 +84,28 @@ class GroundPicture:
         return np.flatnonzero(view.contains(view.project(self.places)[0]))
 
 
-def ground_points(block: Block) -> tuple[np.ndarray, Callable[[np.ndarray, np.ndarray], np.ndarray] | None]:
-    """(N,) how many points near the ground that three photos prove each photo shows, and the ground's height by local
-    x, y; no ground where the points show none."""
+def shown_ground(block: Block) -> tuple[np.ndarray, Callable[[np.ndarray, np.ndarray], np.ndarray] | None]:
+    """(N,) bool which photos show enough points near the ground that three photos prove, and the ground's height by
+    local x, y; no ground where the points show none."""
     try:
         ground = dtm_from_sparse(block.points).height
     except InputError:
-        return np.zeros(len(block.keypoints), int), None
+        return np.zeros(len(block.keypoints), bool), None
     with np.errstate(invalid="ignore"):
         near = np.abs(block.points[:, 2] - ground(block.points[:, 0], block.points[:, 1])) < LAYER_M
     near &= np.bincount(block.point, minlength=len(block.points)) >= 3
-    return np.bincount(block.image[near[block.point]], minlength=len(block.keypoints)), ground
+    shown = np.bincount(block.image[near[block.point]], minlength=len(block.keypoints))
+    return shown >= _MIN_GROUND_POINTS, ground
 
 
 def tie_to_ground(
-    block: Block, store: FeatureStore, paths: list[Path], known: Known, pictures: dict[int, list[GroundPicture]]
+    block: Block,
+    store: FeatureStore,
+    paths: list[Path],
+    known: Known,
+    pictures: dict[int, list[GroundPicture]],
+    shown: np.ndarray,
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Turn the photos that show hardly a point of the ground to where they show its picture, and tie all that show it
     to its tiles; (N,) bool which were turned, and which should show it. Turned ones stand at their geotags, without
@@ -106,13 +113,13 @@ def tie_to_ground(
 
     Geotags that are not precise, or gimbals that are not known, say too little of where a photo looks: none is turned.
     paths: of the photos. pictures: of each flight, those of an earlier round; those of this one take their place.
+    shown, ground: of :func:`shown_ground`.
     """
     turned, should = np.zeros((2, len(paths)), bool)
-    points, ground = ground_points(block)
     if ground is None or known.gimbal is None or not known.is_precise:
         return turned, should
     aimed = np.isfinite(known.gimbal).all(axis=(1, 2))
-    sure = block.is_posed & (points >= MIN_GROUND_POINTS)
+    sure = block.is_posed & shown
     few = ~sure & aimed & np.isfinite(known.xyz).all(axis=1)
     if not few.any() or not (sure & aimed).any():
         return turned, should

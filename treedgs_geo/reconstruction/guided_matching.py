@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..core.machine import in_threads
 from ..core.progress import Reporter
 from .cameras import Camera, View
 from .predicted_points import Features, kinds, one_to_one, search
@@ -124,7 +126,8 @@ def match_guided(
 
     pairs: (K, 2) numbers of photos.
     """
-    photos = {i: _Photo.of(store, guide, i) for i in np.unique(pairs).tolist()}
+    used = np.unique(pairs).tolist()
+    photos = dict(zip(used, in_threads(partial(_Photo.of, store, guide), used), strict=True))
 
     def work(pair: np.ndarray) -> np.ndarray:
         i, j = pair.tolist()

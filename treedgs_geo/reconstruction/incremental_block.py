@@ -21,7 +21,7 @@ from .control import align_to_control, as_block_says, bar_lengths, move
 from .covariance import posterior_of
 from .georeference import GIMBAL_LIMIT_DEG, Placement, as_stored, level_as_held
 from .geotag_errors import MIN_M, as_photos_say, in_time, settle_time, usual_speed_m_s
-from .ground_alignment import MIN_GROUND_POINTS, GroundPicture, ground_points, tie_to_ground
+from .ground_alignment import GroundPicture, shown_ground, tie_to_ground
 from .poses import Similarity, nearest_rotation, rotation_angle_deg
 from .prior_knowledge import WHOLE_LENS, Survey, tell_focal
 from .resection import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, confirmed, extend, from_matches, resect, retriangulate
@@ -146,11 +146,11 @@ def _onto_ground(
     should show it; what is known then."""
     on_ground, should = np.zeros((2, len(stations)), bool)
     pictures = dict[int, list[GroundPicture]]()
-    shown, before = ground_points(block)[0] >= MIN_GROUND_POINTS, -1
+    (shown, ground), before = shown_ground(block), -1
     for _ in range(_GROUND_ROUNDS):
         if shown.sum() <= before:
             break
-        turned, shows = tie_to_ground(block, store, stations.paths, known, pictures)
+        turned, shows = tie_to_ground(block, store, stations.paths, known, pictures, shown, ground)
         if not turned.any():
             break
         on_ground, should, before = on_ground | turned, should | shows, int(shown.sum())
@@ -159,7 +159,7 @@ def _onto_ground(
         _refine(block, known, free, reach_px)
         # A flight whose photos stand by now tells whether its geotags are those of another instant.
         known = _in_time(block, given, free)
-        shown = ground_points(block)[0] >= MIN_GROUND_POINTS
+        shown, ground = shown_ground(block)
     if (on_ground & shown).any():
         block.unpose(block.is_posed & should & ~shown)
     return on_ground, should, known

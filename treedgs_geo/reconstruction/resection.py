@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from scipy.stats import binom
 from threadpoolctl import threadpool_limits
 
-from ..core.machine import available_threads
+from ..core.machine import in_threads
 from .adjustment import Known
 from .cameras import Sensor
 from .predicted_points import find_points, turn_to_points
@@ -120,8 +118,8 @@ def extend(block: Block, store: FeatureStore, radius_px: float) -> None:
         return find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, RATIO)
 
     # Threads of BLAS would wait busily on the cores that these photos need.
-    with threadpool_limits(1, "blas"), ThreadPoolExecutor(available_threads()) as workers:
-        matches = list(workers.map(work, posed))
+    with threadpool_limits(1, "blas"):
+        matches = list(in_threads(work, posed))
     point, key = (np.concatenate([match[k] for match in matches]) for k in (0, 1))
     image = np.repeat(posed, [len(found) for found, _ in matches])
     # The point that has the keypoint already, -1 for none.
@@ -157,15 +155,19 @@ def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
     Wrong matches that agree with each other turn a photo as they like, and its residuals are small; the points as the
     others alone have them tell.
     """
-    found = np.zeros(len(block.keypoints), bool)
-    for i in np.flatnonzero(block.is_posed).tolist():
+    rays, posed = block.rays(), np.flatnonzero(block.is_posed)
+
+    def work(i: int) -> bool:
         others = block.part(np.ones(len(block.points), bool))
-        others.keep(others.image != i)
-        intersect(others)
+        intersect(others, rays.of(others.keep(others.image != i)))
         pose = block.rotations[i], block.translations[i]
         point, key = find_points(others, store.descriptors, i, *pose, CONFIRMED_REACH_PX, RATIO)
         off = np.linalg.norm(store.keypoints[i][key] - block.view(i).project(others.points[point])[0], axis=1)
         off = off[off < CONFIRMED_REACH_PX]
         chance = (CONFIRMED_PX / CONFIRMED_REACH_PX) ** 2
-        found[i] = binom.sf(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE
+        return bool(binom.sf(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE)
+
+    found = np.zeros(len(block.keypoints), bool)
+    with threadpool_limits(1, "blas"):
+        found[posed] = list(in_threads(work, posed.tolist()))
     return found
