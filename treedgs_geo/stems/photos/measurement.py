@@ -85,7 +85,7 @@ class Found(NamedTuple):
     r0: float
     #: Error of the diameter before anything speaks against it.
     error: ErrorParts
-    #: (V,) weight of each photo; (V,) bool, it shows the stem clearly.
+    #: (V,) weight of each photo in the diameter, 0: it does not count; (V,) bool, it shows the stem clearly.
     weight: np.ndarray
     clear: np.ndarray
 

@@ -90,7 +90,7 @@ class Evidence:
     n_views: int = 0
     #: Effective number of photos (Kish).
     kish: float = 0.0
-    #: Directions that these photos look from, from the first to the last, degrees.
+    #: Directions that these photos look from: 360 less the largest gap between two, degrees.
     arc_deg: float = np.nan
     #: Edge residual, px.
     rms_px: float = np.nan
