@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[3]
     "route,quantity,values,dbh_cm",
     [
         # inside, on the limit that flags, beyond it, up to the one that refuses, beyond it
-        ("photos", "arc_deg", (61, 60, 59, 40, 39), 30),
+        ("photos", "llr_alone", (61, 60, 59, 52, 51), 30),
         ("photos", "se_cm", (2.9, 3.0, 3.1, 12.5, 12.6), 50),  # 6 % and 25 % of 50 cm
         ("points", "arc_deg", (181, 180, 179, 90, 89), 30),
         ("points", "se_cm", (1.1, 1.2, 1.3, 2.0, 2.1), 20),
@@ -109,6 +109,8 @@ def test_a_photo_fit_meets_the_table_s_limits():
     assert judged(llr=41.0, on_bark=0.3)[0] == "ok" and judged(llr=41.0, on_bark=0.2)[0] == "reject"
     assert judged(llr=40.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
     assert judged(llr=45.0, contrast=0.9, outline_cm=29.0)[:2] == ("check", ("few_views",))
+    assert judged(arc_deg=39.0, on_bark=0.3)[:2] == ("reject", ("few_views",))
+    assert judged(arc_deg=39.0, contrast=1.2, outline_cm=29.0)[:2] == ("check", ("few_views",))
 
 
 @pytest.mark.parametrize(

@@ -22,9 +22,9 @@ class PhotoStemOptions:
     max_views: int = 96
     #: Pixels finer than this at the stems are averaged to it, m.
     finest_gsd_m: float = 0.008
-    #: Largest lean searched for, degrees; above 10 a second search follows.
+    #: Largest lean searched for, degrees (by edges alone: 10).
     max_lean_deg: float = 25.0
-    #: Cell of the search grid, m.
+    #: Cell of the grid on which edges vote, m.
     cell_m: float = 0.05
     #: Sideways error of a photo's pose at a stem, px.
     offset_sd_px: float = 0.3

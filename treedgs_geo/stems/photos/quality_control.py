@@ -163,7 +163,9 @@ class Evidence:
         through = self.n_through / max(self.n_through + self.n_views, 1)
         found = {name: getattr(self, name) for name in _LIMITED} | self.two_in_one
         found |= {"through": through}
-        return found | {"llr_alone": self.llr} if math.isnan(self.contrast) and not self.solid else found
+        if math.isnan(self.contrast):  # no silhouettes: level photos
+            found |= {"arc_alone": self.arc_deg} | ({} if self.solid else {"llr_alone": self.llr})
+        return found
 
     def predictors(self) -> dict[str, float]:
         """How much speaks against the diameter, by the names of :data:`treedgs_geo.stems.quality.limits.PREDICTORS`: 0
@@ -176,7 +178,7 @@ class Evidence:
             "section": self.oval / 0.05,
             "explanations": -math.log(max(self.sure, 0.01)),
             "edges": min(-math.log(max(self.llr, 0.1) / (6 * photos)), 4.0),
-            "stand": min(self.thicker_sd - 2, 3.0),
+            "stand": min(self.thicker_sd - 2, 2.7),
         }
         return {name: max(float(np.nan_to_num(amount)), 0.0) for name, amount in found.items()}
 

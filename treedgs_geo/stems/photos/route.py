@@ -51,15 +51,10 @@ _FOR_ALL = (
 )
 #: A piece of ground, from its photos to its stems.
 SEARCH = (
-    Step(steps.propose_by_edges, 0.4),
-    Step(steps.calibrate, 0.45),
-    Step(
-        steps.ask_network,
-        0.65,
-        lambda search: search.options.stem_network != "off" and search.fitter.backdrop is not None,
-        "stems that the network sees",
-    ),
-    Step(steps.measure_chance, 0.66),
+    Step(steps.see_ground, 0.1),
+    Step(steps.propose_by_network, 0.5, steps.asks_network, "stems that the network sees"),
+    Step(steps.propose_by_edges, 0.5, lambda search: not search.proposals.seeds),
+    Step(steps.calibrate, 0.6),
     Step(steps.fit_stems, 0.9, always, "fit stems"),
     Step(steps.fit_given, 0.95, lambda search: search.given is not None),
     *_FOR_ALL,

@@ -14,16 +14,17 @@ from .deduplicate import known_rows, plausible
 from .evidence.ivy import without_covered
 from .fit.edge_adjustment import NO_STEMS
 from .fit.photo_fit import PhotoFit
+from .images.background import Backdrop, make_backdrop
 from .images.crops import GroundGrid, PhotoStack, load_stack
 from .images.vertical_rectification import PlumbGrid, plumb_grid
 from .network.inference import NetworkMaps, network_maps
 from .options import PhotoStemOptions
-from .propose.edge_voting import EdgeSeeds, Seed, edge_seeds
-from .propose.network_seeds import network_seeds
+from .propose.edge_voting import NO_PROPOSALS, Proposals, Seed, edge_seeds
+from .propose.network_seeds import network_lines
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
-from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
+from .tuned import LINE_SCORE, MAX_SEEDS, MORE_PLACES, REACH_BELOW
 from .upper_stem import carried_down
 
 
@@ -52,13 +53,14 @@ class TileSearch:
     stack: PhotoStack = field(init=False)
     #: One a photo.
     plumbs: list[PlumbGrid] = field(init=False)
-    edges: EdgeSeeds = field(init=False)
+    #: The ground, as it looks without stems; ``None`` where photos do not show it behind them.
+    backdrop: Backdrop | None = field(init=False)
     #: (N, 2) random places at which chance is measured.
     places: np.ndarray = field(init=False)
     fitter: Fitter = field(init=False)
-    #: What the network sees, and where lines of it are seeds.
+    #: What the network sees.
     network: NetworkMaps | None = None
-    network_seeds: list[Seed] = field(default_factory=list)
+    proposals: Proposals = NO_PROPOSALS
     fits: list[PhotoFit] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -69,44 +71,55 @@ class TileSearch:
         return look_of(self.fitter, self.places)
 
 
+def asks_network(search: TileSearch) -> bool:
+    """Whether the network tells where stems are: it knows them before the ground."""
+    return search.options.stem_network != "off" and search.backdrop is not None
+
+
 def load_photos(search: TileSearch) -> None:
     """The ground, and the photos that show it."""
     search.grid, search.stack = photos_of(search.views, search.ground, search.tile, search.options, search.reporter)
 
 
+def see_ground(search: TileSearch) -> None:
+    """How the ground looks behind the stems: photos see it at the rim of the searched area."""
+    search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
+    search.backdrop = make_backdrop(search.stack, search.grid, search.tile.bounds(search.options.margin_m + 3.0))
+
+
+def propose_by_network(search: TileSearch) -> None:
+    """The network sees stems."""
+    search.network = network_maps(search.stack, search.plumbs)
+    lines = network_lines(search.network, search.grid, search.area, search.box, search.options, search.rng)
+    search.proposals = Proposals(lines.seeds(), lines.beside, LINE_SCORE)
+
+
 def propose_by_edges(search: TileSearch) -> None:
     """Edges of all photos vote for stems."""
-    search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
-    search.edges = edge_seeds(
+    search.proposals = edge_seeds(
         search.stack, search.grid, search.plumbs, search.area, search.box, search.options, search.rng
     )
 
 
 def calibrate(search: TileSearch) -> None:
-    """Sun, and diameters of the stand."""
+    """Sun, diameters of the stand, and what chance reaches."""
     search.places = random_places(search.tile, search.rng)
-    search.fitter = first_look(
-        search.stack, search.grid, search.tile, search.edges, search.places, search.options, search.reporter
-    )
-
-
-def ask_network(search: TileSearch) -> None:
-    """Where the network sees stems, and their silhouettes."""
-    seen = _show_to_network(search)
-    search.network_seeds = network_seeds(seen, search.grid, search.area, search.box, search.options, search.rng)
-
-
-def measure_chance(search: TileSearch) -> None:
-    """What chance reaches here."""
+    look = first_look(search.stack, search.grid, search.proposals, search.places, search.options, search.reporter)
+    search.fitter = _fitter(search, look)
     places = search.places
     if search.network is not None:
-        places = away_from(search.network_seeds, random_places(search.tile, search.rng, MORE_PLACES))
+        places = away_from(search.proposals.seeds, random_places(search.tile, search.rng, MORE_PLACES))
     search.fitter = with_chance(search.fitter, places)
 
 
+def _fitter(search: TileSearch, look: Look) -> Fitter:
+    shown = None if search.network is None else search.network.bark
+    return look.fitter(search.stack, search.grid, search.options, search.backdrop, shown)
+
+
 def fit_stems(search: TileSearch) -> None:
-    """Stems where edges propose them, and where the network sees others."""
-    search.fits = fits_of_proposals(search.fitter, search.edges, search.network_seeds, search.reporter)
+    """Stems where they are proposed."""
+    search.fits = fits_of_proposals(search.fitter, search.proposals, search.reporter)
 
 
 def fit_given(search: TileSearch) -> None:
@@ -133,18 +146,11 @@ def name_photos(search: TileSearch) -> None:
 
 
 def recall(search: TileSearch, learnt: Look) -> None:
-    """In place of votes and calibration: what an earlier search of the piece learnt."""
-    search.plumbs = grids_of(search.stack, search.grid, search.tile, search.options)
-    search.fitter = learnt.fitter(search.stack, search.grid, search.tile, search.options)
+    """In place of proposals and calibration: what an earlier search of the piece learnt."""
+    see_ground(search)
     if learnt.network:
-        _show_to_network(search)
-
-
-def _show_to_network(search: TileSearch) -> NetworkMaps:
-    """The search and its fitter know what the network sees."""
-    search.network = network_maps(search.stack, search.plumbs)
-    search.fitter = replace(search.fitter, shown=search.network.bark)
-    return search.network
+        search.network = network_maps(search.stack, search.plumbs)
+    search.fitter = _fitter(search, learnt)
 
 
 def fits_of_seeds(
@@ -171,20 +177,12 @@ def fits_of_seeds(
     return fits
 
 
-def fits_of_proposals(fitter: Fitter, edges: EdgeSeeds, by_network: list[Seed], reporter: Reporter) -> list[PhotoFit]:
-    """Stems at what edges propose, then where the network sees others (to it two that touch are one), and second ones
-    beside them (limbs of low forks, twins), which the first round's spacing passed over."""
-    fits = fits_of_seeds(fitter, edges.seeds, edges.threshold, reporter)
-    fits += fits_of_seeds(fitter, by_network, 1.0, reporter, known_rows(fits))
+def fits_of_proposals(fitter: Fitter, proposals: Proposals, reporter: Reporter) -> list[PhotoFit]:
+    """Stems at what is proposed, and second ones beside them (limbs of low forks, twins), which the first round's
+    spacing passed over."""
+    fits = fits_of_seeds(fitter, proposals.seeds, proposals.threshold, reporter)
     known = known_rows(fits)
-    done = np.array([(seed.x, seed.y) for seed in edges.seeds]).reshape(-1, 2)
-    close = []
-    for seed in edges.beside:
-        gap = np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y)
-        again = (np.hypot(done[:, 0] - seed.x, done[:, 1] - seed.y) < 0.02).any()
-        if seed.score > edges.threshold and not again and (gap < SECOND_M).any():
-            close.append(seed)
-    return fits + fits_of_seeds(fitter, close, edges.threshold, reporter, known)
+    return fits + fits_of_seeds(fitter, proposals.beside(known), proposals.threshold, reporter, known)
 
 
 def photos_of(

@@ -14,12 +14,13 @@ from ...reconstruction.area import Area
 from .fit.null_model import build_null
 from .fit.search import Prior
 from .images.axis_patches import StemAxis
-from .images.background import Silhouette, make_backdrop
+from .images.background import Backdrop, Silhouette
 from .images.crops import GroundGrid, PhotoStack
 from .images.sharpness import soft_px
 from .images.sun import sun_azimuths
+from .network.inference import OddsMaps
 from .options import PhotoStemOptions
-from .propose.edge_voting import EdgeSeeds, Seed
+from .propose.edge_voting import Proposals, Seed
 from .stem_fit import Fitter
 from .tuned import MIN_PLACES, PRIOR_SDS, STEM_FREE_M, THERE_LLR
 
@@ -46,17 +47,15 @@ class Look:
         self,
         stack: PhotoStack,
         grid: GroundGrid,
-        tile: Area,
         options: PhotoStemOptions,
+        backdrop: Backdrop | None,
+        shown: OddsMaps | None,
     ) -> Fitter:
-        """The fitter that the search used, without the network. stack, grid: of the same piece of ground, with the same
-        options."""
+        """The fitter of the search. stack, grid: of the same piece of ground, with the same options. backdrop: the
+        ground behind the stems. shown: what the network takes for bark."""
         null = build_null(stack, grid, self.places, options, self.sun)
-        prior = Prior(r=self.r, r_sd=self.r_sd)
-        # Photos see the ground behind the stems at the rim of the searched area.
-        backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + 3.0))
-        known = stack, grid, options, null, self.sun, prior, backdrop, self.chance
-        return Fitter(*known, soft_px=self.soft_px)
+        known = stack, grid, options, null, self.sun, Prior(r=self.r, r_sd=self.r_sd), backdrop, self.chance
+        return Fitter(*known, shown=shown, soft_px=self.soft_px)
 
 
 def look_of(fitter: Fitter, places: np.ndarray) -> Look:
@@ -68,19 +67,18 @@ def look_of(fitter: Fitter, places: np.ndarray) -> Look:
 def first_look(
     stack: PhotoStack,
     grid: GroundGrid,
-    tile: Area,
-    edges: EdgeSeeds,
+    proposals: Proposals,
     places: np.ndarray,
     options: PhotoStemOptions,
     reporter: Reporter,
-) -> Fitter:
+) -> Look:
     """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are. places: (N, 2)
     random ones. Says where the photos are soft."""
     unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
     fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
     clear = [
         fit
-        for fit in (fitter.fit(seed, quick=True) for seed in edges.seeds[:30] if seed.score > edges.threshold)
+        for fit in (fitter.fit(seed, quick=True) for seed in proposals.seeds[:30] if seed.score > proposals.threshold)
         if fit and fit.evidence.llr > THERE_LLR
     ]
     sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
@@ -89,7 +87,7 @@ def first_look(
     if len(radii) >= 6:
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(PRIOR_SDS * radii.std(), 0.06)))
     soft = soft_px(stack, reporter)
-    return Look(False, sun, prior.r, prior.r_sd, np.inf, places, soft).fitter(stack, grid, tile, options)
+    return Look(False, sun, prior.r, prior.r_sd, np.inf, places, soft)
 
 
 def with_chance(fitter: Fitter, places: np.ndarray) -> Fitter:

@@ -130,15 +130,15 @@ BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 #: plots (``docs/results/wrong_diameters.json``), with those of earlier plots as prior; the section is a share of
 #: the diameter.
 ERROR_WEIGHTS = {
-    "scatter": 2.6,
-    "formal": 3.1,
+    "scatter": 3.4,
+    "formal": 2.1,
     "oval": 1.0,
-    "seen_oval": 1.9,
-    "section": 0.005,
-    "lean": 0.031,
-    "taper": 2.1,
-    "above": 1.5,
-    "soft": 0.81,
+    "seen_oval": 2.4,
+    "section": 0.0057,
+    "lean": 0.045,
+    "taper": 1.5,
+    "above": 0.75,
+    "soft": 0.9,
 }
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest); its prior sd.
 OVAL_FREE, OVAL_PRIOR = 0.005, 0.05

@@ -8,7 +8,7 @@ shifted by a random offset, so that nothing agrees any more.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,6 +30,7 @@ from ..tuned import (
     MIN_THRESHOLD,
     N_LAYERS,
     RIM_M,
+    SECOND_M,
     SEEN_MEAN_Z,
     SEEN_PRIOR,
     SIGN_WEIGHT,
@@ -59,15 +60,19 @@ class Seed:
     sure: bool = False
 
 
-class EdgeSeeds(NamedTuple):
-    """What the edges propose, clearest first."""
+class Proposals(NamedTuple):
+    """Places where stems may stand, clearest first."""
 
     #: In and near the area, :data:`.tuned.APART_M` apart.
     seeds: list[Seed]
-    #: The same, half as far apart, wherever they are.
-    beside: list[Seed]
-    #: Score (log likelihood units) that chance hardly reaches.
+    #: Others beside known stems, (K, 10): limbs of low forks, twins.
+    beside: Callable[[np.ndarray], list[Seed]]
+    #: Score that chance hardly reaches.
     threshold: float
+
+
+#: No place at all.
+NO_PROPOSALS = Proposals([], lambda _: [], np.inf)
 
 
 class _Rings(NamedTuple):
@@ -318,7 +323,7 @@ def edge_seeds(
     box: tuple[float, float, float, float],
     options: PhotoStemOptions,
     rng: np.random.Generator,
-) -> EdgeSeeds:
+) -> Proposals:
     """Seeds of a piece of ground. plumbs: one a photo. box: x0, y0, x1, y1 of the piece, m, local frame."""
     cell, x0, y0 = options.cell_m, box[0] - RIM_M, box[1] - RIM_M
     columns, rows = (int((box[k + 2] - box[k] + 2 * RIM_M) / cell) + 1 for k in (0, 1))
@@ -348,11 +353,22 @@ def edge_seeds(
 
     total, chance = _votes(maps, radii, ground, _Tile(x0, y0, cell, mask), rng)
     found = lines(total)
-    seeds, beside = (peaks(found, apart) for apart in (APART_M, APART_M / 2))
+    seeds, half_as_far = (peaks(found, apart) for apart in (APART_M, APART_M / 2))
     decoys = peaks(lines(chance), APART_M)
     threshold = max(MIN_THRESHOLD, decoys[0].score + ABOVE_CHANCE if decoys else 0.0)
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
-    return EdgeSeeds([seed for seed, keep in zip(seeds, near, strict=True) if keep], beside, threshold)
+    seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
+
+    def beside(known: np.ndarray) -> list[Seed]:
+        return [
+            seed
+            for seed in half_as_far
+            if seed.score > threshold
+            and (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < SECOND_M).any()
+            and not any(np.hypot(done.x - seed.x, done.y - seed.y) < 0.02 for done in seeds)
+        ]
+
+    return Proposals(seeds, beside, threshold)
 
 
 def _votes(

@@ -6,6 +6,9 @@ reaches.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import product
+
 import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
@@ -13,7 +16,7 @@ from scipy.ndimage import maximum_filter
 from ....reconstruction.area import Area
 from ..fit.null_model import BREAST
 from ..fit.pattern_search import DISC_MOVES, disc_step, pattern_search
-from ..images.axis_patches import StemAxis
+from ..images.axis_patches import BH_M, P_X, P_Y, RADIUS, SLOPE, StemAxis, axis_at
 from ..images.background import Silhouette
 from ..images.background_kernels import contrast_of
 from ..images.crops import GroundGrid
@@ -30,6 +33,7 @@ from ..tuned import (
     LINE_SCORE,
     MAX_SEEDS,
     RIM_M,
+    SECOND_M,
     START_RADIUS_M,
 )
 from .edge_voting import Seed, best_lines, lean_grid
@@ -43,59 +47,77 @@ def _clearest(silhouette, p, r_low, r_high):
     return pattern_search(contrast_of, silhouette, disc_step, DISC_MOVES, p, r_low, r_high, (2.0, 1.0, 0.5), 12)
 
 
-def network_seeds(
+@dataclass(frozen=True)
+class NetworkLines:
+    """What the network sees along lines."""
+
+    maps: NetworkMaps
+    area: Area
+    ground: GroundGrid
+    options: PhotoStemOptions
+    #: (layers, rows, columns) log likelihood ratio of a stem, summed over the photos, at ``HEIGHTS``; local x and y of
+    #: the first cell.
+    layers: np.ndarray
+    corner: tuple[float, float]
+    #: Of a line of decoys.
+    chance: float
+
+    def seeds(self) -> list[Seed]:
+        """Stems, with ivy or without, clearest first; their score is in units of what chance reaches."""
+        return [
+            _seed_of(cut_bark(self.maps.either, axis, BREAST.silhouette), axis, score, self.options)
+            for score, axis in self._lines(self.layers)
+        ]
+
+    def beside(self, known: np.ndarray) -> list[Seed]:
+        """Stems beside (K, 10) known ones, by what is seen outside of these."""
+        layers = self.layers.copy()
+        x, y = (corner + CELL_M * np.arange(n) for corner, n in zip(self.corner, layers.shape[:0:-1], strict=True))
+        for row, (layer, height) in product(known, zip(layers, HEIGHTS, strict=True)):
+            above = height - row[BH_M]
+            at_x, at_y = axis_at(row, above)
+            own = np.hypot(x - at_x, y[:, None] - at_y) < row[RADIUS] + row[SLOPE] * above + CELL_M / 2
+            layer[own] = np.minimum(layer[own], 0)
+        return [
+            Seed(*axis.p.tolist(), *axis.s.tolist(), START_RADIUS_M, score)
+            for score, axis in self._lines(layers)
+            if (np.hypot(known[:, P_X] - axis.p[0], known[:, P_Y] - axis.p[1]) < SECOND_M).any()
+        ]
+
+    def _lines(self, layers: np.ndarray) -> list[tuple[float, StemAxis]]:
+        """The clearest lines of their surroundings through layers, in and near the area: score and axis, best first."""
+        leans = lean_grid(self.options.max_lean_deg, LEAN_STEP)
+        mask, bh_m = np.ones(layers.shape[1:], bool), self.options.bh_m
+        best, which, _ = best_lines(layers[..., None], mask, leans, HEIGHTS - bh_m, CELL_M)
+        peaks = np.argwhere((best >= maximum_filter(best, int(APART_M / CELL_M))) & (best > LINE_SCORE * self.chance))
+        peaks = peaks[np.argsort(-best[tuple(peaks.T)], kind="stable")]
+        places = np.array(self.corner) + CELL_M * peaks[:, ::-1]
+        near = np.flatnonzero(self.area.contains(places, self.options.margin_m + 0.1))[:MAX_SEEDS]
+        score, feet = best[tuple(peaks.T)] / self.chance, self.ground.at(places[:, 0], places[:, 1])
+        lean, still = leans[which[tuple(peaks.T)]], np.zeros(2)
+        return [(float(score[k]), StemAxis(places[k], lean[k], still, float(feet[k]), bh_m)) for k in near]
+
+
+def network_lines(
     maps: NetworkMaps,
     ground: GroundGrid,
     area: Area,
     box: tuple[float, float, float, float],
     options: PhotoStemOptions,
     rng: np.random.Generator,
-) -> list[Seed]:
-    """Stems that the network sees, with ivy or without, clearest first; their score is in units of what chance reaches.
-
-    box: x0, y0, x1, y1 of the ground searched. rng: of the decoys.
-    """
+) -> NetworkLines:
+    """Lines through what the network sees. box: x0, y0, x1, y1 of the ground searched. rng: of the decoys."""
     x0, y0, rows, columns = _searched(box)
     x, y = np.meshgrid(x0 + CELL_M * np.arange(columns), y0 + CELL_M * np.arange(rows))
     z = ground.at(x.ravel(), y.ravel()).reshape(x.shape).astype(np.float32)
-    cells = GroundGrid(x0, y0, CELL_M, z)
-    leans = lean_grid(options.max_lean_deg, LEAN_STEP)
-    count = len(maps.stem.centre)
+    cells, count = GroundGrid(x0, y0, CELL_M, z), len(maps.stem.centre)
     angle, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(*DECOY_M, count)
     moved = far[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     decoys = stem_layers(maps.stem, moved, cells, HEIGHTS)[..., None]
+    leans = lean_grid(options.max_lean_deg, LEAN_STEP)
     best, _, _ = best_lines(decoys, np.ones(z.shape, bool), leans, HEIGHTS - options.bh_m, CELL_M)
-    chance = max(float(best.max()), 1.0)
     layers = stem_layers(maps.stem, np.zeros((count, 2)), cells, HEIGHTS)
-    lines = _lines_through(layers, leans, (x0, y0), area, ground, options)
-    seeds = []
-    for line, axis in lines[:MAX_SEEDS]:
-        score = line / chance
-        if score <= LINE_SCORE:
-            break
-        seeds.append(_seed_of(cut_bark(maps.either, axis, BREAST.silhouette), axis, score, options))
-    return seeds
-
-
-def _lines_through(
-    layers: np.ndarray,
-    leans: np.ndarray,
-    corner: tuple[float, float],
-    area: Area,
-    ground: GroundGrid,
-    options: PhotoStemOptions,
-) -> list[tuple[float, StemAxis]]:
-    """The clearest lines of their surroundings through (layers, rows, columns) of evidence at ``HEIGHTS``, in and
-    near an area: sum and axis, best first. leans: (K, 2). corner: x and y of the first cell."""
-    mask = np.ones(layers.shape[1:], bool)
-    best, which, _ = best_lines(layers[..., None], mask, leans, HEIGHTS - options.bh_m, CELL_M)
-    peaks = np.argwhere(best >= maximum_filter(best, int(APART_M / CELL_M)))
-    places = np.array(corner) + CELL_M * peaks[:, ::-1]
-    peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
-    score, feet = best[tuple(peaks.T)], ground.at(places[:, 0], places[:, 1])
-    lean, still = leans[which[tuple(peaks.T)]], np.zeros(2)
-    order = np.argsort(-score, kind="stable")
-    return [(float(score[k]), StemAxis(places[k], lean[k], still, float(feet[k]), options.bh_m)) for k in order]
+    return NetworkLines(maps, area, ground, options, layers, (x0, y0), max(float(best.max()), 1.0))
 
 
 def _searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:
