@@ -126,19 +126,19 @@ PARTS, MIN_PART = (0.4, 0.5, 0.6), 0.25
 BEYOND_M, APART_SD_M, MIN_SPLIT_M = 0.02, 0.03, 0.05
 
 # The error of a diameter
-#: Weights of what makes it up (:class:`.quality_control.ErrorParts`): maximum likelihood over fits of twelve
-#: plots (``docs/results/wrong_diameters.json``), with those of earlier plots as prior; the section is a share of
-#: the diameter.
+#: Weights of what makes it up (:class:`.quality_control.ErrorParts`): maximum likelihood over fits of 46
+#: plots (``docs/results/wrong_diameters.json``), with those of earlier fits as prior; the section is a share of the
+#: diameter.
 ERROR_WEIGHTS = {
-    "scatter": 3.4,
-    "formal": 2.1,
-    "oval": 1.0,
-    "seen_oval": 2.4,
-    "section": 0.0057,
-    "lean": 0.045,
-    "taper": 1.5,
-    "above": 0.75,
-    "soft": 0.9,
+    "scatter": 2.7,
+    "formal": 3.0,
+    "oval": 3.1,
+    "seen_oval": 4.4,
+    "section": 0.0043,
+    "lean": 0.03,
+    "taper": 1.9,
+    "above": 1.1,
+    "soft": 0.79,
 }
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest); its prior sd.
 OVAL_FREE, OVAL_PRIOR = 0.005, 0.05
@@ -147,8 +147,8 @@ TAPER_FREE = 0.002
 #: Standard error of the reading from above, cm (80 stems, *hard*); a fit's own counts up to this there, cm; and by how
 #: much it may move a diameter.
 ABOVE_SE_CM, MAX_SE_CM, MAX_MOVED = 0.9, 1.0, Bound(3.0, 0.08)
-#: Standard deviation of a wrong diameter, share of it: the 23 wrong ones of the plots that set the weights are 6 cm off
-#: at the median, as it makes them; five are 29 to 49 cm off.
+#: Standard deviation of a wrong diameter, share of it: the 39 wrong ones of the plots that set the weights are 7 cm off
+#: at the median, as it makes them; eight are 20 to 45 cm off.
 WRONG_SD = 0.3
 
 #: Probability of each diameter that stays open beside the one that is stated: the 90 % interval reaches it (chosen).

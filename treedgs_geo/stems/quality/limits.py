@@ -313,23 +313,23 @@ class Predictor(NamedTuple):
 
 #: Log odds that a diameter is not the stem's (more than 8 % and 2 cm off, or no stem there) where nothing speaks
 #: against it.
-INTERCEPT = -6.4
+INTERCEPT = -6.3
 #: Name -> predictor. Weights and ``INTERCEPT`` are a logistic regression (no weight negative) over 826 fits of blind
 #: plots and of the stability suite; ``docs/results/wrong_diameters.json`` adds later plots to them. Silhouette,
 #: directions, coarse fit, taper and the ground seen made it hardly better on plots left out, or worse.
 PREDICTORS = {
-    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 3),
+    "photos": Predictor("few_views", "effective photos (Kish): natural logarithm of 12 over them", 2.4),
     "residual": Predictor("occluded", "edge residual above 0.49 px, over 0.05 px", 2.8),
-    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.8),
-    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.2),
+    "outline": Predictor("disagree", "edges against silhouette, over 10 % of the diameter (at most 3)", 0.5),
+    "section": Predictor("not_round", "section off a circle, over 5 % of its radius", 1.1),
     "explanations": Predictor(
         "ambiguous", "probability of the explanation that was taken (selection.py): minus its natural logarithm", 1.5
     ),
     "edges": Predictor(
-        "few_views", "natural logarithm of 6 over the edge score of an effective photo (at most 4)", 0.5
+        "few_views", "natural logarithm of 6 over the edge score of an effective photo (at most 4)", 0.6
     ),
     "stand": Predictor(
-        "merged", "standard deviations beyond two by which it is thicker than the stand's stems (at most 2.7)", 1.5
+        "merged", "standard deviations beyond two by which it is thicker than the stand's stems (at most 2.7)", 1.7
     ),
 }
 #: Probability of that from which on a stem is flagged, and refused.
