@@ -79,7 +79,7 @@ class NetworkLines:
             own = np.hypot(x - at_x, y[:, None] - at_y) < row[RADIUS] + row[SLOPE] * above + CELL_M / 2
             layer[own] = np.minimum(layer[own], 0)
         return [
-            Seed(*axis.p.tolist(), *axis.s.tolist(), START_RADIUS_M, score)
+            _seed(np.array([*axis.p, *axis.s, START_RADIUS_M]), score)
             for score, axis in self._lines(layers)
             if (np.hypot(known[:, P_X] - axis.p[0], known[:, P_Y] - axis.p[1]) < SECOND_M).any()
         ]
@@ -130,5 +130,9 @@ def _seed_of(silhouette: Silhouette, axis: StemAxis, score: float, options: Phot
     """The line moved to where its silhouette stands out most."""
     p = np.array([0.0, 0.0, 0.0, 0.0, START_RADIUS_M])
     _clearest(silhouette, p, 0.03, options.max_dbh_cm / 200)
-    x, y, lx, ly = np.concatenate([axis.p, axis.s]) + p[:4]
-    return Seed(float(x), float(y), float(lx), float(ly), float(p[4]), score, score > CERTAIN_SCORE)
+    return _seed(np.array([*axis.p, *axis.s, 0.0]) + p, score, score > CERTAIN_SCORE)
+
+
+def _seed(vector: np.ndarray, score: float, sure: bool = False) -> Seed:
+    x, y, lx, ly, r = vector.tolist()
+    return Seed(x, y, lx, ly, r, score, sure)
