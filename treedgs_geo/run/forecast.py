@@ -35,7 +35,7 @@ MIN_OBLIQUE = 3
 #: Gimbal angles and the reconstructed ones differ by less than this, degrees: nadir is called nadir early only below.
 GIMBAL_SLACK_DEG = 5.0
 #: Core-seconds to search 100 m2 in one photo that sees it, on the machines of docs/results.
-SEARCH_S = 0.55
+SEARCH_S = 0.15
 #: More tiles than this (about a hectare) are worth a warning where no plots were given.
 MANY_TILES = 16
 #: Where cameras are unknown: ground that a photo shows (a square), and how often tiles cover it.

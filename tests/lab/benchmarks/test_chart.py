@@ -205,15 +205,11 @@ def test_what_large_photos_take_longer_is_a_stage_of_its_own():
 
 
 @pytest.mark.slow
-def test_stems_cost_what_edges_take_and_what_the_network_takes_besides(simulated_plot):
+def test_what_stems_cost_is_predicted_by_its_law(simulated_plot):
     measured = run_stems_cost({"plot": str(simulated_plot), "radius": 0.5, "views": 8})
-    assert {"stems", "stem network"} <= set(measured["stages"])
-    assert measured["sizes"]["stems"] == measured["sizes"]["stem network"]
-    assert measured["facts"]["photos"] == 8
-    law = {"a": 1e-3, "b": 1.0, "to": 1e4}
-    memory = {"base_mb": 1, "mb_per_crop_megapixel": 0, "second_base_mb": 1, "second_mb_per_stem_photo": 0}
-    both = predict({"stems": law, "stem network": law}, memory, PAPER)
-    assert both["stages_s"]["stem network"] == both["stages_s"]["stems"] == pytest.approx(both["total_s"] / 2)
+    assert measured["stages"]["stems"] > 0 and measured["sizes"]["stems"] > 0 and measured["facts"]["photos"] == 8
+    law, memory = {"a": 1e-3, "b": 1.0, "to": 1e4}, {"base_mb": 1, "mb_per_crop_megapixel": 0}
+    assert predict({"stems": law}, memory, PAPER)["total_s"] == pytest.approx(1e-3 * np.pi * 16.05**2 * 96, abs=0.1)
     assert set(measured["stages"]) <= set(cost.GROWTH)
 
 

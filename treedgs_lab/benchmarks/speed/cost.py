@@ -34,7 +34,6 @@ GROWTH = {
     "mapping": ("photos", (0.8, 2.0)),
     "adjustment": ("photos", (0.8, 2.0)),
     "stems": ("area x photos used", (0.5, 1.2)),
-    "stem network": ("area x photos used", (0.5, 1.2)),
     "heights": ("area x photos used", (0.5, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
 }
@@ -186,9 +185,7 @@ def fit_memory(table: pd.DataFrame) -> dict[str, Any]:
 
 def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
-    1.84 cm on the ground, and the guided level of reconstruction is enough. The network is asked for stems, as where
-    few are certain by their edges: more than a plot usually takes.
-    """
+    1.84 cm on the ground, and the guided level of reconstruction is enough."""
     gsd_m = 0.0184
     used = min(case["photos"], MAX_VIEWS)
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
@@ -199,7 +196,6 @@ def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float
         "adjustment": case["photos"],
         "reducing": case["photos"] * max(case["megapixels"] - MAX_FEATURE_MP, 0.0),
         "stems": np.pi * case["radius_m"] ** 2 * used,
-        "stem network": np.pi * case["radius_m"] ** 2 * used,
         "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MAX_COMPARED),
     }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}

@@ -94,23 +94,17 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of stems in the photos for a share of the plot's ``radius`` and a number of ``views`` (true cameras): by
-    their edges, and what it takes longer where the network is asked, too."""
+    """Cost of stems in the photos for a share of the plot's ``radius`` and a number of ``views`` (true cameras)."""
     plot = TruePlot.load(Path(job["plot"]))
     radius, views, ground = job["radius"] * plot.radius_m, plot.views(), plot.dtm.local(plot.frame).height
-    area, seconds, count = Area.circle(0.0, 0.0, radius), list[float](), 0
     used = min(job["views"], len(views))
-    for network in ("off", "auto"):
-        options = PhotoStemOptions(max_views=used, stem_network=network)
-        began = time.perf_counter()
-        count = len(search_photos(views, ground, area, options).fits)
-        seconds.append(time.perf_counter() - began)
-    camera = views[0].camera
+    began = time.perf_counter()
+    count = len(search_photos(views, ground, Area.circle(0.0, 0.0, radius), PhotoStemOptions(max_views=used)).fits)
+    seconds, camera = time.perf_counter() - began, views[0].camera
     crop = min(camera.width * camera.height, ((2 * radius + 6) / 0.0184) ** 2) / 1e6
-    size = np.pi * radius**2 * used
     return {
-        "stages": {"stems": seconds[0], "stem network": max(seconds[1] - seconds[0], 0.0)},
-        "sizes": {"stems": size, "stem network": size},
+        "stages": {"stems": seconds},
+        "sizes": {"stems": np.pi * radius**2 * used},
         "facts": {"photos": used, "stems": count, "crop_megapixels": crop * used},
     }
 
