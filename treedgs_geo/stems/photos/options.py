@@ -24,8 +24,6 @@ class PhotoStemOptions:
     finest_gsd_m: float = 0.008
     #: Largest lean searched for, degrees (by edges alone: 10).
     max_lean_deg: float = 25.0
-    #: Cell of the grid on which edges vote, m.
-    cell_m: float = 0.05
     #: Sideways error of a photo's pose at a stem, px.
     offset_sd_px: float = 0.3
     #: A small network (trained on simulated photos) is asked where stems stand, how wide they are and which are under

@@ -43,8 +43,8 @@ CLIPPED_PX = 0.8
 INSIDE = 0.85
 
 # Votes of edges
-#: Layers of the stem: height of one, and of the first above the ground, m; how many.
-LAYER_M, N_LAYERS = 0.5, 9
+#: Layers of the stem: height of one, and of the first above the ground, m; how many. Cell of the grid, m.
+LAYER_M, N_LAYERS, EDGE_CELL_M = 0.5, 9, 0.05
 #: Probability that a photo sees a stem, and the mean of its z-score when it does; a photo above that shows it clearly.
 SEEN_PRIOR, SEEN_MEAN_Z = 0.35, 2.5
 #: Seeds are this far apart, m; half as far beside a found stem, which may be a second one.

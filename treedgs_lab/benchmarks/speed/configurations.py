@@ -344,7 +344,6 @@ CONFIGS: tuple[Config, ...] = (
     Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
     Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
     Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
-    Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
     Config("views-6", "6 photos", "photos used", params={"max_views": 6}),
     Config("views-48", "48 photos", "photos used", params={"max_views": 48}),
     Config("pixels-10", "pixels of 10 cm", "pixels used", params={"max_views": 96, "finest_gsd_m": 0.11}),

@@ -25,6 +25,7 @@ from ..tuned import (
     ABOVE_CHANCE,
     APART_M,
     DECOY_M,
+    EDGE_CELL_M,
     LAYER_M,
     LEAN_COST,
     MIN_THRESHOLD,
@@ -325,7 +326,7 @@ def edge_seeds(
     rng: np.random.Generator,
 ) -> Proposals:
     """Seeds of a piece of ground. plumbs: one a photo. box: x0, y0, x1, y1 of the piece, m, local frame."""
-    cell, x0, y0 = options.cell_m, box[0] - RIM_M, box[1] - RIM_M
+    cell, x0, y0 = EDGE_CELL_M, box[0] - RIM_M, box[1] - RIM_M
     columns, rows = (int((box[k + 2] - box[k] + 2 * RIM_M) / cell) + 1 for k in (0, 1))
     gx, gy = np.meshgrid(x0 + cell * np.arange(columns), y0 + cell * np.arange(rows))
     mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + RIM_M).reshape(gx.shape)
