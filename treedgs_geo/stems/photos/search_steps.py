@@ -24,7 +24,7 @@ from .propose.network_seeds import network_lines
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
-from .tuned import LINE_SCORE, MAX_SEEDS, MORE_PLACES, REACH_BELOW
+from .tuned import LINE_SCORE, MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
 from .upper_stem import carried_down
 
 
@@ -91,7 +91,7 @@ def propose_by_network(search: TileSearch) -> None:
     """The network sees stems."""
     search.network = network_maps(search.stack, search.plumbs)
     lines = network_lines(search.network, search.grid, search.area, search.box, search.options, search.rng)
-    search.proposals = Proposals(lines.seeds(), lines.beside, LINE_SCORE)
+    search.proposals = Proposals(lines.seeds(), lines.beside(), LINE_SCORE)
 
 
 def propose_by_edges(search: TileSearch) -> None:
@@ -182,7 +182,8 @@ def fits_of_proposals(fitter: Fitter, proposals: Proposals, reporter: Reporter) 
     spacing passed over."""
     fits = fits_of_seeds(fitter, proposals.seeds, proposals.threshold, reporter)
     known = known_rows(fits)
-    return fits + fits_of_seeds(fitter, proposals.beside(known), proposals.threshold, reporter, known)
+    near = [s for s in proposals.beside if (np.hypot(known[:, 0] - s.x, known[:, 1] - s.y) < SECOND_M).any()]
+    return fits + fits_of_seeds(fitter, near, proposals.threshold, reporter, known)
 
 
 def photos_of(

@@ -8,7 +8,7 @@ shifted by a random offset, so that nothing agrees any more.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -31,7 +31,6 @@ from ..tuned import (
     MIN_THRESHOLD,
     N_LAYERS,
     RIM_M,
-    SECOND_M,
     SEEN_MEAN_Z,
     SEEN_PRIOR,
     SIGN_WEIGHT,
@@ -66,14 +65,14 @@ class Proposals(NamedTuple):
 
     #: In and near the area, :data:`.tuned.APART_M` apart.
     seeds: list[Seed]
-    #: Others beside known stems, (K, 10): limbs of low forks, twins.
-    beside: Callable[[np.ndarray], list[Seed]]
+    #: The same, half as far apart: limbs of low forks, twins.
+    beside: list[Seed]
     #: Score that chance hardly reaches.
     threshold: float
 
 
 #: No place at all.
-NO_PROPOSALS = Proposals([], lambda _: [], np.inf)
+NO_PROPOSALS = Proposals([], [], np.inf)
 
 
 class _Rings(NamedTuple):
@@ -360,15 +359,11 @@ def edge_seeds(
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
 
-    def beside(known: np.ndarray) -> list[Seed]:
-        return [
-            seed
-            for seed in half_as_far
-            if seed.score > threshold
-            and (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < SECOND_M).any()
-            and not any(np.hypot(done.x - seed.x, done.y - seed.y) < 0.02 for done in seeds)
-        ]
-
+    beside = [
+        seed
+        for seed in half_as_far
+        if seed.score > threshold and not any(np.hypot(done.x - seed.x, done.y - seed.y) < 0.02 for done in seeds)
+    ]
     return Proposals(seeds, beside, threshold)
 
 

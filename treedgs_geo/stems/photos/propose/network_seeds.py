@@ -15,7 +15,7 @@ from scipy.ndimage import maximum_filter
 from ....reconstruction.area import Area
 from ..fit.null_model import BREAST
 from ..fit.pattern_search import DISC_MOVES, disc_step, pattern_search
-from ..images.axis_patches import P_X, P_Y, StemAxis
+from ..images.axis_patches import StemAxis
 from ..images.background_kernels import contrast_of
 from ..images.crops import GroundGrid
 from ..network.inference import NetworkMaps
@@ -31,7 +31,6 @@ from ..tuned import (
     LINE_SCORE,
     MAX_SEEDS,
     RIM_M,
-    SECOND_M,
     START_RADIUS_M,
 )
 from .edge_voting import Seed, best_lines, lean_grid
@@ -64,13 +63,9 @@ class NetworkLines:
         """Stems, with ivy or without, clearest first, each moved to where its silhouette stands out most."""
         return [self._moved(score, axis) for score, axis in self._lines(APART_M)]
 
-    def beside(self, known: np.ndarray) -> list[Seed]:
-        """Stems beside (K, 10) known ones, half as far apart. Not moved: their silhouettes may be one."""
-        return [
-            _seed(np.array([*axis.p, *axis.s, START_RADIUS_M]), score)
-            for score, axis in self._lines(APART_M / 2)
-            if (np.hypot(known[:, P_X] - axis.p[0], known[:, P_Y] - axis.p[1]) < SECOND_M).any()
-        ]
+    def beside(self) -> list[Seed]:
+        """The same, half as far apart. Not moved: the silhouettes of two may be one."""
+        return [_seed(np.array([*axis.p, *axis.s, START_RADIUS_M]), score) for score, axis in self._lines(APART_M / 2)]
 
     def _lines(self, apart_m: float) -> list[tuple[float, StemAxis]]:
         """Score and axis of the lines in and near the area that are the clearest within half of a distance, best
