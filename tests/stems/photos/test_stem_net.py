@@ -24,7 +24,7 @@ from treedgs_geo.stems.photos.network.inference import (
 )
 from treedgs_geo.stems.photos.network.silhouettes import covered_share, cut_bark, stem_layers
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.propose.network_seeds import network_lines
+from treedgs_geo.stems.photos.propose.network_seeds import network_seeds
 from treedgs_geo.stems.photos.tuned import HEIGHTS
 
 PLACE, RADIUS = np.array([0.4, -0.3]), 0.15
@@ -90,14 +90,13 @@ def test_a_photo_that_shows_nothing_here_is_blind_and_adds_nothing():
 def test_the_stem_is_a_seed_and_what_no_photo_sees_is_not():
     area, box = Area.circle(0, 0, 2.0), (-2.0, -2.0, 2.0, 2.0)
     options, rng = PhotoStemOptions(max_lean_deg=10), np.random.default_rng(0)
-    lines = network_lines(NetworkMaps(*3 * [ring_of_maps()]), FLAT, area, box, options, rng)
-    best = lines.seeds()[0]
+    found = network_seeds(NetworkMaps(*3 * [ring_of_maps()]), FLAT, area, box, options, rng)
+    best, again = found.seeds[0], found.beside[0]
     assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
     assert best.r == pytest.approx(RADIUS, abs=0.02)
-    again = lines.beside()[0]
     assert np.hypot(again.x - PLACE[0], again.y - PLACE[1]) < 0.1 and not again.sure
     nothing = NetworkMaps(*3 * [ring_of_maps(seen=0)])
-    assert not any(seed.sure for seed in network_lines(nothing, FLAT, area, box, options, rng).seeds())
+    assert not any(seed.sure for seed in network_seeds(nothing, FLAT, area, box, options, rng).seeds)
 
 
 def test_ground_speaks_against_a_stem_and_leaves_say_nothing():

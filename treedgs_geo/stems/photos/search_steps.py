@@ -20,11 +20,11 @@ from .images.vertical_rectification import PlumbGrid, plumb_grid
 from .network.inference import NetworkMaps, network_maps
 from .options import PhotoStemOptions
 from .propose.edge_voting import NO_PROPOSALS, Proposals, Seed, edge_seeds
-from .propose.network_seeds import network_lines
+from .propose.network_seeds import network_seeds
 from .stem_fit import Fitter
 from .targeted_fit import GivenStems, fits_of_given
 from .tile_calibration import Look, away_from, first_look, look_of, random_places, with_chance
-from .tuned import LINE_SCORE, MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
+from .tuned import MAX_SEEDS, MORE_PLACES, REACH_BELOW, SECOND_M
 from .upper_stem import carried_down
 
 
@@ -90,8 +90,7 @@ def see_ground(search: TileSearch) -> None:
 def propose_by_network(search: TileSearch) -> None:
     """The network sees stems."""
     search.network = network_maps(search.stack, search.plumbs)
-    lines = network_lines(search.network, search.grid, search.area, search.box, search.options, search.rng)
-    search.proposals = Proposals(lines.seeds(), lines.beside(), LINE_SCORE)
+    search.proposals = network_seeds(search.network, search.grid, search.area, search.box, search.options, search.rng)
 
 
 def propose_by_edges(search: TileSearch) -> None:
