@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numba import njit, prange
 
+from ..core.machine import in_threads
 from .cameras import View
 from .images import load_image
 
@@ -21,6 +22,10 @@ from .images import load_image
 HALF_PX = 3
 #: So many pairs of photos that show a point are looked at.
 MAX_PAIRS = 48
+#: Points that are looked at together.
+_CHUNK = 128
+#: Fractions of a pixel are counted in 2 to the power of so many bits.
+_SHIFT = 14
 #: Grey values squared that are added to a piece's variance: flat pieces are alike by chance.
 _MIN_VARIANCE = 4.0
 #: Two photos are compared when they look at the place from so many degrees apart; so many would be best.
@@ -56,11 +61,13 @@ def pictures_of(views: list[View], about: np.ndarray, pixel_m: float, neighbours
     Lens and rolling shutter are those at the distance of ``about``. neighbours: photos that each is compared with.
     """
     about = np.asarray(about, float)
-    rows = []
-    for view in views:
+
+    def picture(view: View) -> tuple[np.ndarray, np.ndarray, float]:
         grey = cv2.cvtColor(load_image(view), cv2.COLOR_RGB2GRAY)
         away = float(np.linalg.norm(view.centre - about))
-        rows.append(_pinhole(view, grey, min(away / view.camera.fx / pixel_m, 1.0), away))
+        return _pinhole(view, grey, min(away / view.camera.fx / pixel_m, 1.0), away)
+
+    rows = list(in_threads(picture, views))
     height, width = np.max([image.shape for image, *_ in rows], axis=0)
     images = np.zeros((len(rows), height, width), np.uint8)
     for target, (image, *_) in zip(images, rows, strict=True):
@@ -113,69 +120,93 @@ def _pairs(views: list[View], about: np.ndarray, neighbours: int) -> np.ndarray:
     return np.random.default_rng(0).permutation(np.array(sorted(pairs), np.int32).reshape(-1, 2))
 
 
-@njit(nogil=True, cache=True, fastmath=True)
-def _correlation(images, matrix, axes, focal, i, j, x, y, z):  # pragma: no cover - compiled
-    """Correlation of the window of photo i round a point with the piece of photo j; -2 where one does not show it all.
+@njit(nogil=True, cache=True, fastmath=True, inline="always")
+def _window_of(places, matrix, axes, focal, size, i, j, k, window):  # pragma: no cover - compiled
+    """Whether photos i and j both show the piece round point k; window: its place and steps in photo j, filled.
 
     Where the window lies in photo j follows, to first order, from the plane through the point that faces photo i.
     """
-    m, n = matrix[i], matrix[j]
-    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
-    w2 = n[2, 0] * x + n[2, 1] * y + n[2, 2] * z + n[2, 3]
-    if w <= np.float32(1) or w2 <= np.float32(1):
-        return np.float32(-2)
-    u = int(np.floor((m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]) / w))
-    v = int(np.floor((m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]) / w))
-    height, width = images.shape[1], images.shape[2]
-    if u < HALF_PX or v < HALF_PX or u >= width - HALF_PX or v >= height - HALF_PX:
-        return np.float32(-2)
-    u2 = (n[0, 0] * x + n[0, 1] * y + n[0, 2] * z + n[0, 3]) / w2
-    v2 = (n[1, 0] * x + n[1, 1] * y + n[1, 2] * z + n[1, 3]) / w2
-    step = w / focal[i]  # a pixel of photo i at the point, metres
+    u, v, w = places[i, k, 0], places[i, k, 1], places[i, k, 2]
+    u2, v2, w2 = places[j, k, 0], places[j, k, 1], places[j, k, 2]
+    height, width, half = np.float32(size[0]), np.float32(size[1]), np.float32(HALF_PX)
+    one, n = np.float32(1), matrix[j]
+    if w <= one or w2 <= one or u < half or v < half or u >= width - half or v >= height - half:
+        return False
+    step = w / (focal[i] * w2)  # a pixel of photo i at the point, metres, over the depth in photo j
     # Derivatives of the place in photo j along the right (0) and down (1) of photo i.
-    moves = np.empty((2, 2), np.float32)
-    for k in range(2):
-        a, b, c = axes[i, k, 0], axes[i, k, 1], axes[i, k, 2]
+    for axis in range(2):
+        a, b, c = axes[i, axis, 0], axes[i, axis, 1], axes[i, axis, 2]
         deep = n[2, 0] * a + n[2, 1] * b + n[2, 2] * c
-        moves[k, 0] = step * (n[0, 0] * a + n[0, 1] * b + n[0, 2] * c - u2 * deep) / w2
-        moves[k, 1] = step * (n[1, 0] * a + n[1, 1] * b + n[1, 2] * c - v2 * deep) / w2
-    reach_u = np.float32(HALF_PX) * (abs(moves[0, 0]) + abs(moves[1, 0]))
-    reach_v = np.float32(HALF_PX) * (abs(moves[0, 1]) + abs(moves[1, 1]))
-    if u2 < reach_u or v2 < reach_v or u2 >= width - reach_u or v2 >= height - reach_v:
-        return np.float32(-2)
-    sum_p = sum_q = sum_pp = sum_qq = sum_pq = np.int64(0)
+        window[2 * axis + 2] = step * (n[0, 0] * a + n[0, 1] * b + n[0, 2] * c - u2 * deep)
+        window[2 * axis + 3] = step * (n[1, 0] * a + n[1, 1] * b + n[1, 2] * c - v2 * deep)
+    window[0], window[1] = u2, v2
+    reach_u, reach_v = half * (abs(window[2]) + abs(window[4])), half * (abs(window[3]) + abs(window[5]))
+    return u2 >= reach_u and v2 >= reach_v and u2 < width - reach_u and v2 < height - reach_v
+
+
+@njit(nogil=True, cache=True, fastmath=True, inline="always")
+def _correlation(first, second, u, v, window, pieces):  # pragma: no cover - compiled
+    """Correlation of the window of photo ``first`` round pixel u, v with its piece of photo ``second``; -2 where one is
+    black throughout. pieces: (2, N) uint8, filled.
+
+    Places in the second photo are counted in fractions of 2^14: whole numbers are fast.
+    """
+    scale = np.float32(1 << _SHIFT)
+    right_u, right_v = np.int64(window[2] * scale), np.int64(window[3] * scale)
+    down_u, down_v = np.int64(window[4] * scale), np.int64(window[5] * scale)
+    start_u, start_v = np.int64(window[0] * scale), np.int64(window[1] * scale)
+    n = 0
     for b in range(-HALF_PX, HALF_PX + 1):
-        start_u, start_v = u2 + np.float32(b) * moves[1, 0], v2 + np.float32(b) * moves[1, 1]
+        at_u, at_v = start_u + b * down_u - HALF_PX * right_u, start_v + b * down_v - HALF_PX * right_v
         for a in range(-HALF_PX, HALF_PX + 1):
-            p = np.int64(images[i, v + b, u + a])
-            q = np.int64(
-                images[j, int(start_v + np.float32(a) * moves[0, 1]), int(start_u + np.float32(a) * moves[0, 0])]
-            )
-            sum_p += p
-            sum_q += q
-            sum_pp += p * p
-            sum_qq += q * q
-            sum_pq += p * q
+            # Unsigned: no test for places before the beginning.
+            pieces[0, n] = first[np.uint64(v + b), np.uint64(u + a)]
+            pieces[1, n] = second[np.uint64(at_v >> _SHIFT), np.uint64(at_u >> _SHIFT)]
+            at_u += right_u
+            at_v += right_v
+            n += 1
+    sum_p = sum_q = sum_pp = sum_qq = sum_pq = np.float32(0)
+    for k in range((2 * HALF_PX + 1) ** 2):
+        p, q = np.float32(pieces[0, k]), np.float32(pieces[1, k])
+        sum_p += p
+        sum_q += q
+        sum_pp += p * p
+        sum_qq += q * q
+        sum_pq += p * q
     if sum_p == 0 or sum_q == 0:  # outside of a photo
         return np.float32(-2)
     one = np.float32(1) / np.float32((2 * HALF_PX + 1) ** 2)
-    mean_p, mean_q = np.float32(sum_p) * one, np.float32(sum_q) * one
-    var_p = np.float32(sum_pp) * one - mean_p * mean_p + np.float32(_MIN_VARIANCE)
-    var_q = np.float32(sum_qq) * one - mean_q * mean_q + np.float32(_MIN_VARIANCE)
-    return (np.float32(sum_pq) * one - mean_p * mean_q) / np.sqrt(var_p * var_q)
+    mean_p, mean_q = sum_p * one, sum_q * one
+    var_p = sum_pp * one - mean_p * mean_p + np.float32(_MIN_VARIANCE)
+    var_q = sum_qq * one - mean_q * mean_q + np.float32(_MIN_VARIANCE)
+    return (sum_pq * one - mean_p * mean_q) / np.sqrt(var_p * var_q)
 
 
 @njit(nogil=True, cache=True, fastmath=True, parallel=True)
 def _alike(images, matrix, axes, focal, pairs, points, found, counts):  # pragma: no cover - compiled
-    for k in prange(len(points)):
-        total, count = np.float32(0), 0
+    """Pair after pair over a few points at a time: their pieces of two photos lie side by side in memory."""
+    for chunk in prange(-(-len(points) // _CHUNK)):
+        first, last = chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(points))
+        places = np.empty((len(matrix), last - first, 3), np.float32)
+        for i in range(len(matrix)):
+            m = matrix[i]
+            for k in range(last - first):
+                x, y, z = points[first + k, 0], points[first + k, 1], points[first + k, 2]
+                w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
+                places[i, k, 0] = (m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]) / w
+                places[i, k, 1] = (m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]) / w
+                places[i, k, 2] = w
+        window, pieces = np.empty(6, np.float32), np.empty((2, (2 * HALF_PX + 1) ** 2), np.uint8)
         for pair in range(len(pairs)):
-            value = _correlation(
-                images, matrix, axes, focal, pairs[pair, 0], pairs[pair, 1], points[k, 0], points[k, 1], points[k, 2]
-            )
-            if value > np.float32(-1.5):
-                total += value
-                count += 1
-                if count == MAX_PAIRS:
-                    break
-        found[k], counts[k] = total / np.float32(max(count, 1)), count
+            i, j = pairs[pair, 0], pairs[pair, 1]
+            for k in range(last - first):
+                if counts[first + k] < MAX_PAIRS and _window_of(
+                    places, matrix, axes, focal, images.shape[1:], i, j, k, window
+                ):
+                    u, v = np.int64(places[i, k, 0]), np.int64(places[i, k, 1])
+                    value = _correlation(images[i], images[j], u, v, window, pieces)
+                    if value > np.float32(-1.5):
+                        found[first + k] += value
+                        counts[first + k] += 1
+        for k in range(first, last):
+            found[k] /= np.float32(max(counts[k], 1))

@@ -25,7 +25,7 @@ from .images import FINEST_GSD_M, load_image, shrink, shrink_factor, shrunk_came
 from .multi_view_correlation import between
 
 #: Side of the pieces that are made at once, and what they overlap on each side, pixels; photos in one at most.
-_PIECE_PX, _RIM_PX, MAX_PHOTOS = 1024, 24, 64
+_PIECE_PX, _RIM_PX, MAX_PHOTOS = 1344, 24, 40
 #: Photos are compared at every eighth pixel, in windows of 7 x 7 pixels of half the size.
 STEP_PX, _WINDOW = 8, 7
 #: Correlation below which two photos do not show the same; grey values squared added to a window's variance.
