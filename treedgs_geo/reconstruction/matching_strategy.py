@@ -36,6 +36,8 @@ from .sift import FeatureStore, extract
 GUIDED_NEIGHBOURS = 12
 #: A photo whose best match is below this share of the median photo's may be stored turned by half.
 WEAK_SHARE = 0.5
+#: Asked by so many of its pairs first, those with the most matches.
+TRIED_PAIRS = 3
 #: Places described in a photo at most there (:mod:`.sift`).
 GUIDED_FEATURES = 5000
 #: A block of the first level is good enough when its photos are this sure at the stems, pixels: the median, and the
@@ -307,29 +309,38 @@ def _as_stored(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work,
     more of their features match so; the matches, too. Asked are photos whose gimbal rolled over, then those that match
     no other one half as well as the median photo does."""
 
-    def of_photos(how: np.ufunc) -> np.ndarray:
+    def of_photos(how: np.ufunc, matches: dict[tuple[int, int], np.ndarray]) -> np.ndarray:
         """(N,) the matches of each photo's pairs, together or at most."""
         found = np.zeros(len(guide.centres), int)
-        for pair, rows in store.matches.items():
+        for pair, rows in matches.items():
             how.at(found, list(pair), len(rows))
         return found
 
+    def turned(asked: np.ndarray, again: np.ndarray) -> tuple[Guide, dict[tuple[int, int], np.ndarray], np.ndarray]:
+        """With the photos ``asked`` turned: the guide, matches of the pairs ``again``, and who matches better."""
+        rotations = np.where(asked[:, None, None], HALF_TURN @ guide.rotations, guide.rotations)
+        other, known = replace(guide, rotations=rotations), store.matches
+        match_guided(store, again, other, work.options.seed, work.threads, reporter)
+        found, store.matches = store.matches, known
+        before = {pair: known[pair] for pair in map(tuple, again.tolist()) if pair in known}
+        return other, found, asked & (of_photos(np.add, found) > of_photos(np.add, before))
+
     for weak in (False, True):
-        before, best, count = store.matches, of_photos(np.maximum), of_photos(np.add)
+        best = of_photos(np.maximum, store.matches)
         asked = best < WEAK_SHARE * np.median(best) if weak else np.abs(work.stations.roll_deg) > OVERHEAD_DEG
+        if asked.any():  # a few pairs tell most
+            count = np.array([len(store.matches.get(pair, ())) for pair in map(tuple, pairs.tolist())])
+            own = [np.flatnonzero((pairs == i).any(axis=1)) for i in np.flatnonzero(asked)]
+            few = np.unique(np.concatenate([rows[np.argsort(-count[rows])[:TRIED_PAIRS]] for rows in own]))
+            asked = turned(asked, pairs[few])[2]
         while asked.any():
-            rotations = np.where(asked[:, None, None], HALF_TURN @ guide.rotations, guide.rotations)
-            turned, again = replace(guide, rotations=rotations), asked[pairs].any(axis=1)
-            match_guided(store, pairs[again], turned, work.options.seed, work.threads, reporter)
-            kept = {pair: rows for pair, rows in before.items() if not asked[list(pair)].any()}
-            store.matches = kept | store.matches
-            worse = asked & (of_photos(np.add) <= count)
-            if not worse.any():
-                guide = turned
+            other, found, better = turned(asked, pairs[asked[pairs].any(axis=1)])
+            if (asked == better).all():
+                kept = {pair: rows for pair, rows in store.matches.items() if not asked[list(pair)].any()}
+                guide, store.matches = other, kept | found
                 reporter.info(f"The pictures of {asked.sum()} photos are turned by 180 degrees against their gimbal.")
                 break
-            asked &= ~worse
-            store.matches = before
+            asked = better
     return guide
 
 

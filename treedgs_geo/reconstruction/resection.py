@@ -23,6 +23,8 @@ RATIO = 0.8
 #: must be, pixels, more lie so near to it than chance would put there but once in a million photos: some points are
 #: there because the photo's own wrong matches chose them.
 CONFIRMED_REACH_PX, CONFIRMED_PX, CONFIRMED_CHANCE = 40.0, 4.0, 1e-6
+#: So many of a photo's points are enough to tell that.
+PROOF_POINTS = 100
 
 
 def from_matches(
@@ -153,13 +155,15 @@ def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
     """(N,) bool: posed photos that show points which other photos made where the block says that they are.
 
     Wrong matches that agree with each other turn a photo as they like, and its residuals are small; the points as the
-    others alone have them tell.
+    others alone have them tell; of many a part does.
     """
     rays, posed = block.rays(), np.flatnonzero(block.is_posed)
+    shown = np.bincount(block.image, minlength=len(block.keypoints))
 
     def work(i: int) -> bool:
-        others = block.part(np.ones(len(block.points), bool))
-        intersect(others, rays.of(others.keep(others.image != i)))
+        some = np.arange(len(block.points)) % max(shown[i] // PROOF_POINTS, 1) == 0
+        others = block.part(some)
+        intersect(others, rays.of(some[block.point]).of(others.keep(others.image != i)))
         pose = block.rotations[i], block.translations[i]
         point, key = find_points(others, store.descriptors, i, *pose, CONFIRMED_REACH_PX, RATIO)
         off = np.linalg.norm(store.keypoints[i][key] - block.view(i).project(others.points[point])[0], axis=1)

@@ -8,15 +8,16 @@ is in ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is nee
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, prange
-from scipy.special import expit, logit
+from scipy.special import expit
 
 from ....core.files import read_json
-from ....core.machine import release_memory
+from ....core.machine import ahead, release_memory
 from ..images.crops import PhotoArrays, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, row_knots
 from ..tuned import COLUMN_M, GROUND_RATIO, RAREST_STEM
@@ -161,8 +162,8 @@ def network_shares(network: Any, image: np.ndarray) -> np.ndarray:
 def class_odds(shares: np.ndarray, *wanted: str) -> np.ndarray:
     """(5, rows, columns) probabilities of the classes -> (rows, columns) log odds of the wanted ones against all
     others."""
-    yes = shares[[CLASSES.index(name) for name in wanted]].sum(axis=0)
-    return np.clip(logit(np.clip(yes, 1e-6, 1 - 1e-6)), -MAX_ODDS, MAX_ODDS)
+    yes = np.sum([shares[CLASSES.index(name)] for name in wanted], axis=0).clip(1e-6, 1 - 1e-6)
+    return np.log(yes / (1 - yes)).clip(-MAX_ODDS, MAX_ODDS)
 
 
 class NetworkMaps(NamedTuple):
@@ -177,14 +178,18 @@ class NetworkMaps(NamedTuple):
 
 def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
     """What the network sees in the photos of a stack. plumbs: their grids."""
-    network, wanted = read_network(), (("stem",), ("stem", "ivy"), ("ground",))
+
+    def seen() -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        network = read_network()
+        for view, plumb in enumerate(plumbs):
+            colour, good = plumb_colours(stack.arrays, view, plumb)
+            yield network_shares(network, normalised(colour, good)), good
+
+    wanted = ("stem",), ("stem", "ivy"), ("ground",)
     found: tuple[list[np.ndarray], ...] = tuple([] for _ in wanted)
-    for view, plumb in enumerate(plumbs):
-        colour, good = plumb_colours(stack.arrays, view, plumb)
-        shares = network_shares(network, normalised(colour, good))
+    for shares, good in ahead(seen()):
         for each, classes in zip(found, wanted, strict=True):
             each.append(quantised(class_odds(shares, *classes), good))
-    del network
     grid = np.array([network_grid(plumb)[0][:4] for plumb in plumbs], float).reshape(-1, 4)
     bark, either, ground = found
     maps = NetworkMaps(*(together(each, grid, stack.centre) for each in (bark, either, stem_ratios(either, ground))))

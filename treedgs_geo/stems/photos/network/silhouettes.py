@@ -29,13 +29,18 @@ def _column(maps, v, x, y):
 def odds_at(maps, v, x, y, z):
     """Log odds at a point, bilinear; NaN where the photo shows nothing."""
     column, flat = _column(maps, v, x, y)
-    return _odds(maps, v, column, flat, z)
+    return _between(maps, v, column, _row(maps, v, flat, z))
 
 
 @njit(inline="always", **_FAST)
-def _odds(maps, v, column, flat, z):
-    """:func:`odds_at` a height above a place (:func:`_column`)."""
-    row = (np.arctan2(flat, maps.centre[v, 2] - z) - maps.grid[v, 2]) / maps.grid[v, 3]
+def _row(maps, v, flat, z):
+    """Row of a height in a photo's map, so far from the camera."""
+    return (np.arctan2(flat, maps.centre[v, 2] - z) - maps.grid[v, 2]) / maps.grid[v, 3]
+
+
+@njit(inline="always", **_FAST)
+def _between(maps, v, column, row):
+    """:func:`odds_at` a place in a photo's map."""
     rows, columns = maps.shape[v, 0], maps.shape[v, 1]
     if row < 0 or column < 0 or row > rows - 1 or column > columns - 1:
         return np.nan
@@ -62,8 +67,18 @@ def _cut(maps, axis, heights, us, silhouette):
             continue
         for i in range(heights.size):
             ax, ay = axis_at(axis, heights[i] - axis[BH_M])
+            # So short a line is straight along the columns of the map and a parabola along its rows.
+            z, far = axis[GROUND_Z] + heights[i], us[-1]
+            left, flat = _column(maps, v, ax - far * nx, ay - far * ny)
+            top = _row(maps, v, flat, z)
+            right, flat = _column(maps, v, ax + far * nx, ay + far * ny)
+            bottom = _row(maps, v, flat, z)
+            _, flat = _column(maps, v, ax, ay)
+            middle = _row(maps, v, flat, z)
+            slope, bend = 0.5 * (bottom - top), 0.5 * (bottom + top) - middle
             for j in range(us.size):
-                value = odds_at(maps, v, ax + us[j] * nx, ay + us[j] * ny, axis[GROUND_Z] + heights[i])
+                t = us[j] / far
+                value = _between(maps, v, left + 0.5 * (1 + t) * (right - left), middle + t * (slope + t * bend))
                 if not (value > -99.0):
                     blind[v] = True
                     break
@@ -129,13 +144,19 @@ def covered_share(
 def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
     for i in prange(total.shape[1]):
         found = np.empty(heights.size)
+        middle, far = 0.5 * (heights[0] + heights[-1]), 0.5 * (heights[-1] - heights[0])
         for j in range(total.shape[2]):
             x, y = x0 + j * cell, y0 + i * cell
             found[:] = 0.0
             for v in range(maps.centre.shape[0]):
                 column, flat = _column(maps, v, x + shifts[v, 0], y + shifts[v, 1])
+                # Upwards the rows are a parabola, too.
+                low, high = _row(maps, v, flat, z[i, j] + heights[0]), _row(maps, v, flat, z[i, j] + heights[-1])
+                at = _row(maps, v, flat, z[i, j] + middle)
+                slope, bend = 0.5 * (high - low), 0.5 * (high + low) - at
                 for m in range(heights.size):
-                    value = _odds(maps, v, column, flat, z[i, j] + heights[m])
+                    t = (heights[m] - middle) / far
+                    value = _between(maps, v, column, at + t * (slope + t * bend))
                     if value > -99.0:
                         found[m] += value
             for m in range(heights.size):
