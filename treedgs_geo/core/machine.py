@@ -20,6 +20,10 @@ from .errors import MemoryShortage
 _T = TypeVar("_T")
 _R = TypeVar("_R")
 
+#: How Numba compiles. Divisions as NumPy's: a test before each, which Python's need, keeps loops from being vectorised.
+EXACT = {"nogil": True, "cache": True, "error_model": "numpy"}
+#: And sums in any order, where nothing is infinite.
+FAST = EXACT | {"fastmath": True}
 #: Where a container's limit and use of memory stand (control groups, version 2).
 _CGROUP = Path("/sys/fs/cgroup")
 

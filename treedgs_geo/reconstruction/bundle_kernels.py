@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..core.machine import EXACT
+
 #: Numbers of a photo: rotation vector (3), centre (3) and readout travel (3), metres.
 N_POSE = 9
 #: Columns of the shared parameters before the flights' own: log of the focal length, log of fy / fx, principal point,
@@ -19,8 +21,6 @@ LOG_F, LOG_ASPECT, CX, CY, K1, K2, P1, P2, K3, READOUT, FIRST_FLIGHT = range(11)
 
 #: Numbers of a photo before its travel, which comes last.
 STILL = 6
-
-_FAST = {"nogil": True, "cache": True}
 
 
 class Model(NamedTuple):
@@ -52,7 +52,7 @@ class Rows(NamedTuple):
     order: np.ndarray
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def linearise(model, seen, residual, by_pose, by_shared, by_point):
     """Residuals and derivatives of all observations, into the arrays of a :class:`.bundle.Linear`."""
     shared, drift, rotations, centres, travel, points, velocity = model
@@ -118,7 +118,7 @@ def linearise(model, seen, residual, by_pose, by_shared, by_point):
                 by_shared[m, k, FIRST_FLIGHT + flight[i] - 1] = scale * pinhole
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def bend(residual, by_pose, by_shared, by_point, share):
     """Residuals and derivatives, in place, so that their products have the loss's own curvature along each residual,
     ``share`` (M,) of its weight, and the same slope (Triggs et al. 2000, equation 11)."""
@@ -142,7 +142,7 @@ def _shrink(derivative, residual, factor):
         derivative[1, n] -= residual[1] * along
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def eliminate(linear, weight, by_point_rows, known, damping, inverse, right, mixed):
     """Normal equations of the points, into the arrays of a :class:`.bundle.PointNormals`.
 
@@ -175,7 +175,7 @@ def eliminate(linear, weight, by_point_rows, known, damping, inverse, right, mix
         _invert(normal, inverse[p])
 
 
-@njit(**_FAST)
+@njit(**EXACT)
 def _invert(normal, out):
     """Inverse of a symmetric 3 x 3 matrix by its cofactors."""
     a, b, c = normal[0, 0], normal[0, 1], normal[0, 2]
@@ -189,7 +189,7 @@ def _invert(normal, out):
             out[n, j] = out[j, n]
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def couple(linear, weight, point_rows, out):
     """Products of the derivatives by the first ``W`` numbers of a photo with those by the point, weighted: (M, 3, W),
     in the order of ``point_rows``, so that those of one point lie side by side."""
@@ -222,7 +222,7 @@ def _take(block, lean, other):
             block[d, n], block[d, n + 1], block[d, n + 2] = r0, r1, r2
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def reduce_photos(linear, weight, point, photo_there, image_rows, point_rows, places, coupled, normals, matrix, right):
     """The photos' rows of the reduced normal equations (upper part); those of numbers that are not coupled stay zero.
 
@@ -283,7 +283,7 @@ def _lean(cross, inverse, out):
 PARTS = 16
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def reduce_shared(linear, weight, normals, matrix, right):
     """The shared parameters' rows: their own normal equations less what the points take up."""
     residual, _, by_shared, _ = linear
@@ -316,7 +316,7 @@ def reduce_shared(linear, weight, normals, matrix, right):
                 matrix[at + n, at + k] += squares[part, n, k]
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **EXACT)
 def move_points(linear, weight, image, point_rows, normals, step, out):
     """(P, 3) steps of the points that belong to a step of photos and shared parameters."""
     _, by_pose, _, by_point = linear

@@ -23,7 +23,7 @@ from scipy.fft import irfft2, rfft2
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InputError
-from ..core.machine import in_threads
+from ..core.machine import EXACT, in_threads
 from ..terrain.sparse_ground import LAYER_M, dtm_from_sparse
 from .adjustment import Known
 from .cameras import View
@@ -365,7 +365,7 @@ def _compared(
     return photo.astype(np.float32), weight.astype(np.float32), contents
 
 
-@njit(parallel=True, nogil=True, cache=True)
+@njit(parallel=True, **EXACT)
 def _scores(found, moves, turns):  # pragma: no cover - compiled
     """(Q,) how much (T, K, K) tiles speak for each of (Q, 3) turns; moves: (T, 2, 3) pixels a unit of each."""
     reach = found.shape[1] // 2

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, prange
 from scipy.ndimage import distance_transform_edt
 
-from ..core.machine import in_threads
+from ..core.machine import EXACT, in_threads
 from .cameras import View
 from .orthophoto import AGREED, STEP_PX, agreement_of_halves, drape
 
@@ -61,7 +61,7 @@ class GroundSight:
         return odds.reshape(*points.shape[:-1], len(THROUGH))
 
 
-@njit(parallel=True, nogil=True, cache=True)
+@njit(parallel=True, **EXACT)
 def _hides(points, centres, ground_z, sees, worth, corner, cell, odds):  # pragma: no cover - compiled
     rows, columns = ground_z.shape
     for k in prange(len(points)):

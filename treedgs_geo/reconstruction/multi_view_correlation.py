@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numba import njit, prange
 
-from ..core.machine import in_threads
+from ..core.machine import FAST, in_threads
 from .cameras import View
 from .images import load_image
 
@@ -120,7 +120,7 @@ def _pairs(views: list[View], about: np.ndarray, neighbours: int) -> np.ndarray:
     return np.random.default_rng(0).permutation(np.array(sorted(pairs), np.int32).reshape(-1, 2))
 
 
-@njit(nogil=True, cache=True, fastmath=True, inline="always")
+@njit(inline="always", **FAST)
 def _window_of(places, matrix, axes, focal, size, i, j, k, window):  # pragma: no cover - compiled
     """Whether photos i and j both show the piece round point k; window: its place and steps in photo j, filled.
 
@@ -144,7 +144,7 @@ def _window_of(places, matrix, axes, focal, size, i, j, k, window):  # pragma: n
     return u2 >= reach_u and v2 >= reach_v and u2 < width - reach_u and v2 < height - reach_v
 
 
-@njit(nogil=True, cache=True, fastmath=True, inline="always")
+@njit(inline="always", **FAST)
 def _correlation(first, second, u, v, window, pieces):  # pragma: no cover - compiled
     """Correlation of the window of photo ``first`` round pixel u, v with its piece of photo ``second``; -2 where one is
     black throughout. pieces: (2, N) uint8, filled.
@@ -182,7 +182,7 @@ def _correlation(first, second, u, v, window, pieces):  # pragma: no cover - com
     return (sum_pq * one - mean_p * mean_q) / np.sqrt(var_p * var_q)
 
 
-@njit(nogil=True, cache=True, fastmath=True, parallel=True)
+@njit(parallel=True, **FAST)
 def _alike(images, matrix, axes, focal, pairs, points, found, counts):  # pragma: no cover - compiled
     """Pair after pair over a few points at a time: their pieces of two photos lie side by side in memory."""
     for chunk in prange(-(-len(points) // _CHUNK)):

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
+from ..core.machine import EXACT
 from .cameras import View
 from .poses import nearest_rotation
 from .tracks import Block
@@ -228,7 +229,7 @@ def _in_field(view: View, points: np.ndarray, reach_px: float) -> np.ndarray:
     return (depth > 0) & (np.abs(local[:, 0]) <= across * depth) & (np.abs(local[:, 1]) <= down * depth)
 
 
-@njit(nogil=True, cache=True)
+@njit(**EXACT)
 def _nearest_seen(points, wanted, centres, image, point, photo, centre):
     """(P,) number of the observation by another photo that saw a point from the direction nearest to ``centre``, -1
     for none, and the cosine between the two directions; of the points ``wanted``, (P,) bool."""
@@ -249,7 +250,7 @@ def _nearest_seen(points, wanted, centres, image, point, photo, centre):
     return source, closeness
 
 
-@njit(nogil=True, cache=True)
+@njit(**EXACT)
 def _dot(a, k, b, q):
     total = np.int32(0)
     for d in range(128):
@@ -258,7 +259,7 @@ def _dot(a, k, b, q):
     return total
 
 
-@njit(nogil=True, cache=True)
+@njit(**EXACT)
 def _search(ends, described, square, kind, features, grid, reach, ratio2, limit):
     """As :func:`search`, on plain arrays."""
     points, others, other_square, starts = features

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from ..core.machine import FAST
+
 #: Levels of an octave that extrema are looked for in; an octave has three Gaussians more.
 LEVELS = 3
 #: Bins of the histograms: of orientations, and a descriptor's cells each way and orientations in each.
@@ -17,10 +19,8 @@ _BORDER, _STEPS = 5, 5
 _SECOND = 0.8
 _TWO_PI = np.float32(2 * np.pi)
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
-
-@njit(**_FAST)
+@njit(**FAST)
 def _is_extremum(layers, s, y, x, value):
     for k in range(s - 1, s + 2):
         for j in range(y - 1, y + 2):
@@ -31,7 +31,7 @@ def _is_extremum(layers, s, y, x, value):
     return True
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _settled(layers, s, y, x):
     """An extremum moved to a fraction of a pixel by a parabola through its neighbours.
 
@@ -72,7 +72,7 @@ def _settled(layers, s, y, x):
     return False, s, y, x, zero, zero, zero, zero, zero, zero
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _candidates(line, least, out):
     """Pixels of a row (W,) that may be extrema, (W - 2,) bool: high or low enough, and beyond both neighbours."""
     left, here, right = line[:-2], line[1:-1], line[2:]
@@ -83,7 +83,7 @@ def _candidates(line, least, out):
         out[x] = above | below
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def extrema(layers, least, most_edge, found):
     """Extrema of the differences of Gaussians, moved to a fraction of a pixel (Lowe 2004, section 4).
 
@@ -117,14 +117,16 @@ def extrema(layers, least, most_edge, found):
     return count
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def gradients(image, size, turn):
     """Length and direction (0 to 2 pi) of the grey values' gradient, (H, W) float32 each; zero at the border."""
     height, width = image.shape
     for y in range(1, height - 1):
-        for x in range(1, width - 1):
-            gx = np.float32(0.5) * (image[y, x + 1] - image[y, x - 1])
-            gy = np.float32(0.5) * (image[y + 1, x] - image[y - 1, x])
+        above, below, left, right = image[y - 1, 1:-1], image[y + 1, 1:-1], image[y, :-2], image[y, 2:]
+        sizes, turns = size[y, 1:-1], turn[y, 1:-1]
+        for x in range(width - 2):
+            gx = np.float32(0.5) * (right[x] - left[x])
+            gy = np.float32(0.5) * (below[x] - above[x])
             ax, ay = abs(gx), abs(gy)
             low, high = min(ax, ay), max(ax, ay)
             # Arc tangent by a polynomial, right to 1e-4 (Hastings).
@@ -141,11 +143,11 @@ def gradients(image, size, turn):
             angle = np.float32(np.pi / 2) - angle if ay > ax else angle
             angle = np.float32(np.pi) - angle if gx < 0 else angle
             angle = _TWO_PI - angle if gy < 0 else angle
-            size[y, x] = np.sqrt(gx * gx + gy * gy)
-            turn[y, x] = angle
+            sizes[x] = np.sqrt(gx * gx + gy * gy)
+            turns[x] = angle
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def orientations(size, turn, feature, scale, decay, histogram, found):
     """Up to two directions of one feature, radians; how many.
 
@@ -200,7 +202,7 @@ def orientations(size, turn, feature, scale, decay, histogram, found):
     return count
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def describe(size, turn, feature, scale, angle, decay, cells, out):
     """A feature's descriptor (128,) uint8: root of the shares of its histogram (Arandjelovic and Zisserman 2012).
 
@@ -254,7 +256,7 @@ def describe(size, turn, feature, scale, angle, decay, cells, out):
                 out[(j * CELLS + i) * BINS + k] = np.uint8(min(value, np.float32(255)))
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def describe_level(size, turn, features, sigma0, decay, kept, turned, described):
     """Orientations and descriptors of the features of one level.
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ..core.machine import EXACT
 from .cameras import Camera, Sensor, View
 
 #: Points whose rays meet under a smaller angle are dropped.
@@ -230,7 +231,7 @@ def intersect(block: Block, rays: Rays | None = None) -> None:
         weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - starts, axis=1), 1.0) ** 2
 
 
-@numba.njit(cache=True)
+@numba.njit(**EXACT)
 def ray_normals(
     centres: np.ndarray, rays: np.ndarray, weight: np.ndarray, point: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:

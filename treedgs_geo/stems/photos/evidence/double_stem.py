@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ...quality.limits import bound_of
 from ..fit.pattern_search import pattern_search
 from ..fit.search import Hypothesis, Search
@@ -23,7 +24,6 @@ from ..images.background import Silhouette
 from ..images.background_kernels import step_contrast
 from ..tuned import APART_SD_M, BEYOND_M, MAX_FOLLOWED, MIN_PART, MIN_SPLIT_M, PAIR_LEAN_SD, PARTS, TOUCH_M
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Gain by edges alone from which its share of the disc's own score counts (log likelihood units).
 MIN_GAIN = bound_of("photos", "twins", "check")
 #: Moves of the search over both discs (``_pair_step``).
@@ -42,7 +42,7 @@ class Twins(NamedTuple):
 NO_TWINS = Twins(float("nan"), float("nan"))
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _pair_view_z(edges, null, p, z):
     """z-score of two stems in every view. p: (10,) x, y, lx, ly, r of the one, then of the other."""
     ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
@@ -70,7 +70,7 @@ def _pair_view_z(edges, null, p, z):
         z[v] = above_null(null, v, width / n_valid, t / n_valid) if enough else -9.0
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _pair_step(p, move, scale, trial):
     """One move of :func:`.fit.pattern_search.pattern_search` from the pair ``p`` (10,), into ``trial``."""
     trial[:] = p
@@ -110,7 +110,7 @@ def _pair_step(p, move, scale, trial):
         trial[9] -= 0.012 * scale * (1 if move == 50 else -1)
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _twin_objective(data, p):
     """Summed log likelihood ratio of two stems, (10,), inside a disc. data: edges, null, disc (5,), scratch (V,)."""
     edges, null, whole, z = data
@@ -130,7 +130,7 @@ def _twin_objective(data, p):
     return total
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _twin_scores(edges, null, whole, pairs, scores):
     """:func:`_twin_objective` of (M, 10) pairs -> (M,) scores."""
     for m in prange(len(pairs)):
@@ -138,7 +138,7 @@ def _twin_scores(edges, null, whole, pairs, scores):
         scores[m] = _twin_objective((edges, null, whole, z), pairs[m])
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _twin_polish(edges, null, whole, pairs, scores):
     """Pattern search over (M, 10) pairs, side by side; pairs and (M,) scores are changed in place."""
     for m in prange(len(pairs)):
@@ -148,7 +148,7 @@ def _twin_polish(edges, null, whole, pairs, scores):
         scores[m] = pattern_search(_twin_objective, data, _pair_step, PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _contrast(silhouette, p):
     """Contrast of the common silhouette of two stems, (10,), as
     :meth:`.images.background.Silhouette.contrast` is for one."""

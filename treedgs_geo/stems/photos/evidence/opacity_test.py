@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import EXACT
 from ....reconstruction.cameras import View
 from ..fit.null_model import BREAST
 from ..fit.photo_fit import PhotoFit
@@ -23,10 +24,9 @@ from ..images.crops import GroundGrid, PhotoStack
 from ..tuned import CORE, ROW_M, SEEN_CORRELATION
 
 #: No fastmath: places whose ground no photo shows are NaN.
-_EXACT = {"nogil": True, "cache": True}
 
 
-@njit(parallel=True, **_EXACT)
+@njit(parallel=True, **EXACT)
 def _correlations(photos, ground, backdrop, lut, axis, heights, radii, out):
     """Correlation of luma with the ground's inside an outline, (V,); NaN where a photo holds too little of it."""
     centre = photos.centre

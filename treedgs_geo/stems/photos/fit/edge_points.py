@@ -16,10 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ..images.axis_patches import Strips
 from ..tuned import EDGE_SD_PX
-
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 
 class EdgePoints(NamedTuple):
@@ -54,7 +53,7 @@ class State(NamedTuple):
     matrix: np.ndarray
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def expectation(edges, damping, state):
     """Expectation-maximisation of edges and unknowns; the state is changed in place.
 
@@ -115,7 +114,7 @@ def expectation(edges, damping, state):
             offset[m] = o / h[m]
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _candidates_kernel(strips, radius, slope, window_px, place, weight):
     """Sub-pixel maxima of the mean gradient near both expected edges: place, weight (V, B, 2, K); place NaN if none."""
     us, q, coherence, gradient, _, px_m, widen = strips

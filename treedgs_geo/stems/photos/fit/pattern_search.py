@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-_FAST = {"nogil": True, "fastmath": True}
+_FAST = {"nogil": True, "fastmath": True, "error_model": "numpy"}
 #: Moves of one disc: eight ways sideways, alone and with a thinner or thicker stem, eight leans, two radii.
 DISC_MOVES = 34
 

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
 
+from ....core.machine import FAST
 from ...quality.priors import START_TAPER
 from ..images.axis_patches import Strips
 from ..images.background import Silhouette
@@ -30,8 +31,6 @@ from .search_kernels import (
     table_scores,
     view_z,
 )
-
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 
 @dataclass(frozen=True)
@@ -198,13 +197,13 @@ def distinct(hypotheses: list[Hypothesis], apart_m: float = 0.03, apart_r: float
     return kept
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _value(data, p):
     edges, silhouette, pull = data
     return objective(edges, p) + pull * contrast_of(silhouette, p)
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _move_to_edges(data, p, r_low, r_high):
     """Pattern search over place, lean and radius; p is changed in place."""
     return pattern_search(_value, data, disc_step, DISC_MOVES, p, r_low, r_high, (1.0, 0.5, 0.25), 10)

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ..tuned import SEEN_MEAN_Z, SEEN_PRIOR, SIGN_WEIGHT, SINGLE_WEIGHT, Z_CAP
 from .pattern_search import DISC_MOVES, disc_step, pattern_search
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: The grid search reads the mixture from a table: from this z-score on, so many entries a unit.
 Z_LOW, Z_STEPS = -9.0, 1024.0
 
@@ -44,7 +44,7 @@ class Null(NamedTuple):
     sd: np.ndarray
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def edge_factor(ridge, unit, v, b, i, j, terminator):
     """By what the product of two edges counts more or less, of view ``v`` and block ``b``: the left one at sample i,
     the right one at sample j.
@@ -69,14 +69,14 @@ def edge_factor(ridge, unit, v, b, i, j, terminator):
     return factor
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def edge_pair(ridge, unit, v, b, i, j, terminator):
     """Score of a pair of edges at whole samples (:func:`edge_factor`)."""
     one, other = ridge[v, b, i], ridge[v, b, j]
     return one * other * edge_factor(ridge, unit, v, b, i, j, terminator) + SINGLE_WEIGHT * (one + other)
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def edges_between(ridge, unit, v, b, left, right, terminator):
     """Score of a pair of edges at places between samples, whose colours are those of the nearest ones."""
     i, j = int(left), int(right)
@@ -92,7 +92,7 @@ def edges_between(ridge, unit, v, b, left, right, terminator):
     return factor * (el * er) + SINGLE_WEIGHT * (el + er)
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def above_null(null, v, radius, score):
     """z-score of a view's mean score of edge pairs this far apart (half of it, m) against those of chance."""
     radii, mean, sd = null
@@ -102,14 +102,14 @@ def above_null(null, v, radius, score):
     return (score - mean[v, k] * (1 - f) - mean[v, k + 1] * f) / (sd[v, k] * (1 - f) + sd[v, k + 1] * f)
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def mixture(z):
     """Log likelihood ratio of one view."""
     z = min(z, Z_CAP)
     return np.log(1.0 - SEEN_PRIOR + SEEN_PRIOR * np.exp(SEEN_MEAN_Z * z - 0.5 * SEEN_MEAN_Z * SEEN_MEAN_Z))
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def seen_sum(z):
     """:func:`mixture` summed over (V,) z-scores, without views that show nothing."""
     total = 0.0
@@ -119,7 +119,7 @@ def seen_sum(z):
     return total
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def null_scores(ridge, unit, terminator, u0, du, centres, radii, total, square, count):
     """Sums, sums of squares and counts, (V, R), of the edge scores of pairs at ``centres``, where no stem stands."""
     n_views, n_blocks, n_u = ridge.shape
@@ -147,7 +147,7 @@ def null_scores(ridge, unit, terminator, u0, du, centres, radii, total, square, 
         count[v] += centres.size
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def pair_table(ridge, unit, v, b, terminator, first, last, widest, table):
     """:func:`edge_pair` of every left edge in ``first <= i < last``, every width up to ``widest`` samples: (D, U)."""
     e, g = ridge[v, b], unit[v, b]
@@ -174,7 +174,7 @@ def pair_table(ridge, unit, v, b, terminator, first, last, widest, table):
                     out[k] = edge_pair(ridge, unit, v, b, first + k, first + k + d, terminator)
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def table_scores(edges, null, leans, offsets, gain, table):
     """LLR of every view for every extra lean, sideways offset and radius: table (L, V, C, R).
 
@@ -229,7 +229,7 @@ def table_scores(edges, null, leans, offsets, gain, table):
                     table[m, v, k, r] = gain[cell] * (np.float32(1.0) - part) + gain[cell + 1] * part
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def sum_scores(table, normal, xs, ys, c0, dc, score, best_lean):
     """Sum of the views' LLR on the (x, y, r) grid, best over leans."""
     n_leans, n_views, n_c, n_r = table.shape
@@ -249,7 +249,7 @@ def sum_scores(table, normal, xs, ys, c0, dc, score, best_lean):
                         best_lean[a, b, r] = m
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def view_z(edges, null, p, z):
     """z-score of one explanation, (5,) x, y, lx, ly, r, in every view; a view without data gets -9."""
     ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
@@ -268,7 +268,7 @@ def view_z(edges, null, p, z):
         z[v] = above_null(null, v, p[4], t / n_valid) if n_valid >= max(2, n_blocks // 3) else -9.0
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def objective(data, p):
     """Summed log likelihood ratio of (5,) x, y, lx, ly, r. data: edges, null, row of the prior, scratch (V,)."""
     edges, null, prior, z = data
@@ -287,13 +287,13 @@ def objective(data, p):
     )
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def polish_one(data, p, r_low, r_high):
     """Pattern search over place, lean, radius and "one edge stays" moves; p is changed in place."""
     return pattern_search(objective, data, disc_step, DISC_MOVES, p, r_low, r_high, (1.0, 0.5, 0.25, 0.12), 12)
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def polish_many(edges, null, prior, starts, r_low, r_high, best):
     """:func:`polish_one` of (M, 5) starts, side by side; starts and (M,) best are changed in place."""
     for m in prange(starts.shape[0]):
@@ -301,7 +301,7 @@ def polish_many(edges, null, prior, starts, r_low, r_high, best):
         best[m] = polish_one((edges, null, prior, z), starts[m], r_low[m], r_high)
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def score_many(edges, null, prior, trials, best):
     """``objective`` of (M, 5) explanations -> (M,) best."""
     for m in prange(trials.shape[0]):

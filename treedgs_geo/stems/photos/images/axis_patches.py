@@ -13,17 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ....reconstruction.images import FINEST_GSD_M, GAMMA
 from .crops import CX, CY, FX, FY, K1, K2, K3, P1, P2, ROW_0, ROW_X, ROW_Y, ROW_Z, TX, TY, TZ, PhotoStack
-
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
-
 
 #: A stem this near to a camera, or nearer, is not looked at in its photo, m.
 NEAREST_M = 1.0
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _lens(cam, a, b):
     """Normalised pinhole coordinates -> pixels."""
     r2 = a * a + b * b
@@ -33,7 +31,7 @@ def _lens(cam, a, b):
     return cam[FX] * u + cam[CX], cam[FY] * v + cam[CY]
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def project(cam, x, y, z):
     """One world point -> u, v (pixels, first pixel centre at 0.5) and depth. cam: row of :func:`.crops.camera_row`."""
     a = cam[0] * x + cam[1] * y + cam[2] * z + cam[TX]
@@ -52,7 +50,7 @@ def project(cam, x, y, z):
     return u, v, c
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def crop_place(photos, v, x, y, z):
     """Where photo ``v`` shows a point, u and v in pixels of its crop, and whether it does."""
     u, w, depth = project(photos.camera[v], x, y, z)
@@ -65,7 +63,7 @@ def crop_place(photos, v, x, y, z):
     )
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def fetch(photos, view, u, v, lut, out):
     """Bilinear colour at coordinates of a photo's crop (pixel centres at integers) -> three channels; edges are
     clamped."""
@@ -172,13 +170,13 @@ class _Sampling(NamedTuple):
     lut: np.ndarray
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def axis_at(axis, q):
     """x and y of an axis row ``q`` above breast height."""
     return axis[P_X] + axis[S_X] * q + axis[C_X] * q * q, axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def across_view(axis, centre):
     """How a camera at ``centre`` sees an axis row: direction across the view, nx and ny, and silhouette half width over
     radius (lean); no direction where it stands above the stem."""
@@ -193,7 +191,7 @@ def across_view(axis, centre):
     return nx, ny, np.sqrt(a2 / max(a2 - across * across, 1e-9))
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def derivative(sigma, half, rise):
     """(2 half + 1,) taps of a Gaussian derivative whose response to a ramp is its rise over ``rise`` samples."""
     taps = np.empty(2 * half + 1, np.float32)
@@ -208,7 +206,7 @@ def derivative(sigma, half, rise):
     return taps
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _opponent(pixels, k, lut):
     """Three channels of the pixel whose blue lies at ``k``."""
     blue, green, red = lut[pixels[k]], lut[pixels[k + 1]], lut[pixels[k + 2]]
@@ -219,7 +217,7 @@ def _opponent(pixels, k, lut):
     )
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _between(start, end, size, at, share):
     """Whole pixels before evenly spaced places from ``start`` to ``end``, (wide,) int32, and the share of a pixel
     beyond them, (wide,) float32; edges are clamped."""
@@ -235,7 +233,7 @@ def _between(start, end, size, at, share):
         at[i] = before + whole
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _read_line(pixels, start, shape, ends, lut, line, at, share):
     """:func:`fetch` at evenly spaced places between the ends (u, v, u, v), (3, wide). Several places lie between the
     same four pixels, which are looked up once. at, share: (2, wide) int32 and float32 to work with."""
@@ -264,7 +262,7 @@ def _read_line(pixels, start, shape, ends, lut, line, at, share):
             i += 1
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _read_row(photos, v, axis, h, across, lut, line, at, share):
     """One row of a strip, (3, wide), at height ``h``; False where the crop ends earlier. across: direction across the
     view, first place and length, metres."""
@@ -288,7 +286,7 @@ def _read_row(photos, v, axis, h, across, lut, line, at, share):
     return True
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _add_slopes(line, taps, slope, mean, power):
     """Derivative of a row: added to (3, U) mean, its square to (U,) power. The taps are odd: one multiplication for two
     samples, three taps at a time."""
@@ -315,7 +313,7 @@ def _add_slopes(line, taps, slope, mean, power):
             power[i] += slope[i] * slope[i]
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _strips_kernel(photos, wanted, axis, sampling, strips):
     """Fill ``strips`` (a :class:`Strips`) along an axis row in the ``wanted`` photos."""
     heights, per_block, u0, du, sigma_px, tau, lut = sampling
@@ -393,7 +391,7 @@ def cut_strips(stack: PhotoStack, axis: StemAxis, layout: StripLayout, wanted: n
     return strips
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def draw_row(e, gradient, width, ridge, unit):
     """Local maxima of a row's coherence (U,) as Gaussians ``width`` samples wide, with their colour direction, of
     gradients (U, 3)."""
@@ -416,7 +414,7 @@ def draw_row(e, gradient, width, ridge, unit):
                 unit[j, 2] = g2 / norm
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _ridges_kernel(coherence, gradient, width, ridge, unit):
     n_views, n_blocks, _ = coherence.shape
     for v in prange(n_views):
@@ -436,7 +434,7 @@ def draw_ridges(coherence: np.ndarray, gradient: np.ndarray, width_samples: floa
     return ridge, unit
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _known_kernel(strips, axis, centre, known, margin):
     us, q, coherence, normal = strips.u, strips.q, strips.coherence, strips.normal
     u0, du = us[0], us[1] - us[0]

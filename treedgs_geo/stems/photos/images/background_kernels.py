@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ..tuned import BESIDE_M, CEILING, FLOOR, STEP_M
 from .axis_patches import BH_M, GROUND_Z, LUT_GAMMA, across_view, axis_at, crop_place, fetch
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Log likelihood ratio of ground over the squared colour error: read from a table, so many entries a unit (to 1e-6).
 RATIO_STEPS = 128.0
 #: 0.6 of the ground's pixels look like their median, 40 times as densely as any other colour.
@@ -34,7 +34,7 @@ NOWHERE = 1e7
 UNKNOWN = np.float32(-99.0)
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def ground_medians(photos, x, y, z, lut, least, mean, spread):
     """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
     for i in prange(x.size):
@@ -57,7 +57,7 @@ def ground_medians(photos, x, y, z, lut, least, mean, spread):
             spread[i, channel] = np.float32(1.4826) * np.median(np.abs(values - mean[i, channel]))
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
     """Log likelihood ratio of "this is the ground ``f`` at cell (a, b)"; :data:`UNKNOWN` where none is known."""
     error = np.float32(0.0)
@@ -73,7 +73,7 @@ def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
     return ratio[cell] * (np.float32(1.0) - part) + ratio[cell + 1] * part
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def behind_on_ground(ground, centre, start_z, x, y, z):
     """x and y where the viewing ray through a point meets the ground behind it; :data:`NOWHERE` for a ray that does not
     go down. start_z: a first guess of its height; centre: (3,) of the camera."""
@@ -92,7 +92,7 @@ def behind_on_ground(ground, centre, start_z, x, y, z):
     return hx, hy
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def likelihoods(photos, ground, backdrop, tones, axis, heights, us, silhouette):
     """Fill ``silhouette`` (a :class:`.background.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
     centre = photos.centre
@@ -142,7 +142,7 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, silhouette):
                     sums[j] = 0.0
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def sum_at(total, v, b, place):
     """Running sum of view v, block b at a place between samples."""
     k = int(place)
@@ -150,7 +150,7 @@ def sum_at(total, v, b, place):
     return total[v, b, k] * (1.0 - share) + total[v, b, min(k + 1, total.shape[2] - 1)] * share
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def step_contrast(total, v, b, first, last, u0):
     """How much less ground shows from place ``first`` to ``last`` (m) than beside it, weighted; 0 at the rim."""
     left = (first - u0) / STEP_M + 0.5
@@ -167,7 +167,7 @@ def step_contrast(total, v, b, first, last, u0):
     return inside * beside / (inside + beside) * step * abs(step)
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def contrast_of(silhouette, p):
     """:meth:`.background.Silhouette.contrast` of (5,) x, y, lx, ly, r."""
     total, u0, qs, normal, widen, blind, taper = silhouette
@@ -183,7 +183,7 @@ def contrast_of(silhouette, p):
     return result
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def grid_contrasts(silhouette, offsets, radii, score):
     """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R).
 

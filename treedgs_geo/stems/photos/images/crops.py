@@ -206,24 +206,30 @@ def load_stack(
         bottom = int(min(np.ceil(pixels[:, 1].max() / k) + 3, camera.height // k)) * k
         if right - left >= 32 * k and bottom - top >= 32 * k:
             wanted.append((view, k, (top, left, bottom, right)))
-    crops, kept, corners = [], [], []
+    box = np.array([np.array(edges) // k for _, k, edges in wanted], np.int64).reshape(-1, 4)
+    corner, shape = box[:, :2], box[:, 2:] - box[:, :2]
+    ends = np.cumsum(3 * shape.prod(axis=1))
+    pixels, start = np.empty(ends[-1] if len(ends) else 0, np.uint8), ends - 3 * shape.prod(axis=1)
+
+    def read(number: int) -> bool:
+        crop = _crop(wanted[number])
+        if crop is not None:
+            pixels[start[number] : ends[number]] = crop
+        return crop is not None
+
     # Decoding leaves Python's lock free; few photos at a time, because large ones are large while they are decoded.
     with ThreadPoolExecutor(max_workers=min(os.cpu_count() or 1, MAX_READERS)) as readers:
-        for (view, k, (top, left, bottom, right)), crop in zip(wanted, readers.map(_crop, wanted), strict=True):
-            if crop is None:
-                reporter.warn(f"{view.path}: cannot be read as an image; it is left out.")
-                continue
-            crops.append(crop)
-            corners.append((top // k, left // k, (bottom - top) // k, (right - left) // k))
-            kept.append(view if k == 1 else replace(view, camera=shrunk_camera(view.camera, k)))
-    box = np.array(corners, np.int64).reshape(-1, 4)
-    sizes = np.array([crop.size for crop in crops], np.int64)
+        is_read = np.array(list(readers.map(read, range(len(wanted)))), bool)
+    for number in np.flatnonzero(~is_read):
+        reporter.warn(f"{wanted[number][0].path}: cannot be read as an image; it is left out.")
+    reduced = [view if k == 1 else replace(view, camera=shrunk_camera(view.camera, k)) for view, k, _ in wanted]
+    kept = [view for view, there in zip(reduced, is_read, strict=True) if there]
     return PhotoStack(
         views=kept,
-        pixels=np.concatenate(crops) if crops else np.empty(0, np.uint8),
-        start=np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64) if crops else np.empty(0, np.int64),
-        shape=np.ascontiguousarray(box[:, 2:]),
-        corner=np.ascontiguousarray(box[:, :2]),
+        pixels=pixels,
+        start=start[is_read],
+        shape=shape[is_read],
+        corner=corner[is_read],
         camera=np.array([camera_row(view) for view in kept]).reshape(-1, ROW_0 + 1),
         centre=np.array([view.centre for view in kept]).reshape(-1, 3),
     )

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ..tuned import STRAIGHT_M
 from .axis_patches import LUT_GAMMA, NEAREST_M, derivative, draw_row, fetch, project
 from .crops import FX, GroundGrid, PhotoStack
-
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: A camera looks down at stems from this height above them on, over their distance.
 LOOKS_DOWN = 0.3
@@ -67,7 +66,7 @@ class _Filter(NamedTuple):
     lut: np.ndarray
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def row_knots(cam, corner, centre, angle, azimuth0, step_a, wide):
     """Crop columns and rows of every 16th of ``wide`` columns of a map's row at a nadir angle; between them, linear."""
     n_knots = wide // 16 + 2
@@ -80,7 +79,7 @@ def row_knots(cam, corner, centre, angle, azimuth0, step_a, wide):
     return ku, kv
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _read_row(photos, view, centre, angle, azimuth0, step_a, half, lut, line, good):
     """One row of the map, at a nadir angle, with ``half`` more columns on both sides: (3, wide) line, (wide,) good."""
     cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
@@ -102,7 +101,7 @@ def _read_row(photos, view, centre, angle, azimuth0, step_a, half, lut, line, go
         line[2, j] = colour[2]
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _coherence(slope, energy, inside, low, high, tau, mean, e):
     """Coherence (columns,) of the rows low to high, and the sums of their slopes, (3, columns) mean."""
     n_cols = e.size
@@ -122,7 +121,7 @@ def _coherence(slope, energy, inside, low, high, tau, mean, e):
             e[j] = m2 / (power[j] / n + np.float32(tau * tau))
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _map_kernel(photos, view, plumb, filters):
     """Fill the ridge and the colour directions of ``plumb`` (a :class:`PlumbMap`) from one photo."""
     azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb

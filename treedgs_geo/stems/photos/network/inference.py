@@ -17,12 +17,10 @@ from numba import njit, prange
 from scipy.special import expit
 
 from ....core.files import read_json
-from ....core.machine import ahead, release_memory
+from ....core.machine import FAST, ahead, release_memory
 from ..images.crops import PhotoArrays, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, row_knots
 from ..tuned import COLUMN_M, GROUND_RATIO, RAREST_STEM
-
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: Classes of the network, in the order of its outputs.
 CLASSES = ("ground", "stem", "foliage", "wood", "ivy")
@@ -53,7 +51,7 @@ class OddsMaps(NamedTuple):
     centre: np.ndarray
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _resample(photos, view, azimuth0, step_a, nadir0, step_n, high, wide, colour, good):
     cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
     pixels, start, centre = photos.pixels, photos.start[view], photos.centre[view]
@@ -113,7 +111,7 @@ def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbGrid) -> tuple[np.
     return colour, good
 
 
-@njit(**_FAST)
+@njit(**FAST)
 def _tone(colour, good):
     """Mean of each channel over a photo, 0..1, and the spread of the brightness; from whole numbers, so exact."""
     sums, square, count = np.zeros(4, np.int64), np.int64(0), 0
@@ -185,21 +183,25 @@ def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
             colour, good = plumb_colours(stack.arrays, view, plumb)
             yield network_shares(network, normalised(colour, good)), good
 
+    grids = [network_grid(plumb)[0] for plumb in plumbs]
+    shape = np.array([grid.shape for grid in grids], np.int64).reshape(-1, 2)
+    ends = np.cumsum(shape.prod(axis=1))
+    start = ends - shape.prod(axis=1)
     wanted = ("stem",), ("stem", "ivy"), ("ground",)
-    found: tuple[list[np.ndarray], ...] = tuple([] for _ in wanted)
-    for shares, good in ahead(seen()):
-        for each, classes in zip(found, wanted, strict=True):
-            each.append(quantised(class_odds(shares, *classes), good))
-    grid = np.array([network_grid(plumb)[0][:4] for plumb in plumbs], float).reshape(-1, 4)
-    bark, either, ground = found
-    maps = NetworkMaps(*(together(each, grid, stack.centre) for each in (bark, either, stem_ratios(either, ground))))
+    odds = np.empty((len(wanted), ends[-1]), np.int8)
+    for view, (shares, good) in enumerate(ahead(seen())):
+        for row, classes in zip(odds, wanted, strict=True):
+            row[start[view] : ends[view]] = quantised(class_odds(shares, *classes), good).ravel()
+    either, ground = (np.split(row, start[1:]) for row in odds[1:])
+    odds[2] = np.concatenate(stem_ratios(either, ground))
     release_memory()
-    return maps
+    grid = np.array([grid[:4] for grid in grids], float)
+    return NetworkMaps(*(OddsMaps(row, start, shape, grid, stack.centre) for row in odds))
 
 
 def stem_ratios(either: list[np.ndarray], ground: list[np.ndarray]) -> list[np.ndarray]:
     """Log likelihood ratio of a stem in the line of sight of each pixel, by the log odds of bark or ivy and of ground:
-    V maps each, (rows, columns) int8 of :func:`quantised`.
+    V maps each, int8 of :func:`quantised`.
 
     Ground speaks against a stem, and what may stand in front of one (leaves, other wood) says nothing: a stem is hidden
     as often as such things are seen at all, and where it is not, it is seen.
@@ -223,10 +225,3 @@ def stem_ratios(either: list[np.ndarray], ground: list[np.ndarray]) -> list[np.n
 def quantised(odds: np.ndarray, good: np.ndarray) -> np.ndarray:
     """(rows, columns) log odds, and where the photo shows something -> int8 as :class:`OddsMaps` keeps them."""
     return np.where(good, np.round(STEPS * odds).astype(np.int8), np.int8(OUTSIDE))
-
-
-def together(maps: list[np.ndarray], grid: np.ndarray, centre: np.ndarray) -> OddsMaps:
-    """Maps of V photos, (rows, columns) int8 each, as one; grid (V, 4), centre (V, 3)."""
-    shape = np.array([each.shape for each in maps], np.int64).reshape(-1, 2)
-    start = np.concatenate([[0], np.cumsum(shape.prod(axis=1))[:-1]]).astype(np.int64)
-    return OddsMaps(np.concatenate([each.ravel() for each in maps]), start, shape, grid, centre)

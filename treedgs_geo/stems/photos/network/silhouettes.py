@@ -7,16 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit, prange
 
+from ....core.machine import FAST
 from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at
 from ..images.background import Silhouette, blank
 from ..images.crops import GroundGrid
 from ..tuned import ABOUT_M, SHARE_WEIGHT
 from .inference import OUTSIDE, STEPS, OddsMaps
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
-
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _column(maps, v, x, y):
     """Column of a place in a photo's map, and its horizontal distance from the camera, metres."""
     dx, dy = x - maps.centre[v, 0], y - maps.centre[v, 1]
@@ -25,20 +24,20 @@ def _column(maps, v, x, y):
     return swing / maps.grid[v, 1], np.sqrt(dx * dx + dy * dy)
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def odds_at(maps, v, x, y, z):
     """Log odds at a point, bilinear; NaN where the photo shows nothing."""
     column, flat = _column(maps, v, x, y)
     return _between(maps, v, column, _row(maps, v, flat, z))
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _row(maps, v, flat, z):
     """Row of a height in a photo's map, so far from the camera."""
     return (np.arctan2(flat, maps.centre[v, 2] - z) - maps.grid[v, 2]) / maps.grid[v, 3]
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _between(maps, v, column, row):
     """:func:`odds_at` a place in a photo's map."""
     rows, columns = maps.shape[v, 0], maps.shape[v, 1]
@@ -53,7 +52,7 @@ def _between(maps, v, column, row):
     return ((p * (1 - b) + q * b) * (1 - a) + (s * (1 - b) + t * b) * a) / STEPS
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _cut(maps, axis, heights, us, silhouette):
     """Fill ``silhouette`` (a :class:`.images.background.Silhouette`) with the log odds of "no stem"."""
     total, normal, widen, blind = silhouette.total, silhouette.normal, silhouette.widen, silhouette.blind
@@ -107,7 +106,7 @@ def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
     return ground._replace(total=ground.total + bark.total, blind=ground.blind | bark.blind)
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _shares(maps, views, axis, radii, heights, across, share):
     for k in prange(share.shape[0]):
         nx, ny, _ = across_view(axis, maps.centre[views[k]])
@@ -140,7 +139,7 @@ def covered_share(
     return float(1 - found[0][known].sum() / max(found[1][known].sum(), 1e-9)) if known.any() else np.nan
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
     for i in prange(total.shape[1]):
         found = np.empty(heights.size)

@@ -17,6 +17,7 @@ from numba import njit, prange
 from scipy.ndimage import maximum_filter
 from scipy.special import ndtri
 
+from ....core.machine import FAST
 from ....reconstruction.area import Area
 from ..images.crops import GroundGrid, PhotoStack
 from ..images.vertical_rectification import PlumbGrid, PlumbMap, make_map
@@ -37,8 +38,6 @@ from ..tuned import (
     SINGLE_WEIGHT,
     UPRIGHT_MAX_DEG,
 )
-
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: Of the histograms of scores.
 N_BINS = 512
@@ -92,7 +91,7 @@ class _Tile(NamedTuple):
     mask: np.ndarray
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _ground(z, x0, y0, cell, x, y):
     rows, columns = z.shape
     u = min(max((x - x0) / cell, 0.0), columns - 1.001)
@@ -102,7 +101,7 @@ def _ground(z, x0, y0, cell, x, y):
     return (z[i, j] * (1 - a) + z[i + 1, j] * a) * (1 - b) + (z[i, j + 1] * (1 - a) + z[i + 1, j + 1] * a) * b
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _look_along(plumb, d, heights, ground_grid, look):
     """The rows of the map that each height takes at one distance ``d`` from the camera: (heights, knots), -1 outside.
     Ground is looked up every 16th column."""
@@ -121,7 +120,7 @@ def _look_along(plumb, d, heights, ground_grid, look):
         before = here
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _add_pairs(plumb, look, d, radii, share, edge, score):
     """Pair scores of one height at a distance ``d``, times ``share``, onto ``score`` (radius, azimuth column).
 
@@ -162,7 +161,7 @@ def _add_pairs(plumb, look, d, radii, share, edge, score):
             out[j] += share * (e1[j] * e2[j] - sign * dot + single * (e1[j] + e2[j]))
 
 
-@njit(inline="always", **_FAST)
+@njit(inline="always", **FAST)
 def _layer_bins(plumb, look, d, radii, edge, score, bins):
     """Pair scores of a layer at a distance ``d``, mean over its blocks, as histogram bins (radius, column).
 
@@ -177,7 +176,7 @@ def _layer_bins(plumb, look, d, radii, edge, score, bins):
             to[j] = np.uint16(min(np.sqrt(max(line[j], zero)) * scale, top))
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _count_scores(plumb, rings, heights, blocks, radii, ground_grid, step, counts):
     """Histograms of the pair scores, (part, layer, radius, bin), of every ``step``-th ring and every second column;
     parts are those of the rings, whatever the number of threads."""
@@ -198,7 +197,7 @@ def _count_scores(plumb, rings, heights, blocks, radii, ground_grid, step, count
                         counts[part, layer, r, bins[r, j]] += 1
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
     """Log likelihood ratios on (distance, azimuth column, layer, radius): pair scores, mean over the blocks of a layer,
     looked up by their bin."""
@@ -220,7 +219,7 @@ def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
                     to[r] = values[r, bins[r, j]]
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _accumulate(llr, plumb, rings, tile, shift_x, shift_y, total):
     """Add one photo's ratios, (rings, columns, layers, radii), to every cell of the tile in these rings that it shows,
     seen from a shifted camera; what it does not show it says nothing of. total: (rows, layers, columns, radii)."""
@@ -248,7 +247,7 @@ def _accumulate(llr, plumb, rings, tile, shift_x, shift_y, total):
                         to[r] += values[r]
 
 
-@njit(parallel=True, **_FAST)
+@njit(parallel=True, **FAST)
 def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r):
     """Best sum of layers along straight lines through every cell. layers: (Y, M, X, R)."""
     n_y, n_layers, n_x, n_r = layers.shape

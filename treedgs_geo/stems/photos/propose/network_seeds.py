@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
 
+from ....core.machine import FAST
 from ....reconstruction.area import Area
 from ..fit.null_model import BREAST
 from ..fit.pattern_search import DISC_MOVES, disc_step, pattern_search
@@ -33,10 +34,8 @@ from ..tuned import (
 )
 from .edge_voting import Proposals, Seed, best_lines, lean_grid
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
 
-
-@njit(**_FAST)
+@njit(**FAST)
 def _clearest(silhouette, p, r_low, r_high):
     """Pattern search for the clearest silhouette over place, lean and radius; p is changed in place."""
     return pattern_search(contrast_of, silhouette, disc_step, DISC_MOVES, p, r_low, r_high, (2.0, 1.0, 0.5), 12)
