@@ -73,14 +73,14 @@ def _settled(layers, s, y, x):
 
 
 @njit(inline="always", **FAST)
-def _candidates(line, least, out):
-    """Pixels of a row (W,) that may be extrema, (W - 2,) bool: high or low enough, and beyond both neighbours."""
-    left, here, right = line[:-2], line[1:-1], line[2:]
+def _candidates(layer, row, least, out):
+    """Pixels of a row that may be extrema, (W - 2,) bool: high or low enough, and beyond their four neighbours."""
+    left, here, right = layer[row, :-2], layer[row, 1:-1], layer[row, 2:]
+    up, down = layer[row - 1, 1:-1], layer[row + 1, 1:-1]
     for x in range(out.size):
         value = here[x]
-        above = (value > least) & (left[x] <= value) & (right[x] <= value)
-        below = (value < -least) & (left[x] >= value) & (right[x] >= value)
-        out[x] = above | below
+        highest, lowest = max(left[x], right[x], up[x], down[x]), min(left[x], right[x], up[x], down[x])
+        out[x] = ((value > least) & (highest <= value)) | ((value < -least) & (lowest >= value))
 
 
 @njit(**FAST)
@@ -100,7 +100,7 @@ def extrema(layers, least, most_edge, found):
     likely = np.empty(width - 2, np.bool_)
     for level in range(1, LEVELS + 1):
         for row in range(_BORDER, height - _BORDER):
-            _candidates(layers[level, row], first, likely)
+            _candidates(layers[level], row, first, likely)
             for column in range(_BORDER, width - _BORDER):
                 if not likely[column - 1]:
                     continue
