@@ -174,7 +174,7 @@ class Preset:
 CHAIN_PRESETS = {
     "fast": Preset(
         ReconstructOptions(max_features=4000, neighbours=12),
-        PhotoStemOptions(max_views=48, max_lean_deg=10.0),
+        PhotoStemOptions(max_views=32, max_lean_deg=10.0),
         sheets="check",
         heights=False,
     ),
