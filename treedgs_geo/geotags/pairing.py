@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ..core.errors import GeotagError
 from .gpstime import describe_utc, gps_to_utc
@@ -299,6 +298,8 @@ def _sum_up(gain: np.ndarray) -> tuple[float, np.ndarray]:
 
 def _ending_at(gain: np.ndarray) -> tuple[np.ndarray, float]:
     """(N, M) logarithm of the sum over the pairings whose last pair is this one, and of the sum over all."""
+    from scipy.signal import lfilter  # half a second, which most flights need not wait for
+
     found = np.full(gain.shape, -np.inf)
     # In units of exp(scale): sums over the rows so far, by their last column, and faded over the columns since.
     ended, before, total, scale = np.zeros(gain.shape[1]), np.zeros(gain.shape[1]), 1.0, 0.0

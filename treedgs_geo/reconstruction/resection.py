@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import binom
+from scipy.special import bdtrc
 from threadpoolctl import threadpool_limits
 
 from ..core.machine import in_threads
@@ -169,7 +169,7 @@ def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
         off = np.linalg.norm(store.keypoints[i][key] - block.view(i).project(others.points[point])[0], axis=1)
         off = off[off < CONFIRMED_REACH_PX]
         chance = (CONFIRMED_PX / CONFIRMED_REACH_PX) ** 2
-        return bool(binom.sf(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE)
+        return bool(bdtrc(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE)
 
     found = np.zeros(len(block.keypoints), bool)
     with threadpool_limits(1, "blas"):

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
-from scipy.stats import chi2, poisson
+from scipy.special import chdtrc, gammainc
 
 from .tree import Tree
 
@@ -89,8 +89,8 @@ def _at_one_offset(rows: np.ndarray, xy: np.ndarray, dbh_cm: np.ndarray) -> Repe
     rest = 4 * away / within - 2  # areas, in those of the offset's own
     # Stems of one stool make many pairs, but chance puts the stool there only once.
     each = max((ring.sum() + 2 * len(here)) / len(rows), 1.0)
-    by_chance = poisson.sf(len(here) / each - 1, (ring.sum() + 1) / rest / each)
-    agree = chi2.sf(-2 * np.log(unlike[here]).sum(), 2 * len(here))
+    by_chance = gammainc(np.floor(len(here) / each), (ring.sum() + 1) / rest / each)  # Poisson: so many or more
+    agree = chdtrc(2 * len(here), -2 * np.log(unlike[here]).sum())
     if by_chance > _CHANCE[0] or agree > _CHANCE[1] or np.median(unlike[here]) > _ALIKE:
         return None
     same = [k for k in here if unlike[k] < 2 * _ALIKE]
