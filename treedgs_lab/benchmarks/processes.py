@@ -3,6 +3,7 @@ writes them, and jobs of this package."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import time
 from pathlib import Path
@@ -15,6 +16,23 @@ from treedgs_geo.core.files import read_json, write_json
 CRS = "EPSG:6344"
 #: What the crew brings of ground control, in the plot's folder.
 CONTROL = "gcp_list.txt"
+
+
+class Stopwatch:
+    """Seconds since it was made: on the clock, and of processors, of this process and its finished children."""
+
+    def __init__(self) -> None:
+        self._began = self._now()
+
+    def seconds(self) -> dict[str, float]:
+        """``wall_s`` and ``cpu_s``, to a tenth."""
+        wall_s, cpu_s = (round(now - began, 1) for now, began in zip(self._now(), self._began, strict=True))
+        return {"wall_s": wall_s, "cpu_s": cpu_s}
+
+    @staticmethod
+    def _now() -> tuple[float, float]:
+        times = os.times()
+        return time.monotonic(), times.user + times.system + times.children_user + times.children_system
 
 
 def words(verb: str, *options: Any) -> list[str]:

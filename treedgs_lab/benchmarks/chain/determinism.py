@@ -6,11 +6,12 @@ more cores save.
     python -m treedgs_lab.benchmarks.chain.determinism --against ../before
         --photos DEMO PLOT_E --clouds PLOT_A PLOT_E PLOT_H --output docs/results/determinism_move.json
 
-A plot is a folder as ``simulate-plot`` writes it. Every run starts from nothing: own
-process, own workspace. ``--against CHECKOUT`` runs the same inputs with this code and with the code of another checkout
-(``git worktree add ../before COMMIT``) and compares the tree layers bit for bit: a change that only moves code changes
-none. Seconds of each stage on one core and on all say how much of it is shared among cores, and so what more cores
-would save (Amdahl's law; of an idle machine alone). The exit status is 1 where the goal is missed.
+A plot is a folder as ``simulate-plot`` writes it. Every run starts from nothing: own process, own workspace.
+``--against CHECKOUT`` runs the same inputs with this code and with the code of another checkout (``git worktree add
+../before COMMIT``) and compares the tree layers bit for bit: a change that only moves code changes none. Seconds of
+both, one run after the other, say what a change saves. Seconds of each stage on one core and on all say how much of it
+is shared among cores, and so what more cores would save (Amdahl's law; of an idle machine alone). The exit status is 1
+where the goal is missed.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ import numpy as np
 import pandas as pd
 
 from treedgs_geo.core import workspace as names
-from treedgs_geo.core.files import read_json
+from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.reconstruction.model import REPORT, load_views
-from treedgs_lab.benchmarks.processes import photo_inputs
+from treedgs_lab.benchmarks.processes import Stopwatch, photo_inputs
 from treedgs_lab.benchmarks.records import ROOT, write_record
 
 assert sys.platform != "win32", "this benchmark needs Linux"
@@ -40,6 +41,8 @@ assert sys.platform != "win32", "this benchmark needs Linux"
 ACROSS_CORES_MM = 0.1
 #: Columns that hold when something was made, not what was measured.
 MADE = ("run_id", "made", "created", "date")
+#: Seconds of a run, beside its tree layer.
+TOOK = "took.json"
 #: The seed of both verbs when none is given.
 SEED = 0
 
@@ -92,6 +95,7 @@ def run(case: Case, work: Path, cores: set[int], code: Path = ROOT) -> Path:
     output = work / "trees.gpkg"
     if not output.exists():
         work.mkdir(parents=True, exist_ok=True)
+        watch = Stopwatch()
         subprocess.run(
             case.words(work),
             check=True,
@@ -100,6 +104,7 @@ def run(case: Case, work: Path, cores: set[int], code: Path = ROOT) -> Path:
             stdout=subprocess.DEVNULL,
             preexec_fn=lambda: os.sched_setaffinity(0, cores),
         )
+        write_json(work / TOOK, watch.seconds())
     return output
 
 
@@ -110,6 +115,7 @@ def compare(one: Path, other: Path) -> dict:
         "trees": [len(a), len(b)],
         "same_to_the_bit": False,
         "flags_differ": None,
+        "dbh_within_half_mm": None,
         "most_dbh_mm": None,
         "most_place_mm": None,
         "most_error_mm": None,
@@ -123,6 +129,8 @@ def compare(one: Path, other: Path) -> dict:
     for name, column in (("most_dbh_mm", "dbh_cm"), ("most_error_mm", "dbh_se_cm")):
         apart = (pd.to_numeric(a[column]) - pd.to_numeric(b[column])).abs()
         found[name] = None if apart.isna().all() else float(10 * apart.max())
+        if column == "dbh_cm":
+            found["dbh_within_half_mm"] = int((10 * apart <= 0.5).sum())
     found["most_place_mm"] = float(1000 * a.geometry.distance(b.geometry, align=False).max()) if len(a) else 0.0
     return found
 
@@ -154,6 +162,9 @@ def judge(case: Case, work: Path, against: Path | None) -> dict:
         record[name] = compare(first, other)
         if case.preset:
             record[name]["cameras"] = cameras_apart(case.plot / "images", first.parent / "ws", other.parent / "ws")
+    if against is not None:
+        now, before = (read_json(work / which / TOOK) for which in ("first", "against"))
+        record["seconds"] = {"now": now, "before": before, "ratio": round(now["wall_s"] / before["wall_s"], 2)}
     if case.preset and against is None:
         alone, shared = (stage_seconds(output.parent / "ws") for output in (others["one_core"], first))
         record["stages"] = on_more_cores(alone, shared, len(every))
