@@ -34,6 +34,28 @@ NOWHERE = 1e7
 UNKNOWN = np.float32(-99.0)
 
 
+@njit(inline="always", **FAST)
+def _insert(row, n, value):
+    """Put a value among the first ``n`` of a row, which are in order."""
+    while n > 0 and row[n - 1] > value:
+        row[n] = row[n - 1]
+        n -= 1
+    row[n] = value
+
+
+@njit(inline="always", **FAST)
+def _median(row, n):
+    """Median of the first ``n`` of a row, which are in order, and the median deviation from it."""
+    half = np.float32(0.5)
+    middle = half * (row[(n - 1) // 2] + row[n // 2])
+    low, high, before, last = 0, n - 1, np.float32(0), np.float32(0)
+    for _ in range(n // 2 + 1):  # the next largest deviation lies at one of the ends
+        before, left, right = last, middle - row[low], row[high] - middle
+        last = max(left, right)
+        low, high = (low + 1, high) if left > right else (low, high - 1)
+    return middle, last if n % 2 else half * (before + last)
+
+
 @njit(parallel=True, **FAST)
 def ground_medians(photos, x, y, z, lut, least, mean, spread):
     """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
@@ -46,15 +68,15 @@ def ground_medians(photos, x, y, z, lut, least, mean, spread):
             if not shown:
                 continue
             fetch(photos, v, u, w, lut, out)
-            colours[:, n] = out
+            for channel in range(3):
+                _insert(colours[channel], n, out[channel])
             n += 1
         if n < least:
             mean[i], spread[i] = np.nan, np.nan
             continue
         for channel in range(3):
-            values = colours[channel, :n]
-            mean[i, channel] = np.median(values)
-            spread[i, channel] = np.float32(1.4826) * np.median(np.abs(values - mean[i, channel]))
+            mean[i, channel], deviation = _median(colours[channel], n)
+            spread[i, channel] = np.float32(1.4826) * deviation
 
 
 @njit(inline="always", **FAST)
