@@ -164,7 +164,8 @@ def ground_picture(
     for i, image, weight in zip(used, stack, share**_POWER, strict=True):
         if weight.max() > 0.01:
             wide = cv2.resize(weight, (columns, rows), interpolation=cv2.INTER_LINEAR) * (image[..., 0] > 0)
-            total += wide[..., None] * gains[views[i].name] * image
+            factors = cv2.merge([wide * gain for gain in gains[views[i].name]])
+            cv2.accumulateProduct(factors, image.astype(np.float32), total)
             weights += wide
     shown = (cv2.resize(best, (columns, rows), interpolation=cv2.INTER_LINEAR) >= AGREED) & (weights > 0.01)
     result[..., :3] = np.clip(np.rint(total / weights[..., None]), 0, 255) * shown[..., None]
