@@ -23,7 +23,7 @@ RATIO = 0.8
 #: must be, pixels, more lie so near to it than chance would put there but once in a million photos: some points are
 #: there because the photo's own wrong matches chose them.
 CONFIRMED_REACH_PX, CONFIRMED_PX, CONFIRMED_CHANCE = 40.0, 4.0, 1e-6
-#: So many of a photo's points are enough to tell that.
+#: So many of a photo's points are asked first.
 PROOF_POINTS = 100
 
 
@@ -155,13 +155,14 @@ def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
     """(N,) bool: posed photos that show points which other photos made where the block says that they are.
 
     Wrong matches that agree with each other turn a photo as they like, and its residuals are small; the points as the
-    others alone have them tell; of many a part does.
+    others alone have them tell; where most are right a part of them does.
     """
     rays, posed = block.rays(), np.flatnonzero(block.is_posed)
     shown = np.bincount(block.image, minlength=len(block.keypoints))
 
-    def work(i: int) -> bool:
-        some = np.arange(len(block.points)) % max(shown[i] // PROOF_POINTS, 1) == 0
+    def tells(i: int, each: int) -> bool:
+        """Whether every ``each``-th point does."""
+        some = np.arange(len(block.points)) % each == 0
         others = block.part(some)
         intersect(others, rays.of(some[block.point]).of(others.keep(others.image != i)))
         pose = block.rotations[i], block.translations[i]
@@ -170,6 +171,10 @@ def confirmed(block: Block, store: FeatureStore) -> np.ndarray:
         off = off[off < CONFIRMED_REACH_PX]
         chance = (CONFIRMED_PX / CONFIRMED_REACH_PX) ** 2
         return bool(bdtrc(np.sum(off < CONFIRMED_PX) - 1, len(off), chance) < CONFIRMED_CHANCE)
+
+    def work(i: int) -> bool:
+        few = max(shown[i] // PROOF_POINTS, 1)
+        return tells(i, few) or (few > 1 and tells(i, 1))
 
     found = np.zeros(len(block.keypoints), bool)
     with threadpool_limits(1, "blas"):
