@@ -130,7 +130,7 @@ def test_the_file_is_a_cloud_optimised_geotiff_in_the_project_crs(written):
 
 def test_pieces_of_a_large_picture_fit_together(flown, written, tmp_path, monkeypatch):
     """Made in pieces of a fifth of the side it is the same picture, without seams."""
-    monkeypatch.setattr("treedgs_geo.reconstruction.orthophoto._PIECE_PX", 56)
+    monkeypatch.setattr("treedgs_geo.reconstruction.orthophoto._WRITTEN_PX", 56)
     write_orthophoto(tmp_path / "many.tif", flown, ground, FRAME, BOX, Reporter())
     (one, *_), (many, *_) = read(written[0]), read(tmp_path / "many.tif")
     assert one.shape == many.shape
