@@ -331,7 +331,9 @@ def _as_stored(store: FeatureStore, pairs: np.ndarray, guide: Guide, work: Work,
         if asked.any():  # a few pairs tell most
             count = np.array([len(store.matches.get(pair, ())) for pair in map(tuple, pairs.tolist())])
             own = [np.flatnonzero((pairs == i).any(axis=1)) for i in np.flatnonzero(asked)]
-            few = np.unique(np.concatenate([rows[np.argsort(-count[rows])[:TRIED_PAIRS]] for rows in own]))
+            few = np.unique(
+                np.concatenate([rows[np.argsort(-count[rows], kind="stable")[:TRIED_PAIRS]] for rows in own])
+            )
             asked = turned(asked, pairs[few])[2]
         while asked.any():
             other, found, better = turned(asked, pairs[asked[pairs].any(axis=1)])

@@ -140,7 +140,10 @@ def _window_of(places, matrix, axes, focal, size, i, j, k, window):  # pragma: n
         window[2 * axis + 2] = step * (n[0, 0] * a + n[0, 1] * b + n[0, 2] * c - u2 * deep)
         window[2 * axis + 3] = step * (n[1, 0] * a + n[1, 1] * b + n[1, 2] * c - v2 * deep)
     window[0], window[1] = u2, v2
-    reach_u, reach_v = half * (abs(window[2]) + abs(window[4])), half * (abs(window[3]) + abs(window[5]))
+    # A little more than the window: its steps are rounded to fractions of a pixel, and places are not tested again.
+    more = np.float32(0.001)
+    reach_u = half * (abs(window[2]) + abs(window[4])) + more
+    reach_v = half * (abs(window[3]) + abs(window[5])) + more
     return u2 >= reach_u and v2 >= reach_v and u2 < width - reach_u and v2 < height - reach_v
 
 
