@@ -8,7 +8,7 @@ from scipy.special import expit
 
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.stems.photos.fit.null_model import BREAST
-from treedgs_geo.stems.photos.images.axis_patches import StemAxis
+from treedgs_geo.stems.photos.images.axis_patches import StemAxis, Strips
 from treedgs_geo.stems.photos.images.crops import GroundGrid
 from treedgs_geo.stems.photos.network.inference import (
     CLASSES,
@@ -22,10 +22,10 @@ from treedgs_geo.stems.photos.network.inference import (
     normalised,
     stem_ratios,
 )
-from treedgs_geo.stems.photos.network.silhouettes import covered_share, cut_bark, stem_layers
+from treedgs_geo.stems.photos.network.silhouettes import covered_share, cut_bark, stem_layers, weigh_edges
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.propose.network_seeds import network_seeds
-from treedgs_geo.stems.photos.tuned import HEIGHTS
+from treedgs_geo.stems.photos.tuned import HEIGHTS, LEAST_SHARE, LEAST_STEP
 
 PLACE, RADIUS = np.array([0.4, -0.3]), 0.15
 FLAT = GroundGrid(-6.0, -6.0, 0.5, np.zeros((25, 25), np.float32))
@@ -147,3 +147,29 @@ def test_no_photo_says_nothing_of_ivy():
     gone = maps._replace(odds=np.full_like(maps.odds, OUTSIDE))
     assert np.isnan(covered_share(gone, gone, range(12), at(PLACE), RADIUS, 0.0))
     assert np.isnan(covered_share(maps, maps, [], at(PLACE), RADIUS, 0.0))
+
+
+def test_edges_count_where_the_network_sees_the_stem_end():
+    maps, places, heights = ring_of_maps(seen=9), 0.005 * np.arange(-60, 61), np.array([-0.4, 0.0, 0.8])
+    away = PLACE - maps.centre[:, :2]
+    normal = np.column_stack([-away[:, 1], away[:, 0]]) / np.hypot(*away.T)[:, None]
+    nothing, one = np.zeros((12, 3, 121, 3), np.float32), np.ones((12, 3, 121), np.float32)
+    strips = Strips(places, heights, one, nothing, normal, np.full(12, 0.02), np.ones(12))
+    cut = np.arange(12) != 4
+    weigh_edges(strips, cut, at(PLACE), RADIUS, 0.0, maps)
+    off = np.abs(np.abs(places) - RADIUS)
+    assert (one[~cut] == 1.0).all()
+    assert one[:9][cut[:9]][..., off < 0.015].min() > 0.9
+    assert one[:9][cut[:9]][..., off > 0.06] == pytest.approx(LEAST_STEP)
+    assert one[9:] == pytest.approx(LEAST_SHARE * LEAST_STEP)
+
+
+def test_edges_keep_their_weight_where_a_map_ends():
+    maps = ring_of_maps()
+    gone = maps._replace(odds=np.full_like(maps.odds, OUTSIDE))
+    one, nothing = np.ones((12, 1, 121), np.float32), np.zeros((12, 1, 121, 3), np.float32)
+    strips = Strips(
+        0.005 * np.arange(-60, 61), np.zeros(1), one, nothing, np.ones((12, 2)), np.full(12, 0.02), np.ones(12)
+    )
+    weigh_edges(strips, np.ones(12, bool), at(PLACE), RADIUS, 0.0, gone)
+    assert (one == 1.0).all()

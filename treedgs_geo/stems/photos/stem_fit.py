@@ -69,11 +69,11 @@ class Fitter(Shared):
             best = max(tried, key=lambda item: item.edges)
             return measured(self, seed, Fitted(best, best.fine))
         found = self._chosen(place, self._compared(tried, known))
-        fine, seen = found.fine, seen_probability(found.best.z)
-        fine = self._refine(fine.axis, fine.r0, fine.r1, seen, known, WINDOWS_PX[2:], oval=True) or fine
+        fine, sighting = found.fine, Sighting(seen_probability(found.best.z), known, self.shown)
+        fine = self._refine(fine.axis, fine.r0, fine.r1, sighting, WINDOWS_PX[2:], oval=True) or fine
         above_cm = np.nan
         if self.bands is BREAST:
-            above_cm = reading_above(self.stack, fine, Sighting(seen, known), self.options.offset_sd_px, WINDOWS_PX)
+            above_cm = reading_above(self.stack, fine, sighting, self.options.offset_sd_px, WINDOWS_PX)
         return measured(self, seed, found._replace(fine=fine, above_cm=above_cm))
 
     def refused(self, seed: Seed, reason: str = "occluded") -> PhotoFit:
@@ -141,7 +141,7 @@ class Fitter(Shared):
                 start.ground_z,
                 start.bh_m,
             )
-            fine = self._refine(axis, hypothesis.r, START_TAPER, seen, place.known, windows_px)
+            fine = self._refine(axis, hypothesis.r, START_TAPER, Sighting(seen, place.known), windows_px)
             if fine is None or fine.r0 < 0.015:
                 continue
             vector = place.vector(fine)
@@ -162,7 +162,7 @@ class Fitter(Shared):
         out = []
         for item in tried:
             fine = item.fine
-            again = self._refine(fine.axis, fine.r0, fine.r1, seen, known, WINDOWS_PX[2:])
+            again = self._refine(fine.axis, fine.r0, fine.r1, Sighting(seen, known), WINDOWS_PX[2:])
             if again is not None:
                 out.append(replace(item, evidence=again.evidence, rms_px=again.rms_px))
         return out or tried
@@ -172,12 +172,11 @@ class Fitter(Shared):
         axis: StemAxis,
         r0: float,
         r1: float,
-        seen: np.ndarray,
-        known: np.ndarray,
+        sighting: Sighting,
         windows_px: tuple[float, ...],
         oval: bool = False,
     ) -> FineFit | None:
-        sighting, sd_px = Sighting(seen, known), self.options.offset_sd_px
+        sd_px = self.options.offset_sd_px
         return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, sd_px, windows_px, oval)
 
     def _settled(self, search: Search, silhouette: Silhouette, shape: np.ndarray) -> Hypothesis:

@@ -97,6 +97,6 @@ def _as_formal(taper: TaperPrior) -> TaperPrior:
 
 
 def _refined(found: PhotoFit, above: Fitter, known: np.ndarray, taper: TaperPrior) -> FineFit | None:
-    sighting, sd_px = Sighting(found.seen, known), above.options.offset_sd_px
+    sighting, sd_px = Sighting(found.seen, known, above.shown), above.options.offset_sd_px
     window = WINDOWS_PX[2:]
     return refine(above.stack, found.axis, found.r0, found.r1, sighting, ABOVE.fine, sd_px, window, True, taper)

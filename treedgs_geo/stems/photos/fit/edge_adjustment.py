@@ -11,6 +11,8 @@ import numpy as np
 from ...quality.priors import OVAL_SD, TAPER_SD, USUAL_TAPER
 from ..images.axis_patches import NEAREST_M, StemAxis, StripLayout, Strips, cut_strips, hide_known
 from ..images.crops import PhotoStack
+from ..network.inference import OddsMaps
+from ..network.silhouettes import weigh_edges
 from ..tuned import CURVATURE_SD
 from .edge_points import Damping, EdgePoints, State, edge_candidates, expectation, gathered, radii
 
@@ -42,11 +44,14 @@ class FineFit:
 
 @dataclass(frozen=True)
 class Sighting:
-    """What is known of a stem's photos. seen: (V,) probability that a view sees it. known: other stems
-    (:func:`.images.axis_patches.hide_known`)."""
+    """What is known of a stem's photos."""
 
+    #: (V,) probability that a photo sees it.
     seen: np.ndarray
+    #: (K, 10) other stems (:func:`.images.axis_patches.hide_known`).
     known: np.ndarray
+    #: What the network takes for bark, where its word on each edge counts.
+    bark: OddsMaps | None = None
 
 
 class TaperPrior(NamedTuple):
@@ -79,7 +84,7 @@ def refine(
     """
     fit, seen = None, sighting.seen
     for window in windows_px:
-        strips = _strips_about(stack, axis, r0, sighting, band_m)
+        strips = _strips_about(stack, axis, r0, r1, sighting, band_m)
         place, prior = edge_candidates(strips, r0, r1, window)
         edges = gathered(strips, place, prior, seen, window)
         solved = (
@@ -97,15 +102,18 @@ def refine(
 
 
 def _strips_about(
-    stack: PhotoStack, axis: StemAxis, r0: float, sighting: Sighting, band_m: tuple[float, float]
+    stack: PhotoStack, axis: StemAxis, r0: float, r1: float, sighting: Sighting, band_m: tuple[float, float]
 ) -> Strips:
     """Strips along an axis in linear light, of the photos that may see it, other stems hidden."""
     layout = StripLayout(*band_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px=0.8, linear=True)
-    strips = cut_strips(stack, axis, layout, wanted=sighting.seen > 0.04)
+    wanted = sighting.seen > 0.04
+    strips = cut_strips(stack, axis, layout, wanted)
     # Tangents from a near camera touch the stem before its widest place.
     near = r0 / np.maximum(np.hypot(*(stack.centre[:, :2] - axis.p).T), NEAREST_M)
     strips.widen[:] /= np.sqrt(1.0 - np.minimum(near, 0.9) ** 2)
     hide_known(strips, stack, axis, sighting.known, 0.01)
+    if sighting.bark is not None:
+        weigh_edges(strips, wanted, axis, r0, r1, sighting.bark)
     return strips
 
 
@@ -142,7 +150,7 @@ def edges_near(
     """The edges that :func:`refine` weighs about a shape that stays as it is, and how probably each is the stem's.
 
     oval: as of :class:`FineFit`."""
-    strips = _strips_about(stack, axis, r0, sighting, band_m)
+    strips = _strips_about(stack, axis, r0, r1, sighting, band_m)
     place, prior = edge_candidates(strips, r0, r1, window_px)
     n = len(stack)
     edges = gathered(strips, place, prior, sighting.seen, window_px)

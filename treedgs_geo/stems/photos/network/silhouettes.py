@@ -8,10 +8,20 @@ import numpy as np
 from numba import njit, prange
 
 from ....core.machine import FAST
-from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, across_view, axis_at
+from ..images.axis_patches import BH_M, GROUND_Z, StemAxis, Strips, across_view, axis_at
 from ..images.background import Silhouette, blank
 from ..images.crops import GroundGrid
-from ..tuned import ABOUT_M, SHARE_WEIGHT
+from ..tuned import (
+    ABOUT_M,
+    CLEAR_STEP,
+    COLUMN_M,
+    INNER,
+    LEAST_SHARE,
+    LEAST_STEP,
+    SHARE_WEIGHT,
+    STEP_PX,
+    WHOLE_SHARE,
+)
 from .inference import OUTSIDE, STEPS, OddsMaps
 
 
@@ -106,6 +116,44 @@ def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
     return ground._replace(total=ground.total + bark.total, blind=ground.blind | bark.blind)
 
 
+#: A share outside of a photo's map: so low that a mean with it is negative.
+UNKNOWN = -1e9
+
+
+@njit(parallel=True, **FAST)
+def _weigh_edges(strips, seen, axis, r0, r1, maps, apart_px, apart_m):
+    us, qs, coherence, _, normal, px_m, _ = strips
+    n, middle = us.size, us.size // 2
+    for v in prange(coherence.shape[0]):
+        if not seen[v]:
+            continue
+        share = np.empty(n)
+        k = max(int(max(apart_px * px_m[v], apart_m) / (us[1] - us[0]) + 0.5), 1)
+        for b in range(qs.size):
+            x, y = axis_at(axis, qs[b])
+            z = axis[GROUND_Z] + axis[BH_M] + qs[b]
+            for i in range(n):
+                value = odds_at(maps, v, x + us[i] * normal[v, 0], y + us[i] * normal[v, 1], z)
+                share[i] = 1.0 / (1.0 + np.exp(-value)) if value > -99.0 else UNKNOWN
+            half = int(INNER * max(r0 + r1 * qs[b], 0.01) / (us[1] - us[0]))
+            within = share[max(middle - half, 0) : middle + half + 1].mean()
+            if within < 0.0:
+                continue
+            shown = min(max(within / WHOLE_SHARE, LEAST_SHARE), 1.0)
+            for i in range(n):
+                side = 1 if i > middle else -1
+                inner, outer = share[min(max(i - side * k, 0), n - 1)], share[min(max(i + side * k, 0), n - 1)]
+                step = inner - outer if inner >= 0.0 and outer >= 0.0 else CLEAR_STEP
+                coherence[v, b, i] *= np.float32(shown * min(max(step / CLEAR_STEP, LEAST_STEP), 1.0))
+
+
+def weigh_edges(strips: Strips, seen: np.ndarray, axis: StemAxis, r0: float, r1: float, maps: OddsMaps) -> None:
+    """Lessen the coherence of strips about a stem where the network does not see it, and where it does not see it end:
+    bark on this side, none on the other. In place. seen: (V,) bool, photos that were cut. r0, r1: radius at breast
+    height (m) and its slope (m/m)."""
+    _weigh_edges(strips, seen, axis.row, r0, r1, maps, STEP_PX, COLUMN_M)
+
+
 @njit(parallel=True, **FAST)
 def _shares(maps, views, axis, radii, heights, across, share):
     for k in prange(share.shape[0]):
@@ -117,7 +165,7 @@ def _shares(maps, views, axis, radii, heights, across, share):
                 u = across[j] * radii[i]
                 value = odds_at(maps, views[k], ax + u * nx, ay + u * ny, axis[GROUND_Z] + heights[i])
                 if not (value > -99.0):
-                    total = -1e9
+                    total = UNKNOWN
                     break
                 total += 1.0 / (1.0 + np.exp(-value))
             share[k, i] = total / across.size
@@ -133,7 +181,7 @@ def covered_share(
     found = []
     for each in (bark, either):
         share = np.full((len(views), len(heights)), np.nan)
-        _shares(each, np.array(views, np.int64), axis.row, radii, heights, np.linspace(-0.75, 0.75, 7), share)
+        _shares(each, np.array(views, np.int64), axis.row, radii, heights, np.linspace(-INNER, INNER, 7), share)
         found.append(share)
     known = (found[0] >= 0) & (found[1] >= 0)  # below: outside of the photo
     return float(1 - found[0][known].sum() / max(found[1][known].sum(), 1e-9)) if known.any() else np.nan
