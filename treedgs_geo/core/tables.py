@@ -130,11 +130,7 @@ def read_rows(
 
 
 def _workbook_lines(path: Path) -> list[tuple[int, list[str]]]:
-    """``(row, cells)`` of a workbook's one sheet.
-
-    Raises:
-        InputError: not readable, or several sheets.
-    """
+    """``(row, cells)`` of a workbook's one sheet."""
     import pyogrio
 
     try:
@@ -190,9 +186,8 @@ def _cells_of(
     table = [cells for _, cells in rows]
     if not as_written:
         without_thousands(table)
+        heads = [without_units(table, k, head) for k, head in enumerate(heads)]
     for k in range(len(heads)):
-        if not as_written:
-            heads[k] = without_units(table, k, heads[k])
         with_points(table, k, separator)
     if not as_written:
         _refuse_totals(path, heads, rows)
@@ -250,11 +245,7 @@ def _separator(text: str) -> tuple[str, int, str]:
 
 
 def _whole(path: Path, line: int, cells: list[str], heads: list[str], separator: str) -> list[str]:
-    """The row with one cell a column.
-
-    Raises:
-        InputError: it has others: its values would stand in the columns beside theirs.
-    """
+    """The row with one cell a column; one with others is refused: its values would stand in the columns beside."""
     short = heads[len(cells) :]
     if len(cells) > len(heads) or not set(short) <= {"", *_NOTES}:
         name = {",": "comma", ";": "semicolon", "\t": "tab"}.get(separator, repr(separator))
@@ -276,11 +267,7 @@ def _whole(path: Path, line: int, cells: list[str], heads: list[str], separator:
 
 
 def _refuse_totals(path: Path, heads: list[str], rows: list[tuple[int, list[str]]]) -> None:
-    """Refuse a row of sums or means: it would count as one more.
-
-    Raises:
-        InputError: the row.
-    """
+    """Refuse a row of sums or means: it would count as one more."""
     for k, head in enumerate(heads):
         first = k == 0 or head in _NAMES
         found = [line for line, cells in rows if head not in _NOTES and _sums_up(cells[k], first)]
