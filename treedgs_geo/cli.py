@@ -24,15 +24,14 @@ from .core.machine import ensure_code_cache
 from .core.outputs import checked_paths
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.resource_errors import shortage_of
-from .core.settings import Param, build, params_of
+from .core.settings import Param, build, nearest, params_of
 from .core.startup import (
-    drop_bad_numbers,
     explained,
     keep_streams,
     own_libraries_first,
     own_signals,
     plain_names,
-    stay_local,
+    safe_environment,
 )
 
 
@@ -46,8 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
     if arguments is None:
         keep_streams()
         own_libraries_first()
-    drop_bad_numbers()
-    stay_local()
+    safe_environment()
     ensure_code_cache()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ["--job"]:
@@ -64,10 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"treedgs {__version__}")
         return 0
     if arguments[0] not in MODULES:
-        import difflib
-
-        near = difflib.get_close_matches(arguments[0], MODULES, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else "run 'treedgs --help' for the list."
+        hint = nearest(arguments[0], MODULES, "run 'treedgs --help' for the list.")
         print(f"error: {arguments[0]!r} is not a treedgs command; {hint}", file=sys.stderr)
         return 2
     command = get_command(arguments[0])

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rasterio.transform import from_origin
 
-from treedgs_geo.core.crs import LocalFrame, check_projected, lonlat_to_project, project_crs, suggest_utm
+from treedgs_geo.core.crs import LocalFrame, check_projected, lonlat_to_project, project_crs
 from treedgs_geo.core.errors import CRSError, InputError
-from treedgs_geo.core.frames import frame_named, heights_named, transform, usual_crs
+from treedgs_geo.core.frames import frame_named, heights_named, suggest_utm, transform, usual_crs
 from treedgs_geo.core.plots import read_plots
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud

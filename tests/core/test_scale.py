@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError
-from treedgs_geo.core.map_scale import check_lon_lat, check_place, ground_scale, local_scale, zone_that_fits
+from treedgs_geo.core.map_scale import check_lon_lat, check_place, ground_scale, local_scale, zone_hint
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.terrain.dtm import Dtm
 
@@ -227,10 +227,10 @@ def test_the_zone_that_fits():
     def near(xy):
         return bool(np.hypot(*(xy - there).T).max() < 5)
 
-    assert zone_that_fits(crs, numbers, near).to_epsg() == 32614
-    assert zone_that_fits(crs, there + 5000, near) is None
+    assert zone_hint("in {zone}", crs, numbers, near) == "in EPSG:32614, WGS 84 / UTM zone 14N"
+    assert zone_hint("in {zone}", crs, there + 5000, near) == ""
     for no_zone in (pyproj.CRS.from_epsg(2154), None):
-        assert zone_that_fits(no_zone, numbers, near) is None
+        assert zone_hint("in {zone}", no_zone, numbers, near) == ""
 
 
 @pytest.mark.parametrize("code", [32615, 26951, 32616])

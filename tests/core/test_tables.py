@@ -22,7 +22,6 @@ from treedgs_geo.core.columns import columns
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import as_in_plots, read_plots
 from treedgs_geo.core.tables import (
-    SafeWriter,
     column_name,
     plain_cell,
     read_table,
@@ -61,14 +60,9 @@ def test_every_text_comes_back(text):
     assert not safe.startswith(RUN) or pd.notna(pd.to_numeric(safe, errors="coerce"))
 
 
-def test_writer_and_frame_agree():
-    columns, values = ["plot_id", "@name", "n"], {"plot_id": ATTACK, "@name": "-x", "n": -2.5}
-    stream = io.StringIO()
-    writer = SafeWriter(stream, columns)
-    writer.header()
-    writer.record({**values, "other": "=left out"})
-    assert stream.getvalue() == safe_frame(pd.DataFrame([values])).to_csv(index=False, lineterminator="\n")
-    assert list(csv.reader(io.StringIO(stream.getvalue()))) == [
+def test_names_of_columns_and_cells_are_safe():
+    values = {"plot_id": ATTACK, "@name": "-x", "n": -2.5}
+    assert list(csv.reader(io.StringIO(safe_frame(pd.DataFrame([values])).to_csv(index=False)))) == [
         ["plot_id", "'@name", "n"],
         ["'" + ATTACK, "'-x", "-2.5"],
     ]
@@ -88,15 +82,12 @@ def test_files_hold_no_formula_and_are_read_back(tmp_path):
     assert (back.plot_id, back.species, back.note, float(back.taper_cm_m)) == (ATTACK, "@x", "-no", -0.8)
     assert read_measured(path, UTM).dbh_cm.tolist() == [20.0]
     plots = tmp_path / "plots.csv"
-    with open(plots, "w", newline="") as stream:
-        writer = SafeWriter(stream, ["plot_id", "easting", "northing", "radius_m"])
-        writer.header()
-        writer.row([ATTACK, 611300, 3718400, 10])
+    write_csv(plots, ["plot_id", "easting", "northing", "radius_m"], [[ATTACK, 611300, 3718400, 10]])
     assert read_plots(plots, UTM)[0].plot_id == ATTACK
 
 
 def test_no_module_writes_a_csv_on_its_own():
-    """``safe_frame(…).to_csv`` and ``SafeWriter`` are the only ways."""
+    """``write_csv`` and ``safe_frame(…).to_csv`` are the only ways."""
     root = Path(treedgs_geo.__file__).parent
     for path in root.rglob("*.py"):
         if path.name == "tables.py" and path.parent.name == "core":

@@ -10,8 +10,9 @@ import pytest
 from shared_data import needs_shared
 from small_flight import CRS, Flight, Listening, lines, move_epochs, write_photos, write_solution
 
-from treedgs_geo.core.crs import lonlat_to_project, suggest_utm
+from treedgs_geo.core.crs import lonlat_to_project
 from treedgs_geo.core.errors import GeotagError
+from treedgs_geo.core.frames import suggest_utm
 from treedgs_geo.geotags import read_stations, read_stations_layer, write_stations
 from treedgs_geo.geotags.rtklib import read_pos
 from treedgs_geo.geotags.trajectory import trusted_quality

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..core.columns import columns
 from ..core.errors import InputError, TreeDGSError
-from ..core.settings import Param, build, params_of
+from ..core.settings import Param, build, nearest, params_of
 from ..core.tables import read_rows
 from .inputs import PlotInputs, look_at
 
@@ -155,13 +155,9 @@ class Checker:
         return str(path)
 
     def _unknown(self, name: str) -> str:
-        import difflib
-
         settings = (name for specs in self.verbs.values() for name in specs)
         known = sorted({"plot_id", "field", "plots", *ROUTES, *self.pairing, *settings})
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}."
-        return f"column {name!r} is unknown; {hint}"
+        return f"column {name!r} is unknown; {nearest(name, known)}"
 
     def _table_of(self, plots: str, plot_id: str, line: int) -> None:
         """A plots table with the row's id gives that circle; any other gives all its plots, whose ids must be new."""

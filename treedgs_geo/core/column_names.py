@@ -134,15 +134,9 @@ QUANTITIES |= {
     "altitude": Quantity(
         "the height", "h height height_m alt altitude ellh z elevation ellipsoidal_height gpsaltitude z_altitude"
     ),
-    "sd_e": Quantity(
-        "its error", "sd_e sde sde_m std_e sd_h_m acch h_acc accuracy_x", units={"m": 1.0}, low=1e-4, high=100.0
-    ),
-    "sd_n": Quantity(
-        "its error", "sd_n sdn sdn_m std_n sd_h_m acch h_acc accuracy_y", units={"m": 1.0}, low=1e-4, high=100.0
-    ),
-    "sd_u": Quantity(
-        "its error", "sd_u sdu sdu_m std_u sd_v_m accv v_acc accuracy_z", units={"m": 1.0}, low=1e-4, high=100.0
-    ),
+    "sd_e": Quantity("its error", "sd_e sde sde_m std_e sd_h_m acch h_acc accuracy_x", {"m": 1.0}, 1e-4, 100.0),
+    "sd_n": Quantity("its error", "sd_n sdn sdn_m std_n sd_h_m acch h_acc accuracy_y", {"m": 1.0}, 1e-4, 100.0),
+    "sd_u": Quantity("its error", "sd_u sdu sdu_m std_u sd_v_m accv v_acc accuracy_z", {"m": 1.0}, 1e-4, 100.0),
     "point": Quantity("the point", "label gcp gcp_name point point_id marker id name"),
     "u": Quantity("the pixel's column", "u u_px px pixel_x im_x"),
     "v": Quantity("the pixel's row", "v v_px py pixel_y im_y"),

@@ -66,21 +66,16 @@ def require(
     needed: Iterable[str | tuple[str, ...]],
     units: Mapping[str, str] | None = None,
 ) -> None:
-    """Refuse a table with everything that it lacks in one sentence. needed: quantities, or several of which one will
-    do. units: quantity -> option that says its unit (empty: there is none); those in ``found`` without a unit are
-    refused.
-
-    Raises:
-        InputError: see above.
-    """
-    problems = []
-    lacks = []
-    for need in needed:
-        keys = (need,) if isinstance(need, str) else need
-        if not any(key in found for key in keys):
-            lacks.append(f"{QUANTITIES[keys[0]].what} ({' or '.join(QUANTITIES[key].examples for key in keys)})")
-    if lacks:
-        problems.append(f"it lacks {'; '.join(lacks)}")
+    """Raise ``InputError`` with everything that a table lacks in one sentence. needed: quantities, or several of which
+    one will do. units: quantity -> option that says its unit (empty: there is none); those in ``found`` without a unit
+    are refused."""
+    wanted = [(need,) if isinstance(need, str) else need for need in needed]
+    lacks = [
+        f"{QUANTITIES[keys[0]].what} ({' or '.join(QUANTITIES[key].examples for key in keys)})"
+        for keys in wanted
+        if not set(keys) & set(found)
+    ]
+    problems = [f"it lacks {'; '.join(lacks)}"] if lacks else []
     for key, option in (units or {}).items():
         if key in found and not found[key].unit:
             way = f", or give {option}" if option else ""
@@ -186,7 +181,7 @@ def places(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None, required: bo
     from .frames import moved
 
     found = columns(table, "easting", "northing", "lon", "lat", "epsg")
-    out = np.full((len(table), 2), np.nan)
+    out, datum = np.full((len(table), 2), np.nan), None if crs is None else crs.geodetic_crs
     for pair in (("easting", "northing"), ("lon", "lat")):
         if not set(pair) <= set(found):
             continue
@@ -203,7 +198,7 @@ def places(path: Path, table: pd.DataFrame, crs: pyproj.CRS | None, required: bo
         for code in dict.fromkeys(codes[mine]):
             rows = mine & (codes == code)
             where = f"{path}, {line_of(rows, table)}"
-            source = _datum(crs) if pair[0] == "lon" else epsg_crs(str(code), where)
+            source = datum and datum.to_2d() if pair[0] == "lon" else epsg_crs(str(code), where)
             out[rows] = moved(xy[rows], source, crs)
         lost = said.all(axis=1) & ~np.isfinite(out).all(axis=1)
         if lost.any() and crs is not None:
@@ -245,7 +240,7 @@ def table_crs(path: Path) -> pyproj.CRS | None:
     Raises:
         InputError, CRSError: cannot be read, an unknown ``epsg``.
     """
-    from .crs import suggest_utm
+    from .frames import suggest_utm
 
     table = read_table(path)
     found = columns(table, "easting", "lon", "lat", "epsg")
@@ -256,7 +251,3 @@ def table_crs(path: Path) -> pyproj.CRS | None:
         if all(map(len, degrees)):
             return suggest_utm(*(float(values.iloc[0]) for values in degrees))
     return None
-
-
-def _datum(crs: pyproj.CRS | None) -> pyproj.CRS | None:
-    return crs.geodetic_crs.to_2d() if crs is not None and crs.geodetic_crs else None

@@ -51,9 +51,7 @@ class CostModel:
         Raises:
             InputError: ``path`` is no cost model.
         """
-        import json
-
-        shipped = json.loads((files(__package__) / "costs.json").read_text(encoding="utf-8"))
+        shipped = read_json(files(__package__) / "costs.json")  # type: ignore[arg-type]
         if path is None:
             return cls(shipped["routes"])
         found = read_json(path)

@@ -15,7 +15,7 @@ import pyproj
 
 from .errors import CRSError, InputError
 from .files import read_json, write_json
-from .frames import horizontal, same_datum, satellite_frame, suggest_utm, transform, vertical_of
+from .frames import horizontal, moved, same_datum, satellite_frame, transform, vertical_of, zone_named
 from .map_scale import ground_scale
 
 
@@ -38,21 +38,18 @@ def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | 
     if crs.is_geographic or crs.is_geocentric:
         hint = ", ".join(filter(None, ("use the UTM zone of your plot", _zone(lon_lat))))
         raise CRSError(f"{where}: {crs.name} is geographic (degrees), expected a projected CRS in metres; {hint}.")
-    units = {axis.unit_name for axis in crs.axis_info[:2]}
-    if units - {"metre", "meter"}:
-        raise CRSError(
-            f"{where}: {crs.name} is in {', '.join(sorted(units))}, expected metres; "
-            "choose the metric version of this CRS or the UTM zone."
-        )
     vertical = vertical_of(crs)
-    height_units = {axis.unit_name for axis in crs.axis_info[2:]} | {
-        axis.unit_name for axis in (vertical.axis_info if vertical else [])
-    }
-    if height_units - {"metre", "meter"}:
-        raise CRSError(
-            f"{where}: the heights of {crs.name} are in {', '.join(sorted(height_units))}, expected metres; "
-            "choose the metric version of this vertical datum."
-        )
+    heights = [*crs.axis_info[2:], *(vertical.axis_info if vertical else [])]
+    for axes, what, remedy in (
+        (crs.axis_info[:2], f"{crs.name} is", "this CRS or the UTM zone"),
+        (heights, f"the heights of {crs.name} are", "this vertical datum"),
+    ):
+        units = {axis.unit_name for axis in axes}
+        if units - {"metre", "meter"}:
+            raise CRSError(
+                f"{where}: {what} in {', '.join(sorted(units))}, expected metres; choose the metric version of "
+                f"{remedy}."
+            )
     return crs
 
 
@@ -60,8 +57,7 @@ def _zone(lon_lat: tuple[float, float] | None) -> str:
     """The UTM zone of a place; '' where none is known, or it cannot be one."""
     if lon_lat is None or not (abs(lon_lat[0]) <= 180 and abs(lon_lat[1]) <= 90):
         return ""
-    zone = suggest_utm(*lon_lat)
-    return f"EPSG:{zone.to_epsg()} ({zone.name})"
+    return zone_named(*lon_lat)
 
 
 @dataclass(frozen=True)
@@ -146,13 +142,11 @@ def lonlat_to_project(
     receiver = satellite_frame(crs)
     source = source or receiver
     if crs.is_compound or source is not None and not same_datum(source, crs):
-        moved = transform(source or crs.geodetic_crs.to_3d(), crs, points, "--crs", year)
+        there = transform(source or crs.geodetic_crs.to_3d(), crs, points, "--crs", year)
         if receiver is not None and not crs.is_compound:
-            moved[:, 2] = points[:, 2]  # a datum surveyed on the ground has no heights above its ellipsoid
-        return moved
-    transformer = pyproj.Transformer.from_crs(crs.geodetic_crs.to_2d(), crs.to_2d(), always_xy=True)
-    east, north = transformer.transform(points[:, 0], points[:, 1])
-    return np.column_stack([east, north, points[:, 2]])
+            there[:, 2] = points[:, 2]  # a datum surveyed on the ground has no heights above its ellipsoid
+        return there
+    return np.column_stack([moved(points[:, :2], crs.geodetic_crs.to_2d(), crs.to_2d()), points[:, 2]])
 
 
 def grid_convergence_deg(crs: pyproj.CRS, lon_deg: float, lat_deg: float) -> float:

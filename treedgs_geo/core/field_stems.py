@@ -10,7 +10,8 @@ import numpy as np
 
 from .columns import columns, places, require
 from .errors import InputError
-from .tables import column_name, is_table, read_table, refuse_other_formats
+from .number_cells import as_number, column_name
+from .tables import is_table, read_table, refuse_other_formats
 
 if TYPE_CHECKING:
     import pyproj
@@ -42,7 +43,13 @@ def read_field_stems(path: Path, crs: pyproj.CRS | None = None) -> FieldStems:
         InputError: not readable, no positions, a tree_id twice. CRSError: an ``epsg`` that is unknown.
     """
     path = Path(path)
-    table, xy = _of_csv(path, crs) if is_table(path) else _of_layer(path, crs)
+    if is_table(path):
+        table: Any = read_table(path)
+        found = columns(table, "easting", "northing", *(("lon", "lat") if crs is not None else ()))
+        require(path, table, found, (("easting", "lon"), ("northing", "lat")))
+        xy = places(path, table, crs)
+    else:
+        table, xy = _of_layer(path, crs)
     if len(xy) == 0 or not np.isfinite(xy).all():
         raise InputError(
             f"{path}: {'holds no stem' if len(xy) == 0 else 'a stem has no position'}; expected x and y of each stem."
@@ -84,11 +91,7 @@ def _of_layer(path: Path, crs: pyproj.CRS | None) -> tuple[Any, np.ndarray]:
 
 
 def _only_points(file: str) -> str | None:
-    """The one layer of points in a file.
-
-    Raises:
-        InputError: there are several.
-    """
+    """The one layer of points in a file; several are refused."""
     import pyogrio
 
     layers = pyogrio.list_layers(file)
@@ -101,18 +104,7 @@ def _only_points(file: str) -> str | None:
     return points[0] if points else None
 
 
-def _of_csv(path: Path, crs: pyproj.CRS | None) -> tuple[Any, np.ndarray]:
-    """A table and its places (K, 2)."""
-    table = read_table(path)
-    found = columns(table, "easting", "northing", *(("lon", "lat") if crs is not None else ()))
-    require(path, table, found, (("easting", "lon"), ("northing", "lat")))
-    return table, places(path, table, crs)
-
-
 def _whole(name: str) -> int:
     """The id as a whole number that fits a 32-bit field, or 0."""
-    try:
-        value = float(name)
-    except ValueError:
-        return 0
-    return int(value) if value == int(value) and 0 < value < 2**31 else 0
+    value = as_number(name)
+    return int(value) if value % 1 == 0 and 0 < value < 2**31 else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import itertools
 import json
@@ -103,14 +104,6 @@ def free_name(target: Path, mark: str = "") -> Path:
     return next(path for path in map(target.with_name, names) if not path.exists())
 
 
-@contextmanager
-def put_beside(target: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield a path to write to and the free name, ``target`` or a numbered one, that it gets if the block succeeds."""
-    kept = free_name(target)
-    with atomic_path(kept) as temporary:
-        yield temporary, kept
-
-
 def _replace(temporary: Path, target: Path) -> None:
     """Rename; on Windows a virus scanner or a reader may hold either for a moment."""
     until = time.monotonic() + HELD_S
@@ -135,7 +128,7 @@ def temporary_beside(target: Path) -> Iterator[Path]:
     try:
         yield target.parent / (name + target.suffix)
     finally:
-        for leftover in target.parent.glob(f"{_escaped(name)}*"):
+        for leftover in target.parent.glob(f"{glob.escape(name)}*"):
             _remove(leftover)
 
 
@@ -165,10 +158,6 @@ def _is_orphan(path: Path, match: re.Match[str]) -> bool:
 
 def _place() -> str:
     return hashlib.sha256(f"{host()} {pid_space()}".encode()).hexdigest()[:8]
-
-
-def _escaped(name: str) -> str:
-    return re.sub(r"([\[*?])", r"[\1]", name)
 
 
 def _remove(path: Path) -> None:

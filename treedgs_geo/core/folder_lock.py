@@ -85,9 +85,12 @@ class Lease:
             try:
                 os.link(aside, lease._file)
             except FileExistsError:
-                raise Busy(_holder(lease._file)) from None
+                raise
             except OSError:  # a file system without links: exclusive creation is nearly as good
-                lease._exclusive(text)
+                with open(lease._file, "x", encoding="utf-8") as stream:
+                    stream.write(text)
+        except FileExistsError:
+            raise Busy(_holder(lease._file)) from None
         finally:
             aside.unlink(missing_ok=True)
         for old in folder.glob("lease.*"):
@@ -100,14 +103,6 @@ class Lease:
             lease.free()
             raise Busy(_holder(lease._file)) from None
         return lease
-
-    def _exclusive(self, text: str) -> None:
-        try:
-            handle = os.open(self._file, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
-        except FileExistsError:
-            raise Busy(_holder(self._file)) from None
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
 
     def renew(self) -> None:
         """Say that the holder lives; cheap when called often.
@@ -205,16 +200,11 @@ def host() -> str:
 
 def _highest(folder: Path) -> tuple[int, bool]:
     """``(number, free)`` of the lease that counts; ``(0, True)`` if there is none."""
-    found: list[tuple[int, bool]] = []
     try:
-        names = os.listdir(folder)
+        found = filter(None, map(_NAME.fullmatch, os.listdir(folder)))
     except (FileNotFoundError, NotADirectoryError):
         return 0, True
-    for name in names:
-        match = _NAME.fullmatch(name)
-        if match:
-            found.append((int(match.group(1)), bool(match.group(2))))
-    return max(found, default=(0, True))
+    return max(((int(match[1]), bool(match[2])) for match in found), default=(0, True))
 
 
 def _holder(file: Path) -> dict[str, Any]:

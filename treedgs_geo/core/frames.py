@@ -44,8 +44,17 @@ def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
 
 def suggest_utm(lon_deg: float, lat_deg: float) -> pyproj.CRS:
     """WGS 84 / UTM zone of a position."""
-    zone = int((lon_deg + 180) // 6) % 60 + 1
-    return pyproj.CRS.from_epsg((32600 if lat_deg >= 0 else 32700) + zone)
+    return pyproj.CRS.from_epsg((32600 if lat_deg >= 0 else 32700) + _zone_number(lon_deg))
+
+
+def zone_named(lon_deg: float, lat_deg: float) -> str:
+    """``EPSG:32632 (WGS 84 / UTM zone 32N)``: the UTM zone of a position, for a sentence."""
+    zone = suggest_utm(lon_deg, lat_deg)
+    return f"EPSG:{zone.to_epsg()} ({zone.name})"
+
+
+def _zone_number(lon_deg: float) -> int:
+    return int((lon_deg + 180) // 6) % 60 + 1
 
 
 #: Grids that forest inventories use: how the names of a country's areas in PROJ's database begin -> the CRS's name.
@@ -108,7 +117,7 @@ def usual_crs(lon_deg: float, lat_deg: float, frame: pyproj.CRS | None = None) -
         if not codes:
             continue
         # At the rim of two zones both hold the place: the one of its longitude.
-        zone = int((lon_deg + 180) // 6) % 60 + 1
+        zone = _zone_number(lon_deg)
         crs = pyproj.CRS.from_epsg(
             codes[min(codes, key=lambda name: abs(int((_DIGITS.findall(name) or [0])[-1]) - zone))]
         )

@@ -46,7 +46,10 @@ def atomic_geopackage(target: Path, own: OwnLayers) -> Iterator[Path]:
     with temporary_beside(target) as temporary, reporting_full_disk(target):
         yield temporary
         if temporary.exists():
-            _check_whole(temporary)
+            with closing(sqlite3.connect(temporary)) as written:
+                answer = written.execute("PRAGMA quick_check").fetchone()
+            if answer != ("ok",):  # GDAL does not always say that the disk was full
+                raise OSError(f"the file was not written whole: {answer}")
         if not _is_database(target):
             put_in_place(temporary, target)
             return
@@ -174,14 +177,6 @@ def _is_database(path: Path) -> bool:
             return stream.read(16) == b"SQLite format 3\0"
     except (OSError, ValueError):
         return False
-
-
-def _check_whole(written: Path) -> None:
-    """GDAL does not always say that the disk was full."""
-    with closing(sqlite3.connect(written)) as connection:
-        answer = connection.execute("PRAGMA quick_check").fetchone()
-    if answer != ("ok",):
-        raise OSError(f"the file was not written whole: {answer}")
 
 
 def _sentence(path: Path, problem: Exception) -> str:

@@ -35,7 +35,8 @@ def check_layers(there: sqlite3.Connection, own: Mapping[str, frozenset[str]]) -
         if table is None:
             continue
         have = {column.lower() for column in _columns(there, "main", table)}
-        if columns - have or _kind(there, table) != "table":
+        (kind,) = there.execute("SELECT type FROM main.sqlite_master WHERE name = ?", (table,)).fetchone()
+        if columns - have or kind != "table":
             lacking = ", ".join(sorted(columns - have)) or "a table of its own"
             raise ForeignLayer(f"has a layer {table!r} that TreeDGS did not make (it lacks {lacking})")
 
@@ -225,10 +226,6 @@ def _exists(there: sqlite3.Connection, schema: str, table: str) -> str | None:
         f"SELECT name FROM {schema}.sqlite_master WHERE type IN ('table', 'view') AND name = ? COLLATE NOCASE", (table,)
     ).fetchone()
     return row[0] if row else None
-
-
-def _kind(there: sqlite3.Connection, table: str) -> str:
-    return there.execute("SELECT type FROM main.sqlite_master WHERE name = ?", (table,)).fetchone()[0]
 
 
 def _columns(there: sqlite3.Connection, schema: str, table: str) -> list[str]:

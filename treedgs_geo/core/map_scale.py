@@ -19,7 +19,7 @@ import numpy as np
 import pyproj
 
 from .errors import CRSError
-from .frames import horizontal, suggest_utm
+from .frames import horizontal, zone_named
 from .progress import Reporter
 
 #: Lengths that the map changes by more than this share are refused; smaller changes are corrected.
@@ -124,8 +124,7 @@ def ground_scale(crs: pyproj.CRS | None, x: float, y: float, height_m: float = 0
     scale = local_scale(crs, x, y, height_m)
     if scale is None or crs is None:
         return 1.0
-    if scale.stretch > LARGEST_STRETCH:
-        raise CRSError(_stretched("coordinates", crs, scale, "reproject them to"))
+    _refuse_stretch("coordinates", crs, scale, "reproject them to")
     return scale.mean
 
 
@@ -187,8 +186,7 @@ def check_place(
     _, _, scale, area, outside = spot
     if scale is None or not measured:
         return
-    if scale.stretch > LARGEST_STRETCH:
-        raise CRSError(_stretched(where, crs, scale, _remedy(photos)))
+    _refuse_stretch(where, crs, scale, _remedy(photos))
     if reporter is None:
         return
     name = _name(crs)
@@ -275,11 +273,8 @@ def _require_map_coordinates(crs: pyproj.CRS, spot: _Spot, where: str, photos: b
 
 
 def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -> None:
-    """Refuse a CRS that is not made for the place where photos were taken (WGS 84 degrees), or stretches lengths there.
-
-    Raises:
-        CRSError: see above; the UTM zone of the place is named.
-    """
+    """Raise ``CRSError`` for a CRS that is not made for the place where photos were taken (WGS 84 degrees), or
+    stretches lengths there; the UTM zone of the place is named."""
     area, name = area_of(crs), _name(crs)
     there = GridScale(1.0, 1.0, lon_deg, lat_deg)
     remedy = _remedy(photos=True) if crs.is_projected else "give the frame of the geotags, for example EPSG:7912"
@@ -299,29 +294,22 @@ def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -
         raise CRSError(
             f"{where}: {name} does not reach {_place(there)}, where the photos were taken; {remedy} {_zone(there)}."
         )
-    if scale.stretch > LARGEST_STRETCH:
-        raise CRSError(_stretched(where, crs, scale, remedy))
+    _refuse_stretch(where, crs, scale, remedy)
 
 
-def zone_that_fits(crs: pyproj.CRS | None, xy: np.ndarray, fits: Callable[[np.ndarray], bool]) -> pyproj.CRS | None:
-    """The UTM zone beside that of ``crs`` in which (N, 2) coordinates would fit, by the same places in ``crs``
-    ``fits``; ``None`` where none does, or ``crs`` is no UTM zone."""
+def zone_hint(said: str, crs: pyproj.CRS | None, xy: np.ndarray, fits: Callable[[np.ndarray], bool]) -> str:
+    """What is ``said`` of the UTM zone beside that of ``crs`` in which (N, 2) coordinates would fit, by the same places
+    in ``crs`` ``fits``, named in place of ``{zone}``; '' where none does, or ``crs`` is no UTM zone."""
     zone = horizontal(crs).utm_zone if crs is not None else None
     if crs is None or zone is None:
-        return None
+        return ""
     number, base = int(zone[:-1]), 32700 if zone.endswith("S") else 32600
     for step in (-1, 1, -2, 2):
         other = pyproj.CRS.from_epsg(base + (number - 1 + step) % 60 + 1)
         moved = pyproj.Transformer.from_crs(other, horizontal(crs), always_xy=True).transform(xy[:, 0], xy[:, 1])
         if np.isfinite(moved).all() and fits(np.column_stack(moved)):
-            return other
-    return None
-
-
-def zone_hint(said: str, crs: pyproj.CRS | None, xy: np.ndarray, fits: Callable[[np.ndarray], bool]) -> str:
-    """What is said of the zone of :func:`zone_that_fits`, named in place of ``{zone}``; '' where there is none."""
-    zone = zone_that_fits(crs, xy, fits)
-    return "" if zone is None else said.format(zone=f"EPSG:{zone.to_epsg()}, {zone.name}")
+            return said.format(zone=f"EPSG:{other.to_epsg()}, {other.name}")
+    return ""
 
 
 def _is_on_earth(crs: pyproj.CRS) -> bool:
@@ -329,11 +317,12 @@ def _is_on_earth(crs: pyproj.CRS) -> bool:
     return bool(flat.is_projected and flat.geodetic_crs is not None)
 
 
-def _stretched(where: str, crs: pyproj.CRS, scale: GridScale, remedy: str) -> str:
-    return (
-        f"{where}: {_name(crs)} is not made for measuring at {_place(scale)}: {scale.text()}, expected "
-        f"within {100 * LARGEST_STRETCH:g} %; {remedy} {_zone(scale)}."
-    )
+def _refuse_stretch(where: str, crs: pyproj.CRS, scale: GridScale, remedy: str) -> None:
+    if scale.stretch > LARGEST_STRETCH:
+        raise CRSError(
+            f"{where}: {_name(crs)} is not made for measuring at {_place(scale)}: {scale.text()}, expected "
+            f"within {100 * LARGEST_STRETCH:g} %; {remedy} {_zone(scale)}."
+        )
 
 
 def _name(crs: pyproj.CRS) -> str:
@@ -360,8 +349,7 @@ def _zone(scale: GridScale) -> str:
     """The UTM zone of a place."""
     if not -80 <= scale.lat_deg <= 84:
         return "a metric CRS of the region"
-    zone = suggest_utm(scale.lon_deg, scale.lat_deg)
-    return f"EPSG:{zone.to_epsg()} ({zone.name})"
+    return zone_named(scale.lon_deg, scale.lat_deg)
 
 
 def _is_swapped(crs: pyproj.CRS, area: Area | None, x: float, y: float) -> bool:

@@ -4,7 +4,6 @@ from the declared settings."""
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,7 +38,8 @@ def checked_paths(settings: Any, overwrite: bool | Collection[str] = False) -> I
     inputs = {_option(name): Path(value) for name, spec, value in given if spec.kind in ("file", "folder", "files")}
     outputs = [(name, spec, Path(value)) for name, spec, value in given if spec.kind.startswith("output_")]
     for path in (*inputs.values(), *(path for _, _, path in outputs)):
-        _refuse_pipe(path)
+        if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
+            raise InputError(f"{path}: is a pipe or a device, expected a file; give a file.")
     taken = {identity(path): option for option, path in inputs.items()}
     for name, spec, path in outputs:
         option, may = _option(name), overwrite is True or (overwrite is not False and name in overwrite)
@@ -100,15 +100,6 @@ def _check_ending(path: Path, spec: Param) -> None:
     endings = ["." + suffix.lstrip(".").lower() for suffix in spec.suffixes]
     if spec.kind == "output_file" and endings and path.suffix.lower() not in endings:
         raise OutputError(f"{path}: ends in {path.suffix!r}, expected {' or '.join(endings)}; rename the output.")
-
-
-def _refuse_pipe(path: Path) -> None:
-    try:
-        kind = os.stat(path).st_mode
-    except (OSError, ValueError):
-        return
-    if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
-        raise InputError(f"{path}: is a pipe or a device, expected a file; give a file.")
 
 
 def _option(name: str) -> str:

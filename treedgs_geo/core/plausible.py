@@ -61,12 +61,8 @@ def odd_diameters(dbh_cm: np.ndarray) -> tuple[np.ndarray, str]:
 def refuse_odd_diameters(
     dbh_cm: np.ndarray, where: Callable[[np.ndarray], str], remedy: str, n_asked: int | None = None
 ) -> None:
-    """Refuse what :func:`odd_diameters` finds among the first ``n_asked`` (``None``: all). where: of the first of a
-    mask, for the sentence.
-
-    Raises:
-        InputError: see above.
-    """
+    """Raise ``InputError`` for what :func:`odd_diameters` finds among the first ``n_asked`` (``None``: all). where: of
+    the first of a mask, for the sentence."""
     odd, why = odd_diameters(dbh_cm)
     odd[n_asked if n_asked is not None else len(odd) :] = False
     if odd.any():
@@ -181,18 +177,20 @@ def _above(values: np.ndarray, other: np.ndarray, right: np.ndarray) -> np.ndarr
     return values - np.nanmedian(np.where(near == np.arange(len(values))[:, None], np.nan, values[near]), axis=1)
 
 
-def refuse_height_units(
+def refuse_odd_heights(
     height_m: np.ndarray,
     dbh_cm: np.ndarray,
     where: Callable[[np.ndarray], str],
     remedy: str,
     plots: np.ndarray | None = None,
+    units_only: bool = False,
 ) -> None:
-    """Refuse heights that are in feet, all or some, and DBHs in another unit than the others, by their heights. The
-    arguments are those of :func:`refuse_odd_heights`.
+    """Refuse heights that no tree of its DBH has. height_m, dbh_cm: (N,), NaN where there is none. where: of the first
+    of a mask, for the sentence. plots: (N,) names, where they are known. units_only: a single odd height stays.
 
     Raises:
-        InputError: see above.
+        InputError: heights in feet, all or some; DBHs in another unit than the others, by their heights; a height above
+            120 m, below breast height, too slender.
     """
     h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
     some = np.isfinite(h) & (d >= _THIN_CM)
@@ -207,23 +205,6 @@ def refuse_height_units(
         raise InputError(
             f"{where(found.rows)}: {found.text()}; correct them{', or ' + remedy if found.what == 'heights' else ''}."
         )
-
-
-def refuse_odd_heights(
-    height_m: np.ndarray,
-    dbh_cm: np.ndarray,
-    where: Callable[[np.ndarray], str],
-    remedy: str,
-    plots: np.ndarray | None = None,
-) -> None:
-    """Refuse heights that no tree of its DBH has. height_m, dbh_cm: (N,), NaN where there is none. where: of the first
-    of a mask, for the sentence. plots: (N,) names, where they are known.
-
-    Raises:
-        InputError: a height above 120 m, below breast height, too slender; heights, or DBHs, in mixed units.
-    """
-    refuse_height_units(height_m, dbh_cm, where, remedy, plots)
-    h, d = np.asarray(height_m, float), np.asarray(dbh_cm, float)
     with np.errstate(invalid="ignore", divide="ignore"):
         slender = np.where(d >= _THIN_CM, h / d, np.nan)
         checks = (
@@ -231,7 +212,7 @@ def refuse_odd_heights(
             (np.isfinite(d) & (h < _MIN_HEIGHT_M), "so low that it has no DBH, but one is given"),
             (slender > _SLENDER, "too much for its DBH"),
         )
-    for bad, why in checks:
+    for bad, why in () if units_only else checks:
         if bad.any():
             dbh = f" (DBH {d[bad][0]:g} cm)" if np.isfinite(d[bad][0]) else ""
             raise InputError(f"{where(bad)}: a height of {h[bad][0]:.3g} m{dbh}, {why}; correct it, or {remedy}.")

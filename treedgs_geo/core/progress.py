@@ -251,11 +251,9 @@ def make_reporter(style: str) -> Reporter:
         return Reporter()
     if style == "json":
         return JsonReporter(sys.stdout)
-    return (
-        BarReporter(sys.stderr)
-        if style == "bar" or style == "auto" and sys.stderr.isatty()
-        else PlainReporter(sys.stderr)
-    )
+    if style == "bar" or style == "auto" and sys.stderr.isatty():
+        return BarReporter(sys.stderr)
+    return PlainReporter(sys.stderr)
 
 
 def _duration(seconds: float) -> str:

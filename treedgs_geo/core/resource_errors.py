@@ -30,12 +30,9 @@ _PROBE_BYTES = 1_000_000
 
 def shortage_of(problem: BaseException) -> TreeDGSError | None:
     """The sentence for a lack of memory or disk that ``problem``, or what it came from, reports; ``None`` otherwise."""
-    chain: list[BaseException] = []
+    seen: list[BaseException] = []
     link: BaseException | None = problem
-    while link is not None and link not in chain:
-        chain.append(link)
-        link = link.__cause__ or link.__context__
-    for link in chain:
+    while link is not None and link not in seen:
         text = " ".join(str(link).split())[:120]
         number = getattr(link, "errno", None)
         if isinstance(link, OSError) and number in _DISK or _DISK_WORDS.search(text.lower()):
@@ -50,6 +47,8 @@ def shortage_of(problem: BaseException) -> TreeDGSError | None:
                 f"Not enough memory{detail}; use a smaller plot or cloud, fewer photos or a faster "
                 "preset, raise the limit (ulimit -v), or use a machine with more memory."
             )
+        seen.append(link)
+        link = link.__cause__ or link.__context__
     return None
 
 

@@ -8,7 +8,9 @@ A settings class is a frozen, keyword-only dataclass whose fields are made with 
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
+from collections.abc import Iterable
 from dataclasses import MISSING, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,8 @@ KINDS = (
 )  # fmt: skip
 #: Type of a field -> kind.
 _KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text"}
-
+#: What a flag may be written as.
+_FLAGS = {**dict.fromkeys(("1", "true", "yes", "on"), True), **dict.fromkeys(("0", "false", "no", "off"), False)}
 
 #: Endings of tables that :func:`.tables.read_table` reads.
 TABLES = ("csv", "xlsx", "ods", "txt", "tsv")
@@ -64,10 +67,7 @@ def param(default: Any = MISSING, *, help: str, kind: str = "", **more: Any) -> 
     """A dataclass field with a :class:`Param`. No default = required; ``None`` = optional."""
     if kind and kind not in KINDS:
         raise ValueError(f"unknown parameter kind {kind!r}")
-    metadata = {"param": Param(kind=kind, help=help, **more)}
-    if default is MISSING:
-        return field(metadata=metadata)
-    return field(default=default, metadata=metadata)
+    return field(default=default, metadata={"param": Param(kind=kind, help=help, **more)})
 
 
 def params_of(settings_class: type) -> list[tuple[str, Param, Any]]:
@@ -104,37 +104,30 @@ def parse_value(name: str, spec: Param, value: Any, of: str = "") -> Any:
     if spec.kind in ("text", "crs"):
         return str(value)
     if spec.kind == "flag":
-        if isinstance(value, bool):
-            return value
-        if str(value).lower() in ("1", "true", "yes", "on"):
-            return True
-        if str(value).lower() in ("0", "false", "no", "off"):
-            return False
-        raise InputError(f"{option}: found {value!r}, expected true or false.")
+        if (said := str(value).lower()) not in _FLAGS:
+            raise InputError(f"{option}: found {value!r}, expected true or false.")
+        return _FLAGS[said]
     if spec.kind == "choice":
         if str(value) not in spec.choices:
             raise InputError(f"{option}: found {value!r}, expected one of {', '.join(spec.choices)}.")
         return str(value)
+    whole = spec.kind == "integer"
     try:
-        if isinstance(value, bool):
+        if isinstance(value, bool) or whole and isinstance(value, float) and value != int(value):
             raise ValueError
-        if spec.kind == "integer":
-            if isinstance(value, float) and value != int(value):
-                raise ValueError
-            number: float = int(value)
-        else:
-            number = float(value)
+        number: float = int(value) if whole else float(value)
     except (TypeError, ValueError, OverflowError):
-        wanted = "a whole number" if spec.kind == "integer" else "a number"
+        wanted = "a whole number" if whole else "a number"
         raise InputError(
             f"{option}: found {value!r}, expected {wanted}{f' in {spec.unit}' if spec.unit else ''}."
         ) from None
-    if not number == number or number in (float("inf"), float("-inf")):
+    if number != number or abs(number) == math.inf:
         raise InputError(f"{option}: found {value!r}, expected a finite number.")
-    if spec.minimum is not None and number < spec.minimum or spec.maximum is not None and number > spec.maximum:
-        low = "-inf" if spec.minimum is None else f"{spec.minimum:g}"
-        high = "inf" if spec.maximum is None else f"{spec.maximum:g}"
-        raise InputError(f"{option}: found {number:g}, expected {low} to {high}{' ' + spec.unit if spec.unit else ''}.")
+    low = -math.inf if spec.minimum is None else spec.minimum
+    high = math.inf if spec.maximum is None else spec.maximum
+    if not low <= number <= high:
+        unit = f" {spec.unit}" if spec.unit else ""
+        raise InputError(f"{option}: found {number:g}, expected {low:g} to {high:g}{unit}.")
     return number
 
 
@@ -152,6 +145,14 @@ def _parse_record(option: str, record: type, value: Any) -> Any:
     return build(record, pairs, option)
 
 
+def nearest(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """``did you mean 'plots'?``: the nearest known name, else what is known, or ``otherwise``."""
+    import difflib
+
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]!r}?" if near else otherwise or f"known: {', '.join(known)}."
+
+
 def build(settings_class: type, values: dict[str, Any], of: str = "") -> Any:
     """Make a settings object from raw values (text or typed); unknown and missing names are refused. of: the option
     that the values are keys of.
@@ -159,24 +160,18 @@ def build(settings_class: type, values: dict[str, Any], of: str = "") -> Any:
     Raises:
         InputError: unknown parameter (with the nearest known one), missing required one, or a bad value.
     """
-    import difflib
-
     specs = {name: (spec, default) for name, spec, default in params_of(settings_class)}
     for name in values:
         if name not in specs and of:
             raise InputError(f"{of}: found {name!r}, expected one of {', '.join(specs)}.")
         if name not in specs:
-            near = difflib.get_close_matches(name, specs, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(specs)}."
-            raise InputError(f"Parameter {name!r} is unknown; {hint}")
+            raise InputError(f"Parameter {name!r} is unknown; {nearest(name, specs)}")
     chosen = {}
     for name, (spec, default) in specs.items():
         value = parse_value(name, spec, values[name], of) if name in values else None
-        if value is None:
-            if default is MISSING:
-                raise InputError(f"--{name.replace('_', '-')} is required: {spec.help}")
-            value = default if name not in values or default is not None else None
-        chosen[name] = value
+        if value is None and default is MISSING:
+            raise InputError(f"--{name.replace('_', '-')} is required: {spec.help}")
+        chosen[name] = default if value is None else value
     return settings_class(**chosen)
 
 

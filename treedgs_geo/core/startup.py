@@ -73,21 +73,17 @@ def own_libraries_first() -> None:
     sys.path.sort(key=lambda entry: os.path.abspath(entry) in named)
 
 
-def drop_bad_numbers() -> None:
-    """numba ends the process on a number of threads that is none."""
-    value = os.environ.get("NUMBA_NUM_THREADS")
-    if value is not None and not (value.strip().isdigit() and int(value)):
-        del os.environ["NUMBA_NUM_THREADS"]
-
-
 def network_allowed() -> bool:
     """Whether the user said so."""
     return os.environ.get(NETWORK, "").strip().lower() in ("1", "yes", "true", "on")
 
 
-def stay_local() -> None:
+def safe_environment() -> None:
     """A file of somebody else makes no request, starts no program and loads no code, unless the user said that the
-    network may be used."""
+    network may be used; a number of threads that is none, on which numba ends the process, is dropped."""
+    value = os.environ.get("NUMBA_NUM_THREADS", "1").strip()
+    if not (value.isdigit() and int(value)):
+        del os.environ["NUMBA_NUM_THREADS"]
     if not network_allowed():
         os.environ.update(_LOCAL)
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from .column_names import plain_name, spellings
 from .errors import InputError
 from .files import atomic_path
-from .number_cells import are_units, column_name, with_points, with_unit, without_thousands, without_units
+from .number_cells import are_units, as_number, column_name, with_points, with_unit, without_thousands, without_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -130,11 +130,7 @@ def read_rows(
 
 
 def _workbook_lines(path: Path) -> list[tuple[int, list[str]]]:
-    """``(row, cells)`` of a workbook's one sheet.
-
-    Raises:
-        InputError: not readable, or several sheets.
-    """
+    """``(row, cells)`` of a workbook's one sheet."""
     import pyogrio
 
     try:
@@ -183,14 +179,15 @@ def _cells_of(
     if rows and not as_written and are_units(rows[0][1]):
         heads = [with_unit(head, unit) for head, unit in zip(heads, [*rows[0][1], *[""] * len(heads)], strict=False)]
         rows = rows[1:]
-    heads = _heads(path, heads, as_written)
+    heads = heads if as_written else [column_name(head) for head in heads]
+    if twice := sorted({head for head in heads if head and heads.count(head) > 1}):
+        raise InputError(f"{path}: a column appears twice ({', '.join(twice)}); keep one of them.")
     rows = [(line, _whole(path, line, cells, heads, separator)) for line, cells in rows]
     table = [cells for _, cells in rows]
     if not as_written:
         without_thousands(table)
+        heads = [without_units(table, k, head) for k, head in enumerate(heads)]
     for k in range(len(heads)):
-        if not as_written:
-            heads[k] = without_units(table, k, heads[k])
         with_points(table, k, separator)
     if not as_written:
         _refuse_totals(path, heads, rows)
@@ -247,20 +244,8 @@ def _separator(text: str) -> tuple[str, int, str]:
     return text, 0, separator
 
 
-def _heads(path: Path, cells: list[str], as_written: bool) -> list[str]:
-    heads = cells if as_written else [column_name(cell) for cell in cells]
-    twice = sorted({head for head in heads if head and heads.count(head) > 1})
-    if twice:
-        raise InputError(f"{path}: a column appears twice ({', '.join(twice)}); keep one of them.")
-    return heads
-
-
 def _whole(path: Path, line: int, cells: list[str], heads: list[str], separator: str) -> list[str]:
-    """The row with one cell a column.
-
-    Raises:
-        InputError: it has others: its values would stand in the columns beside theirs.
-    """
+    """The row with one cell a column; one with others is refused: its values would stand in the columns beside."""
     short = heads[len(cells) :]
     if len(cells) > len(heads) or not set(short) <= {"", *_NOTES}:
         name = {",": "comma", ";": "semicolon", "\t": "tab"}.get(separator, repr(separator))
@@ -282,11 +267,7 @@ def _whole(path: Path, line: int, cells: list[str], heads: list[str], separator:
 
 
 def _refuse_totals(path: Path, heads: list[str], rows: list[tuple[int, list[str]]]) -> None:
-    """Refuse a row of sums or means: it would count as one more.
-
-    Raises:
-        InputError: the row.
-    """
+    """Refuse a row of sums or means: it would count as one more."""
     for k, head in enumerate(heads):
         first = k == 0 or head in _NAMES
         found = [line for line, cells in rows if head not in _NOTES and _sums_up(cells[k], first)]
@@ -341,9 +322,10 @@ def safe_cell(value: Any) -> Any:
 
     A text that starts with an apostrophe gets one more, so that :func:`plain_cell` gives every text back.
     """
-    if not isinstance(value, str) or not value or _is_number(value):
+    if not isinstance(value, str) or value[:1] not in (*_RUN, "'"):
         return value
-    return "'" + value if value[0] in _RUN or value[0] == "'" else value
+    is_number = value.strip() == value and math.isfinite(as_number(value))
+    return value if is_number else "'" + value
 
 
 def plain_cell(value: Any) -> Any:
@@ -367,30 +349,3 @@ def write_csv(path: Path, table: Any, **more: Any) -> None:
     """A data frame, less its geometries, as a CSV of safe cells, whole or not at all."""
     with atomic_path(path) as temporary:
         safe_frame(table.drop(columns="geometry", errors="ignore")).to_csv(temporary, index=False, **more)
-
-
-class SafeWriter:
-    """``csv.writer`` (rows of cells) and ``csv.DictWriter`` (dicts of ``columns``) with every cell made safe."""
-
-    def __init__(self, stream: Any, columns: Iterable[str] = ()) -> None:
-        self._writer = csv.writer(stream, lineterminator="\n")
-        self._columns = list(columns)
-
-    def header(self) -> None:
-        """The columns' names."""
-        self.row(self._columns)
-
-    def row(self, cells: Iterable[Any]) -> None:
-        """One row."""
-        self._writer.writerow([safe_cell(cell) for cell in cells])
-
-    def record(self, values: dict[str, Any]) -> None:
-        """One row from a dict; other keys are left out, missing ones are empty."""
-        self.row([values.get(name, "") for name in self._columns])
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return math.isfinite(float(text)) and text.strip() == text
-    except ValueError:
-        return False

@@ -82,7 +82,16 @@ def read_field_trees(path: Path, protocol: FieldProtocol, heights: bool = False,
     require(path, table, has, (*place, ("dbh", "dbh1", "girth")), unsaid)
     found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
     found["plot_id"] = _filled_down(path, plot_ids(table, has["plot_id"]), said) if "plot_id" in has else None
-    found["height_m"] = _heights(path, table, has.get("height"), found["dbh_cm"], found["plot_id"])
+    height_m = measured(path, table, "height", has.get("height"))
+    # Nobody measures a height of 0: tables write it for "not measured".
+    found["height_m"] = height_m.where(height_m > 0)
+    refuse_odd_heights(
+        found["height_m"],
+        found["dbh_cm"],
+        lambda bad: f"{path}, {line_of(bad, table)}",
+        "name its unit in the column's name (height_ft)",
+        found["plot_id"],
+    )
     for name in ("field_id", "species", "date"):
         found[name] = table[has[name].name] if name in has else None
     found["status"] = statuses(path, table)
@@ -224,23 +233,6 @@ _TALLY = (
     *("plot_id", "field_id", *_POLAR, *_ON_MAP, "epsg", "slope", "dbh", "dbh1", "dbh2", "girth", "height"),
     *("species", "date"),
 )
-
-
-def _heights(
-    path: Path, table: pd.DataFrame, column: FoundColumn | None, dbh_cm: pd.Series, plots: pd.Series | None
-) -> pd.Series:
-    """Heights, m; NaN where there is none."""
-    heights = measured(path, table, "height", column)
-    # Nobody measures a height of 0: tables write it for "not measured".
-    heights = heights.where(heights > 0)
-    refuse_odd_heights(
-        heights,
-        dbh_cm,
-        lambda bad: f"{path}, {line_of(bad, table)}",
-        "name its unit in the column's name (height_ft)",
-        plots,
-    )
-    return heights
 
 
 def _degrees(path: Path, table: pd.DataFrame, column: FoundColumn, found: pd.DataFrame) -> pd.Series:

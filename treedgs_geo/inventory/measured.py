@@ -12,7 +12,7 @@ import pyproj
 from ..core.columns import columns, measured, numbers, places, require
 from ..core.errors import InputError
 from ..core.frames import suggest_utm
-from ..core.plausible import odd_diameters, refuse_height_units
+from ..core.plausible import odd_diameters, refuse_odd_heights
 from ..core.tables import is_table, read_table
 from ..core.wrong_units import wrong_unit
 from .field_trees import dbh_in_cm, tree_counts
@@ -69,12 +69,13 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
     trees["tree_id"] = trees["tree_id"].astype(int)
     _refuse_edited(path, trees)
     if "height_m" in trees:
-        refuse_height_units(
+        refuse_odd_heights(
             pd.to_numeric(trees["height_m"]).to_numpy(float),
             pd.to_numeric(trees["dbh_cm"]).to_numpy(float),
             lambda odd: f"{path}: tree {trees['tree_id'][odd].iloc[0]}",
             "give them in metres",
             trees.get("plot_id"),
+            units_only=True,
         )
     for name in ("qc_flag", "dbh_lo_cm", "dbh_hi_cm"):
         if name not in trees:

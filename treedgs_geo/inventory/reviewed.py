@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..core.errors import InputError
 from ..core.intervals import HALF_WIDTH_SE
+from ..core.shown import count_of
 from ..core.wrong_units import wrong_unit
 from .tree_reading import text_of, texts_of
 
@@ -61,18 +62,17 @@ class Reviewed:
         """One sentence for the user; none where nobody decided anything. name: of the layer."""
         if not self.total:
             return []
-        parts = {
-            f"{self.accepted} accepted": self.accepted,
-            f"{self.taped} with a taped DBH (standard error {TAPE_SE_CM:g} cm)": self.taped,
-            f"{self.stems} with a stem but no DBH": self.stems,
-            f"{self.rejected} rejected": self.rejected,
-            f"{self.merged} merged into another": self.merged,
-        }
-        said = [part for part, n in parts.items() if n]
+        parts = (
+            (self.accepted, "accepted"),
+            (self.taped, f"with a taped DBH (standard error {TAPE_SE_CM:g} cm)"),
+            (self.stems, "with a stem but no DBH"),
+            (self.rejected, "rejected"),
+            (self.merged, "merged into another"),
+        )
+        said = [f"{n} {words}" for n, words in parts if n]
         if self.rejected + self.merged:
             said[-1] += " (rejected and merged ones count nowhere)"
-        trees = "1 tree" if self.total == 1 else f"{self.total} trees"
-        return [f"A person decided on {trees} of {name}: {'; '.join(said)}."]
+        return [f"A person decided on {count_of(self.total, 'tree')} of {name}: {'; '.join(said)}."]
 
 
 def reviewed(table: _Table, name: str | Path = "the tree layer") -> tuple[_Table, Reviewed]:

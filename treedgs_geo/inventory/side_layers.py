@@ -24,25 +24,15 @@ CROWNS = "crowns"
 CROWN_COLUMNS = ("tree_id", "crown_m2", "height_m", "qc_flag")
 #: Quarter-circle segments: 0.1 mm off the circle at 1 m diameter.
 _SEGMENTS = 16
-#: Columns of ``sections``.
+#: Columns of ``circles`` and of ``sections``.
+_CIRCLE_COLUMNS = ("tree_id", "dbh_cm", "dbh_se_cm", "qc_flag", "height_m")
 SECTION_COLUMNS = ("tree_id", "height_m", "d_cm", "d_se_cm", "rms_cm", "n_pts", "arc_deg")
 
 
-def circle_table(trees: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    """Polygons of the diameter at breast height, one a measured tree: ``tree_id, dbh_cm, dbh_se_cm, qc_flag`` and
-    ``height_m``."""
-    measured = trees[trees["dbh_cm"].notna()]
-    table = pd.DataFrame({name: measured[name] for name in ("tree_id", "dbh_cm", "dbh_se_cm", "qc_flag", "height_m")})
-    shapes = gpd.GeoSeries.from_xy(measured["x"], measured["y"], crs=trees.crs)
-    return gpd.GeoDataFrame(table, geometry=shapes.buffer(measured["dbh_cm"] / 200, _SEGMENTS), crs=trees.crs)
-
-
-def section_table(sections: list[dict], crs: pyproj.CRS) -> gpd.GeoDataFrame:
-    """Polygons of measured sections. sections: dicts of :data:`SECTION_COLUMNS` and the centre ``x, y``, project
-    metres."""
-    table = pd.DataFrame(sections)
-    shapes = gpd.GeoSeries.from_xy(table["x"], table["y"], crs=crs).buffer(table["d_cm"] / 200, _SEGMENTS)
-    return gpd.GeoDataFrame(table[list(SECTION_COLUMNS)], geometry=shapes, crs=crs)
+def _discs(table: pd.DataFrame, columns: Sequence[str], diameter: str, crs: pyproj.CRS) -> gpd.GeoDataFrame:
+    """Polygons of a diameter (cm) round ``x, y`` (project metres), with these columns."""
+    shapes = gpd.GeoSeries.from_xy(table["x"], table["y"], crs=crs).buffer(table[diameter] / 200, _SEGMENTS)
+    return gpd.GeoDataFrame(table[list(columns)], geometry=shapes, crs=crs)
 
 
 #: Name of the table of what refused stems were read as, and its columns. Such a reading is no DBH: it may be off by far
@@ -79,11 +69,13 @@ def add_layers(
     readings: pd.DataFrame | None = None,
     crowns: gpd.GeoDataFrame | None = None,
 ) -> None:
-    """Append ``circles`` (and ``sections``, ``searched``, ``readings`` and ``crowns`` where there are any) to a tree
-    layer's GeoPackage."""
-    measured = section_table(sections, trees.crs) if sections else None
+    """Append ``circles``, one a measured tree (and ``sections``, ``searched``, ``readings`` and ``crowns`` where there
+    are any) to a tree layer's GeoPackage. sections: dicts of :data:`SECTION_COLUMNS` and the centre ``x, y``, project
+    metres."""
+    circles = _discs(trees[trees["dbh_cm"].notna()], _CIRCLE_COLUMNS, "dbh_cm", trees.crs)
+    measured = _discs(pd.DataFrame(sections), SECTION_COLUMNS, "d_cm", trees.crs) if sections else None
     more = {SECTIONS: measured, SEARCHED: searched, READINGS: readings, CROWNS: crowns}
-    add_tables(geopackage, {CIRCLES: circle_table(trees), **more})
+    add_tables(geopackage, {CIRCLES: circles, **more})
 
 
 def add_tables(geopackage: Path, tables: Mapping[str, pd.DataFrame | None]) -> None:

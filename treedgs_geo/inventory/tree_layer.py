@@ -14,7 +14,7 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import OutputError
-from ..core.files import atomic_path, ensure_writable, put_beside
+from ..core.files import atomic_path, ensure_writable, free_name
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, style_text, style_text_after
 from ..core.layer_files import add_layer, typed, write_shapefile
 from ..core.outputs import is_foreign
@@ -128,7 +128,8 @@ def write_trees(
     _driver(path)
     written = read_written(path, *copies)
     if written.unread and path.suffix.lower() in (".csv", ".geojson") and not is_foreign(path):
-        with put_beside(path.with_name(f"{path.stem}.before{path.suffix}")) as (temporary, kept):
+        kept = free_name(path.with_name(f"{path.stem}.before{path.suffix}"))
+        with atomic_path(kept) as temporary:
             shutil.copyfile(path, temporary)
         (reporter or Reporter()).warn(f"{path}: can no longer be read ({written.unread}); kept as {kept.name}.")
     table = written.into(tree_table(trees, crs))

@@ -78,23 +78,15 @@ def read_trees(path: Path, as_written: bool = False) -> gpd.GeoDataFrame:
 
 
 def typed(path: Path, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    """The layer with numbers as numbers and one point a tree.
+    """The layer with numbers as numbers and one point a tree; of a tree without one its ``x, y``, where those of the
+    others are their points.
 
     Raises:
-        InputError: a number that is none; see :func:`single_points`.
+        InputError: a number that is none; other shapes, several points, no place.
     """
     for name in _NUMBERS:
         if name in table and table[name].dtype.kind not in "iuf":
             table[name] = _numbers(path, table, name)
-    return single_points(path, table)
-
-
-def single_points(path: Path, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-    """The layer with one point a tree; of a tree without one its ``x, y``, where those of the others are their points.
-
-    Raises:
-        InputError: other shapes, several points, no place.
-    """
     shapes = table.geometry
     if not len(table) or (shapes.geom_type == "Point").all() and not shapes.is_empty.any():
         return table

@@ -16,11 +16,11 @@ import pyproj
 from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
-from ..core.files import put_beside
+from ..core.files import free_name
 from ..core.frames import moved
 from ..core.progress import Reporter
-from ..core.shown import some
-from ..core.tables import read_rows, safe_frame
+from ..core.shown import count_of, some
+from ..core.tables import read_rows, write_csv
 from ..stems.quality.tree import TREE_FIELDS
 from .reviewed import A_TREE
 from .reviewed import COLUMNS as DECIDED
@@ -97,7 +97,7 @@ class Written:
         if not added:
             return table
         self.sentences.append(
-            f"{len(added)} place{'' if len(added) == 1 else 's'} where a person says that a tree stands gave no tree "
+            f"{count_of(len(added), 'place')} where a person says that a tree stands gave no tree "
             "in this run: kept in the layer without a measured DBH (not_found), as tree "
             f"{some((row['tree_id'] for row in added), 10)}."
         )
@@ -114,7 +114,7 @@ class Written:
         if n:
             reporter.info(
                 f"{self.path.name}: what a person wrote ({', '.join(('species, status, note, decisions', *self.own))}) "
-                f"at {n} tree{'' if n == 1 else 's'} is kept (nearest tree within {ENTRY_M:g} m)."
+                f"at {count_of(n, 'tree')} is kept (nearest tree within {ENTRY_M:g} m)."
             )
         for sentence in self.sentences:
             reporter.warn(f"{self.path.name}: {sentence}")
@@ -125,9 +125,8 @@ class Written:
                 f"{row['tree_id']} at {row['x']:.1f} {row['y']:.1f} ({', '.join(map(str, row[[*said]].dropna()))})"
                 for _, row in lost.iterrows()
             ]
-            beside = self.path.with_name(f"{self.path.stem}.lost.csv")
-            with put_beside(beside) as (temporary, kept):
-                safe_frame(lost).to_csv(temporary, index=False)
+            kept = free_name(self.path.with_name(f"{self.path.stem}.lost.csv"))
+            write_csv(kept, lost)
             reporter.warn(
                 f"{self.path.name}: no tree stands within {ENTRY_M:g} m any more of {len(lost)} for which a person "
                 f"wrote something: {some(named, 5, '; ')}; what was written there is not in "
@@ -156,9 +155,7 @@ def read_written(path: Path, *more: Path) -> Written:
     """
     found = _read(Path(path))
     for other in map(_read, map(Path, more)):
-        if not len(other.entries):
-            continue
-        if found.crs != other.crs and len(found.entries):
+        if not len(other.entries) or len(found.entries) and found.crs != other.crs:
             continue
         near = np.zeros(len(other.entries), bool)
         if len(found.entries):

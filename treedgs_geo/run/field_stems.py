@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from ..core.field_stems import FieldStems, read_field_stems
-from ..core.files import atomic_path
 from ..core.progress import Reporter
 from ..core.shown import count_of
-from ..core.tables import SafeWriter
+from ..core.tables import write_csv
 from ..stems.photos.fit.photo_fit import PhotoFit
 from ..stems.photos.targeted_fit import GivenStems, partners
 from ..stems.quality.tree import Tree
@@ -90,8 +90,5 @@ def report_answers(answers: list[Answer], path: Path | None, reporter: Reporter)
 
 def write_answers(path: Path, answers: list[Answer]) -> None:
     """``field_stems.csv`` in the workspace."""
-    with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = SafeWriter(stream, COLUMNS)
-        writer.header()
-        for answer in answers:
-            writer.row(answer.row())
+    rows = [answer.row() for answer in answers]
+    write_csv(path, pd.DataFrame(rows, columns=list(COLUMNS), dtype=object), lineterminator="\n")

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pyproj
 
-from treedgs_geo.core.tables import SafeWriter
+from treedgs_geo.core import tables
 
 from .flight import LEAP_SECONDS, Station, Track
 from .lidar import Returns
@@ -55,11 +56,7 @@ def gps_time(utc: dt.datetime) -> tuple[int, float]:
 
 def write_csv(path: Path, columns: list[str], rows: list[list]) -> None:
     """Plain CSV; None becomes an empty cell."""
-    with open(path, "w", newline="", encoding="utf-8") as stream:
-        writer = SafeWriter(stream, columns)
-        writer.header()
-        for row in rows:
-            writer.row("" if value is None else value for value in row)
+    tables.write_csv(path, pd.DataFrame(rows, columns=columns, dtype=object), lineterminator="\n")
 
 
 def write_mrk(path: Path, stations: list[Station], single_point: np.ndarray, std: np.ndarray) -> None:

@@ -64,34 +64,37 @@ def write_evaluation(
         write_csv(paths[name], table, lineterminator="\n")
     with atomic_path(paths["table"]) as temporary:
         temporary.write_text(booktabs(_accuracy_table(metrics)), encoding="utf-8")
+    counted = evidence.trees.assign(dbh_cm=evidence.trees["dbh_cm"].where(evidence.trees["error_cm"].notna()))
+    scatter = draw_scatter(counted, "reference_cm")
+    scatter.axes[0].set_xlabel(f"{evidence.reference}, cm")
     pictures = [
         write_chart(folder, "errors", draw_errors(evidence.trees, metrics), "signed errors"),
-        write_chart(folder, "scatter", _scatter(evidence), "measured, reference"),
+        write_chart(folder, "scatter", scatter, "measured, reference"),
         write_chart(folder, "plots", draw_plots(metrics), "errors by plot"),
     ]
-    write_html(paths["page"], _page(metrics, evidence, [*pictures], facts or {}, more, first))
+    blocks = [
+        *first,
+        *_accuracy(metrics, evidence.reference, pictures),
+        *more,
+        Heading("Trees"),
+        _trees(counted),
+        facts_table("facts", "This evaluation", facts or {}),
+    ]
+    write_html(paths["page"], Document("Accuracy of measured DBH", f"against {evidence.reference}", blocks))
     write_json(paths["metrics"], metrics)
     return {name: str(path) for name, path in paths.items()}
 
 
-def _page(
-    metrics: dict,
-    evidence: PairsEvidence,
-    pictures: list[Block],
-    facts: dict[str, str],
-    more: Sequence[Block],
-    first: Sequence[Block],
-) -> Document:
+def _accuracy(metrics: dict, reference: str, pictures: Sequence[Block]) -> list[Block]:
     pooled, spread = metrics["pooled"], metrics["bootstrap"]
     headline = f"None of the {pooled['n_reference']} reference trees was measured."
     if pooled["n"]:
         headline = (
             f"{pooled['n']} of {pooled['n_reference']} trees have a DBH; over these, RMSE is {pooled['rmse_cm']:.2f} "
-            f"cm and the mean error {pooled['me_cm']:+.2f} cm (measured − {evidence.reference})."
+            f"cm and the mean error {pooled['me_cm']:+.2f} cm (measured − {reference})."
         )
     notes = list(metrics["notes"]) + ([spread["note"][0].upper() + spread["note"][1:] + "."] if spread["note"] else [])
-    blocks: list[Block] = [
-        *first,
+    return [
         Paragraph(headline, strong=True),
         _accuracy_table(metrics, with_parts=True),
         Heading("What was left out, and how to read this"),
@@ -104,12 +107,7 @@ def _page(
         ),
         _intervals(pooled, spread),
         *(_against(metrics["against"]) if "against" in metrics else ()),
-        *more,
-        Heading("Trees"),
-        _trees(evidence),
-        facts_table("facts", "This evaluation", facts),
     ]
-    return Document("Accuracy of measured DBH", f"against {evidence.reference}", blocks)
 
 
 def _accuracy_table(metrics: dict, with_parts: bool = False) -> Table:
@@ -161,11 +159,8 @@ def _intervals(pooled: dict, spread: dict) -> Table:
     return Table("intervals", "", columns, rows)
 
 
-def _trees(evidence: PairsEvidence) -> Table:
-    trees = evidence.trees
-    shown = trees.astype({"plot_id": str, "tree_id": str}).assign(
-        dbh_cm=trees["dbh_cm"].where(trees["error_cm"].notna()), qc_flag=trees["qc_flag"].fillna("")
-    )
+def _trees(trees: pd.DataFrame) -> Table:
+    shown = trees.astype({"plot_id": str, "tree_id": str}).assign(qc_flag=trees["qc_flag"].fillna(""))
     columns = [
         Column("plot_id", "Plot"),
         Column("tree_id", "Tree"),
@@ -211,13 +206,8 @@ def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
         axes.hist(
             error, bins=np.arange(-edge, edge + step / 2, step), color=BLUE, alpha=0.75, edgecolor="white", lw=0.5
         )
-        axes.axvline(
-            metrics["me_cm"],
-            color=VERMILION,
-            ls="--",
-            lw=1.8,
-            label=f"mean {metrics['me_cm']:+.2f} cm (RMSE {metrics['rmse_cm']:.2f} cm)",
-        )
+        words = f"mean {metrics['me_cm']:+.2f} cm (RMSE {metrics['rmse_cm']:.2f} cm)"
+        axes.axvline(metrics["me_cm"], color=VERMILION, ls="--", lw=1.8, label=words)
         axes.set_ylim(0, axes.get_ylim()[1] * 1.2)
         axes.yaxis.get_major_locator().set_params(integer=True)
         axes.legend(loc="upper left")
@@ -227,13 +217,6 @@ def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
     axes.set_xlabel("measured − reference DBH, cm")
     axes.set_ylabel("trees")
     axes.set_title(f"Signed error of {len(error)} of {len(trees)} trees")
-    return figure
-
-
-def _scatter(evidence: PairsEvidence) -> Any:
-    trees = evidence.trees
-    figure = draw_scatter(trees.assign(dbh_cm=trees["dbh_cm"].where(trees["error_cm"].notna())), "reference_cm")
-    figure.axes[0].set_xlabel(f"{evidence.reference}, cm")
     return figure
 
 

@@ -83,6 +83,14 @@ def score(
     )
 
 
+def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:
+    """Accuracy of the rows of ``tables.PairsEvidence.trees``."""
+    done = trees[trees["error_cm"].notna()]
+    with_interval = done["inside_90"].notna()
+    inside = done.loc[with_interval, "inside_90"].to_numpy(bool) if with_interval.any() else None
+    return score(done["error_cm"].to_numpy(float), done["reference_cm"].to_numpy(float), len(trees), n_false, inside)
+
+
 def score_against_truth(
     trees: gpd.GeoDataFrame, truth_csv: Path, min_clear_views: int = 0, gate_m: float = 0.5
 ) -> tuple[Accuracy, pd.DataFrame]:
@@ -133,12 +141,7 @@ def score_against_truth(
             "qc_reason": there["qc_reason"].mask(seen < 0, ""),
         }
     ).reset_index(drop=True)
-    done = table[own]
-    accuracy = score(
-        done["error_cm"].to_numpy(float), done["dbh_true_cm"].to_numpy(float), len(table), n_false,
-        done["inside_90"].to_numpy(bool) if len(done) else None,
-    )  # fmt: skip
-    return accuracy, table
+    return accuracy_of(table.rename(columns={"dbh_true_cm": "reference_cm"}), n_false), table
 
 
 def _saplings(truth_csv: Path) -> np.ndarray:

@@ -13,12 +13,16 @@ import pandas as pd
 from ...core.errors import InputError
 from ...core.wrong_units import wrong_unit
 from ..pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, STATUSES, SUGGESTED, read_layer, refuse_moved
-from .scores import Accuracy, score, score_against_truth
+from ..tree_reading import text_of
+from .scores import accuracy_of, score_against_truth
 
 #: Statuses that count as a pair; ``rejected`` never does.
 COUNTED = ("auto", "ok", "moved")
 #: Figures that get an interval.
 INTERVALS = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "success_rate")
+#: Of the intervals: resamples, their seed, and the probability with its percentiles.
+_REPEATS, _SEED, _LEVEL = 2000, 0, 0.95
+_TAILS = [50 * (1 - _LEVEL), 50 * (1 + _LEVEL)]
 #: What a pair says of its measured tree.
 _OF_PAIR = ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag", "meas_cm", "rev_flag")
 
@@ -122,14 +126,6 @@ def evidence_from_truth(trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str) 
     return _checked(found, truth_csv)
 
 
-def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:
-    """Accuracy of the rows of ``PairsEvidence.trees``."""
-    done = trees[trees["error_cm"].notna()]
-    with_interval = done["inside_90"].notna()
-    inside = done.loc[with_interval, "inside_90"].to_numpy(bool) if with_interval.any() else None
-    return score(done["error_cm"].to_numpy(float), done["reference_cm"].to_numpy(float), len(trees), n_false, inside)
-
-
 def resampled(plots: pd.Series, columns: Sequence[np.ndarray], seed: int, repeats: int) -> tuple[str, int, np.ndarray]:
     """Sums of columns over trees drawn by whole plots, or, of one plot, one by one.
 
@@ -145,7 +141,7 @@ def resampled(plots: pd.Series, columns: Sequence[np.ndarray], seed: int, repeat
     return by, n, drawn @ sums
 
 
-def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: float = 0.95) -> dict:
+def bootstrap(trees: pd.DataFrame, repeats: int = _REPEATS) -> dict:
     """Percentile intervals of the pooled figures.
 
     Plots are resampled whole, because trees of one plot share their errors (one reconstruction, one crew); with a
@@ -158,7 +154,7 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
     done = np.isfinite(error)
     # Sums are all that the figures need.
     summed = (np.ones(len(error)), done, *(np.where(done, v, 0.0) for v in (error, abs(error), error**2, reference)))
-    by, n_units, sums = resampled(trees["plot_id"], summed, seed, repeats)
+    by, n_units, sums = resampled(trees["plot_id"], summed, _SEED, repeats)
     total, n, s1, sa, s2, ref = sums.T
     with np.errstate(divide="ignore", invalid="ignore"):
         rmse = np.sqrt(s2 / n)
@@ -169,20 +165,19 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
             "me_cm": s1 / n,
             "success_rate": n / total,
         }
-    tails = [50 * (1 - level), 50 * (1 + level)]
     note = ""
     if by == "tree":
         note = "one plot only: trees were resampled, so the interval says nothing about other plots"
     elif n_units < 6:
         note = f"only {n_units} plots were resampled: the interval is coarse and tends to be too narrow"
-    result = {"by": by, "n_units": n_units, "repeats": repeats, "level": level, "seed": seed, "note": note}
+    result = {"by": by, "n_units": n_units, "repeats": repeats, "level": _LEVEL, "seed": _SEED, "note": note}
     for name in INTERVALS:
         values = figures[name][np.isfinite(figures[name])]
-        result[name] = [round(float(v), 4) for v in np.percentile(values, tails)] if len(values) else None
+        result[name] = [round(float(v), 4) for v in np.percentile(values, _TAILS)] if len(values) else None
     return result
 
 
-def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> dict:
+def metrics_of(evidence: PairsEvidence, repeats: int = _REPEATS) -> dict:
     """Everything in ``metrics.json``; the pooled figures also stand at the top level."""
     per_plot = {
         str(plot): accuracy_of(rows, evidence.n_false.get(str(plot), 0)).figures()
@@ -193,6 +188,7 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
     strict = evidence.trees.copy()
     flagged = strict["qc_flag"] != "ok"
     strict.loc[flagged, ["error_cm", "dbh_cm"]] = np.nan
+    as_measured, review_notes = _as_measured(evidence)
     return {
         **pooled,
         "reference": evidence.reference,
@@ -202,9 +198,9 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
         "mean_of_plots": {name: _rounded(mean) for name, mean in each.mean().items()},
         **({"over_plots": _over_plots(each)} if len(each) > 1 else {}),
         "ok_only": accuracy_of(strict).figures(),
-        **_as_measured(evidence),
-        "bootstrap": bootstrap(evidence.trees, seed, repeats),
-        "notes": [*evidence.notes, *_review_notes(evidence)],
+        **as_measured,
+        "bootstrap": bootstrap(evidence.trees, repeats),
+        "notes": [*evidence.notes, *review_notes],
     }
 
 
@@ -224,34 +220,25 @@ def _rounded(value: float) -> float | None:
     return None if pd.isna(value) else round(float(value), 4)
 
 
-def _as_measured(evidence: PairsEvidence) -> dict:
-    """``as_measured``: the pooled figures with the diameters that the method gave, where a person decided otherwise."""
-    if not _decided(evidence).any():
-        return {}
+def _as_measured(evidence: PairsEvidence) -> tuple[dict, list[str]]:
+    """``as_measured``: the pooled figures with the diameters that the method gave, where a person decided otherwise;
+    and what such decisions do to the figures."""
+    decided = evidence.trees["rev_flag"].map(text_of) != ""
+    if not decided.any():
+        return {}, []
     trees = evidence.trees.assign(dbh_cm=evidence.trees["meas_cm"])
     changed = (evidence.trees["meas_cm"] - evidence.trees["dbh_cm"]).abs() > 0.005
     # The interval of a diameter that a person replaced is that of the tape.
     trees.loc[changed | evidence.trees["dbh_cm"].isna(), "inside_90"] = None
     trees["error_cm"] = trees["dbh_cm"] - trees["reference_cm"]
-    return {"as_measured": accuracy_of(trees, sum(evidence.n_false.values())).figures()}
-
-
-def _review_notes(evidence: PairsEvidence) -> list[str]:
-    """What a person's decisions do to the figures."""
-    decided = _decided(evidence)
-    if not decided.any():
-        return []
-    measured = _as_measured(evidence)["as_measured"]
+    measured = accuracy_of(trees, sum(evidence.n_false.values())).figures()
     taped = int((evidence.trees["rev_flag"] == "dbh").sum())
     found = "no tree" if not measured["n"] else f"{measured['n']} trees at an RMSE of {measured['rmse_cm']:.2f} cm"
-    return [
+    note = (
         f"A person decided on {int(decided.sum())} of these trees; {taped} of the diameters are by tape and no result "
         f"of the method. As measured: {found} (row 'pooled, as measured')."
-    ]
-
-
-def _decided(evidence: PairsEvidence) -> pd.Series:
-    return evidence.trees["rev_flag"].map(lambda word: not pd.isna(word) and str(word).strip() != "").astype(bool)
+    )
+    return {"as_measured": measured}, [note]
 
 
 def evidence_table(trees: pd.DataFrame) -> pd.DataFrame:
@@ -277,9 +264,7 @@ def _checked(evidence: PairsEvidence, path: Path) -> PairsEvidence:
 COMPARED = ("n", "rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
 
 
-def compare(
-    first: PairsEvidence, second: PairsEvidence, seed: int = 0, repeats: int = 2000, level: float = 0.95
-) -> dict:
+def compare(first: PairsEvidence, second: PairsEvidence) -> dict:
     """Score two methods on the reference trees that both measured.
 
     Returns:
@@ -314,21 +299,15 @@ def compare(
         names = {f"{name}_{side}": name for name in ("reference_cm", "error_cm", "inside_90")}
         scored = accuracy_of(common[list(names)].rename(columns=names)).figures()
         result[side] = {name: scored[name] for name in COMPARED}
-    result.update(_gain(common, seed, repeats, level))
-    return result
-
-
-def _gain(common, seed: int, repeats: int, level: float) -> dict:
-    """Difference of the RMSEs and its bootstrap interval; None without common trees."""
     if not len(common):
-        return {"rmse_gain_cm": None, "rmse_gain_interval_cm": None, "by": None}
+        return {**result, "rmse_gain_cm": None, "rmse_gain_interval_cm": None, "by": None}
     square = common[["error_cm_this", "error_cm_other"]].to_numpy(float) ** 2
-    by, _, total = resampled(common["plot_id"], (np.ones(len(square)), *square.T), seed, repeats)
+    by, _, total = resampled(common["plot_id"], (np.ones(len(square)), *square.T), _SEED, _REPEATS)
     gains = np.sqrt(total[:, 1] / total[:, 0]) - np.sqrt(total[:, 2] / total[:, 0])
     exact = np.sqrt(square.mean(axis=0))
-    low, high = np.percentile(gains, [50 * (1 - level), 50 * (1 + level)])
     return {
+        **result,
         "rmse_gain_cm": round(float(exact[0] - exact[1]), 4),
-        "rmse_gain_interval_cm": [round(float(low), 4), round(float(high), 4)],
+        "rmse_gain_interval_cm": [round(float(end), 4) for end in np.percentile(gains, _TAILS)],
         "by": by,
     }

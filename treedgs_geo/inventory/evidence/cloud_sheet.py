@@ -9,7 +9,7 @@ import numpy as np
 
 from ...stems.quality.tree import Tree
 from .canvas import BLUE, FAINT, INK, LINE, Canvas
-from .parts import MARGIN, Box, DiameterChart, begin_sheet
+from .parts import MARGIN, Box, DiameterChart, amount, begin_sheet
 
 #: Heights of the slices, metres, and the thickness of one that shows this many points; thinner clouds get thicker ones.
 SLICE_HEIGHTS = np.arange(0.5, 4.51, 0.5)
@@ -37,13 +37,8 @@ def cloud_sheet(evidence: CloudEvidence) -> Canvas:
     below = _TOP + _SIDE + 60
     canvas = begin_sheet(tree, below, 350, _rows(evidence))
     half_m = max(1.9 * _radius(evidence), 0.12)
-    canvas.text(
-        MARGIN,
-        _TOP - 22,
-        "Slices of the stem from above, north up.  Blue: the circle in a slice.  Dashed: the stem as reported.",
-        12,
-        FAINT,
-    )
+    words = "Slices of the stem from above, north up.  Blue: the circle in a slice.  Dashed: the stem as reported."
+    canvas.text(MARGIN, _TOP - 22, words, 12, FAINT)
     for number, height in enumerate(SLICE_HEIGHTS):
         _slice(canvas, evidence, float(height), MARGIN + number * (_SIDE + 9), half_m)
     for column, (axis, name) in enumerate(((0, "seen from the south"), (1, "seen from the east"))):
@@ -151,30 +146,21 @@ def _side_view(canvas: Canvas, evidence: CloudEvidence, axis: int, name: str, bo
 
 
 def _taper(canvas: Canvas, evidence: CloudEvidence, box: Box) -> None:
-    tree = evidence.tree
     heights = np.linspace(0.3, 4.7, 9)
-    reported = _reported(evidence, heights)
     found = np.array([[row["height_m"], row["d_cm"], row["rms_cm"]] for row in evidence.slices]).reshape(-1, 3)
-    known = [tree.dbh_lo_cm, tree.dbh_hi_cm, *reported[np.isfinite(reported)], *found[:, 1]]
-    chart = DiameterChart(canvas, box, [value for value in known if value is not None], _HIGH_M)
-    chart.points(found[:, 0], found[:, 1], found[:, 1, None] + found[:, 2, None] * [-1.0, 1.0])
-    if np.isfinite(reported).all():
-        chart.curve(heights, reported)
-    chart.breast_height(tree)
+    seen = np.column_stack([found[:, :2], found[:, 1, None] + found[:, 2, None] * [-1.0, 1.0]])
+    DiameterChart(canvas, box, evidence.tree, seen, np.array([heights, _reported(evidence, heights)]), _HIGH_M, np.nan)
 
 
 def _rows(evidence: CloudEvidence) -> list[tuple[str, str]]:
     tree = evidence.tree
-    rows = [("points of the stem used", f"{tree.n_pts or 0:,}")]
-    if tree.arc_deg is not None:
-        rows.append(("circumference with points", f"{tree.arc_deg:.0f}°"))
-    rows.append(("slices with a circle", f"{len(evidence.slices)} of {len(SLICE_HEIGHTS)}"))
-    if evidence.slices:
-        rows.append(("roughness in a slice (rms)", f"{np.median([r['rms_cm'] for r in evidence.slices]):.1f} cm"))
-    if tree.taper_cm_m is not None:
-        rows.append(("taper", f"{tree.taper_cm_m:+.2f} cm a metre"))
-    if tree.lean_deg is not None:
-        rows.append(("lean", f"{tree.lean_deg:.1f}°"))
-    if tree.height_m is not None:
-        rows.append(("height", f"{tree.height_m:.1f} m"))
-    return rows
+    rough_cm = float(np.median([row["rms_cm"] for row in evidence.slices])) if evidence.slices else None
+    return [
+        ("points of the stem used", f"{tree.n_pts or 0:,}"),
+        ("circumference with points", amount(tree.arc_deg, "{:.0f}°")),
+        ("slices with a circle", f"{len(evidence.slices)} of {len(SLICE_HEIGHTS)}"),
+        ("roughness in a slice (rms)", amount(rough_cm, "{:.1f} cm")),
+        ("taper", amount(tree.taper_cm_m, "{:+.2f} cm a metre")),
+        ("lean", amount(tree.lean_deg, "{:.1f}°")),
+        ("height", amount(tree.height_m, "{:.1f} m")),
+    ]

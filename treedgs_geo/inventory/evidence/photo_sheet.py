@@ -13,7 +13,7 @@ from ...stems.photos.stem_images import StemShown, choose_photos, straightened
 from ...stems.photos.tuned import SEES
 from ...stems.quality.tree import Tree
 from .canvas import AMBER, BLUE, FAINT, FLAG_COLOURS, GREEN, INK, LINE, PAPER, Canvas, Colour, shortened
-from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, Box, DiameterChart, begin_sheet
+from .parts import HIGH_M, LOW_M, MARGIN, WIDTH, Box, DiameterChart, amount, begin_sheet
 
 #: Most and fewest photos in a row, pixels between them, and the row's place and height.
 MAX_PHOTOS, FEWEST_PHOTOS = 9, 6
@@ -80,15 +80,13 @@ def _photo_row(canvas: Canvas, evidence: PhotoEvidence, photos: list[int], half_
     shown, stack, tree = evidence.shown, evidence.stack, evidence.tree
     high_m, top_m = LOW_M + _HIGH * px_m, _top_m(evidence.fit)
     y_of = lambda h: _TOP + (high_m - np.asarray(h, float)) / px_m  # noqa: E731
-    canvas.text(
-        MARGIN,
-        _TOP - 22,
-        "The stem from each direction, set upright.  "
-        + ("Yellow: the outline fitted." if tree.dbh_cm is not None else "Dashed yellow: the outline tried, no result.")
-        + "  Light blue: edges that count.  Pink: edges left out.",
-        12,
-        FAINT,
+    yellow = (
+        "Yellow: the outline fitted." if tree.dbh_cm is not None else "Dashed yellow: the outline tried, no result."
     )
+    words = (
+        f"The stem from each direction, set upright.  {yellow}  Light blue: edges that count.  Pink: edges left out."
+    )
+    canvas.text(MARGIN, _TOP - 22, words, 12, FAINT)
     for height in np.arange(0, high_m + 0.01, 1.0):
         canvas.text(_LEFT - 6, float(y_of(height)), f"{height:g} m", 11, FAINT, at="rm")
     if not photos:
@@ -226,11 +224,7 @@ def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: Box) -> None:
     top_m = _top_m(fit)
     heights = np.linspace(0.3, top_m - 0.1, 9)
     fitted, seen, outline_cm = 200 * shown.shape.radius(heights), shown.diameters(), fit.evidence.outline_cm
-    known = [tree.dbh_lo_cm, tree.dbh_hi_cm, *fitted, *seen[:, 1], outline_cm]
-    chart = DiameterChart(canvas, box, [value for value in known if value is not None and np.isfinite(value)], top_m)
-    chart.points(seen[:, 0], seen[:, 1], seen[:, 2:4])
-    chart.curve(heights, fitted, tree.dbh_cm is not None)
-    chart.breast_height(tree)
+    chart = DiameterChart(canvas, box, tree, seen[:, :4], np.array([heights, fitted]), top_m, outline_cm)
     if np.isfinite(outline_cm):
         x, y = chart.x(outline_cm), chart.y(fit.axis.bh_m)
         canvas.line([(x, y - 9), (x, y + 9)], GREEN, 2)
@@ -240,30 +234,26 @@ def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: Box) -> None:
 def _rows(evidence: PhotoEvidence) -> list[tuple[str, str]]:
     tree, fit, shown = evidence.tree, evidence.fit, evidence.shown
     counts = _counts(shown)
-    rows = []
-    if tree.dbh_cm is None and np.isfinite(fit.se_cm):
-        rows.append(("outline tried (not a result)", f"{fit.dbh_cm:.1f} cm"))
-    rows += [
+    reading = shown.reading_cm[shown.sees & np.isfinite(shown.reading_cm)]
+    several = "{:.1f} – {:.1f} cm".format(*np.percentile(reading, [10, 90])) if len(reading) > 1 else ""
+    tried = tree.dbh_cm is None and np.isfinite(fit.se_cm)
+    apart = tree.dbh_cm is not None and abs(tree.dbh_cm - fit.dbh_cm) > 0.05
+    oval_cm = 200 * float(np.hypot(*shown.shape.oval))
+    widest = ""
+    if oval_cm > 0 and tree.dbh_cm is not None:
+        widest = f"{tree.dbh_cm + oval_cm:.1f}, {tree.dbh_cm - oval_cm:.1f} cm"
+    return [
+        ("outline tried (not a result)", f"{fit.dbh_cm:.1f} cm" if tried else ""),
         ("photos that count, of all", f"{int(shown.sees.sum())} of {len(shown.seen)}"),
         ("photos that see it clearly", f"{tree.n_views or 0}"),
         ("directions they span", f"{tree.arc_deg or 0:.0f}°"),
         ("edges that count, left out", f"{int(counts.sum())}, {int((~counts).sum())}"),
+        ("edges off the outline (rms)", amount(fit.evidence.rms_px, "{:.2f} px")),
+        ("photos one by one (8 of 10)", several),
+        ("edges alone", f"{fit.dbh_cm:.1f} cm" if apart else ""),
+        ("silhouette alone", amount(fit.evidence.outline_cm, "{:.1f} cm")),
+        ("widest, narrowest", widest),
+        ("lean", amount(tree.lean_deg, "{:.1f}°")),
+        ("taper", amount(tree.taper_cm_m, "{:+.2f} cm a metre")),
+        ("run", tree.run_id or "–"),
     ]
-    if np.isfinite(fit.evidence.rms_px):
-        rows.append(("edges off the outline (rms)", f"{fit.evidence.rms_px:.2f} px"))
-    reading = shown.reading_cm[shown.sees & np.isfinite(shown.reading_cm)]
-    if len(reading) > 1:
-        low, high = np.percentile(reading, [10, 90])
-        rows.append(("photos one by one (8 of 10)", f"{low:.1f} – {high:.1f} cm"))
-    if tree.dbh_cm is not None and abs(tree.dbh_cm - fit.dbh_cm) > 0.05:
-        rows.append(("edges alone", f"{fit.dbh_cm:.1f} cm"))
-    if np.isfinite(fit.evidence.outline_cm):
-        rows.append(("silhouette alone", f"{fit.evidence.outline_cm:.1f} cm"))
-    oval_cm = 200 * float(np.hypot(*shown.shape.oval))
-    if oval_cm > 0 and tree.dbh_cm is not None:
-        rows.append(("widest, narrowest", f"{tree.dbh_cm + oval_cm:.1f}, {tree.dbh_cm - oval_cm:.1f} cm"))
-    if tree.lean_deg is not None:
-        rows.append(("lean", f"{tree.lean_deg:.1f}°"))
-    if tree.taper_cm_m is not None:
-        rows.append(("taper", f"{tree.taper_cm_m:+.2f} cm a metre"))
-    return [*rows, ("run", tree.run_id or "–")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import getpass
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -173,7 +174,9 @@ def review_trees(
         table = read_whole(path)
         if dbh_unit == "auto":
             _refuse_odd(table, rows, source)
-        made, outcome = decide(table, rows, by or _user(), source, path)
+        with suppress(OSError, KeyError, ImportError):
+            by = by or getpass.getuser()
+        made, outcome = decide(table, rows, by or "", source, path)
         write_table(path, made)
     return outcome
 
@@ -181,11 +184,7 @@ def review_trees(
 def decide(
     table: gpd.GeoDataFrame, decisions: list[Decision], by: str, source: Path, path: Path
 ) -> tuple[gpd.GeoDataFrame, Outcome]:
-    """The table with the decisions. source, path: of the decisions and of the layer, for messages.
-
-    Raises:
-        InputError: see :func:`review_trees`.
-    """
+    """The table with the decisions, each checked. source, path: of the decisions and of the layer, for messages."""
     made, now = table.copy(), datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
     for name in COLUMNS:
         column = made[name] if name in made else pd.Series([None] * len(made), index=made.index)
@@ -280,11 +279,8 @@ def _check_merges(made: gpd.GeoDataFrame, source: Path, path: Path) -> None:
 
 
 def _at_place(made: gpd.GeoDataFrame, decision: Decision, source: Path, path: Path) -> int | None:
-    """The tree that a person added at this place before; ``None`` where there is none.
-
-    Raises:
-        InputError: another tree stands there, or the place is not of this layer.
-    """
+    """The tree that a person added at this place before; ``None`` where there is none. Refused: a place where another
+    tree stands, or that is not of this layer."""
     if not len(made):
         return None
     assert decision.x is not None and decision.y is not None
@@ -351,10 +347,3 @@ def read_whole(path: Path) -> gpd.GeoDataFrame:
         if str(kind).startswith("int") and str(table[name].dtype).startswith("float"):
             table[name] = table[name].astype("Int64")
     return table
-
-
-def _user() -> str:
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError, ImportError):
-        return ""
