@@ -16,7 +16,8 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.terrain import ground
-from treedgs_geo.terrain.dtm import Dtm, read_dtm, require_coverage, require_same_heights, write_dtm
+from treedgs_geo.terrain.cloud_ground import require_same_heights
+from treedgs_geo.terrain.dtm import Dtm, read_dtm, require_coverage, write_dtm
 from treedgs_geo.terrain.ground import classify_ground, dtm_from_cloud, flat_ground
 from treedgs_geo.terrain.sparse_ground import dtm_from_sparse
 

@@ -22,7 +22,7 @@ from ..core.settings import CLOUD_OUTPUTS
 from .cloud import PointCloud, concatenate, extent, in_box
 from .file_crs import agreed_crs, file_crs, short
 from .las_reader import copc_pieces, is_copc, iter_points, open_reader, writable_version
-from .ply_file import PlyWriter
+from .ply_file import ply_writer
 from .text_files import iter_text
 
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
@@ -58,9 +58,10 @@ def describe_cloud(path: Path) -> About:
         with _opened(path) as file:
             # Those without a return among them.
             count = sum(int(file.get_header(scan).point_count) for scan in range(file.scan_count))
-        return About(count, np.zeros(3), np.full(3, np.inf))
+    else:
+        count = path.stat().st_size // 20
     if has_no_layout(path):
-        return About(path.stat().st_size // 20, np.zeros(3), np.full(3, np.inf))
+        return About(count, np.zeros(3), np.full(3, np.inf))
     with open_reader(path) as reader:
         header = reader.header
         said = header.mins, header.maxs, header.scales, header.offsets
@@ -136,7 +137,21 @@ def iter_cloud(
             kept = piece.attributes if attributes is None else set(attributes) & set(piece.attributes)
             yield _clip(replace(piece, attributes={name: piece.attributes[name] for name in kept}), bounds)
         return
-    yield from _iter_las(path, bounds, crs, attributes, need_crs, chunk_points)
+    with open_reader(path, attributes) as reader:
+        header = reader.header
+        middle = tuple((header.mins[:2] + header.maxs[:2]) / 2)
+        own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs, middle)
+        there = (name for name in header.point_format.dimension_names if name not in ("X", "Y", "Z"))
+        names = [name for name in there if attributes is None or name in attributes]
+        pieces = iter_points(path, reader, chunk_points)
+        if bounds is not None and is_copc(header):
+            pieces = copc_pieces(path, bounds)
+        with contextlib.closing(ahead(pieces)) as pieces_ahead:
+            for points in pieces_ahead:
+                stored = (np.ascontiguousarray(points.array[axis]) for axis in "XYZ")
+                xyz = placed(*stored, np.array(points.scales), np.array(points.offsets))
+                values = {name: np.asarray(points[name]) for name in names}
+                yield _clip(PointCloud(xyz, own, values, header), bounds)
 
 
 def iter_without_layout(path: Path, crs: str | None, need_crs: bool, chunk_points: int) -> Iterator[PointCloud]:
@@ -168,8 +183,8 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> No
     path = Path(path)
     check_cloud_output(path)
     if is_ply(path):
-        with ply_writer(path) as writer:
-            writer.write(cloud.xyz, cloud.attributes)
+        with ply_writer(path) as write:
+            write(cloud.xyz, cloud.attributes)
         return
     values_of = {name[:32]: values for name, values in cloud.attributes.items()}
     if "scan_angle_rank" in values_of and (cloud.layout is None or cloud.layout.point_format.id > 5):
@@ -192,15 +207,6 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None) -> No
 def is_ply(path: Path) -> bool:
     """By its ending."""
     return path.suffix.lower() == ".ply"
-
-
-@contextlib.contextmanager
-def ply_writer(path: Path) -> Iterator[PlyWriter]:
-    """Pieces for a PLY file, which is there when the block ends well."""
-    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        writer = PlyWriter(stream)
-        yield writer
-        writer.close()
 
 
 def new_header(path: Path, cloud: PointCloud, extra: dict[str, str]) -> Any:
@@ -240,11 +246,7 @@ def new_header(path: Path, cloud: PointCloud, extra: dict[str, str]) -> Any:
 
 
 def check_cloud_output(path: Path) -> None:
-    """Refuse an output that is no LAS, LAZ or PLY by its name, or that promises an index which is not written.
-
-    Raises:
-        InputError: see above.
-    """
+    """InputError for an output that is no LAS, LAZ or PLY by its name, or promises an index which is not written."""
     if Path(path).suffix.lower().lstrip(".") not in CLOUD_OUTPUTS:
         raise InputError(f"{path}: found ending {Path(path).suffix!r}, expected .laz, .las or .ply; rename the output.")
     if str(path).lower().endswith(".copc.laz"):
@@ -255,28 +257,6 @@ def _fits(xyz: np.ndarray, header: Any) -> bool:
     """True when the coordinates can be held as 32-bit multiples of the header's scale."""
     reach = np.abs(np.vstack(extent(xyz)) - header.offsets) / header.scales if len(xyz) else np.zeros(1)
     return bool((reach < 2**31 - 1).all())
-
-
-def _iter_las(
-    path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool, chunk_points: int
-) -> Iterator[PointCloud]:
-    with open_reader(path, attributes) as reader:
-        header = reader.header
-        middle = tuple((header.mins[:2] + header.maxs[:2]) / 2)
-        own = agreed_crs(file_crs(header, path, crs), crs, path, need_crs, middle)
-        there = (name for name in header.point_format.dimension_names if name not in ("X", "Y", "Z"))
-        names = [name for name in there if attributes is None or name in attributes]
-        pieces = (
-            copc_pieces(path, bounds)
-            if bounds is not None and is_copc(header)
-            else iter_points(path, reader, chunk_points)
-        )
-        with contextlib.closing(ahead(pieces)) as pieces_ahead:
-            for points in pieces_ahead:
-                stored = (np.ascontiguousarray(points.array[axis]) for axis in "XYZ")
-                xyz = placed(*stored, np.array(points.scales), np.array(points.offsets))
-                values = {name: np.asarray(points[name]) for name in names}
-                yield _clip(PointCloud(xyz, own, values, header), bounds)
 
 
 @njit(cache=True, nogil=True)

@@ -93,11 +93,7 @@ def _layers(attributes: tuple[str, ...] | None) -> Any:
 
 
 def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
-    """laspy's point records, chunk by chunk; a file that breaks off or holds fewer points than promised is named.
-
-    Raises:
-        InputError: see above.
-    """
+    """laspy's point records, chunk by chunk; InputError for a file that breaks off or holds fewer than promised."""
     promised, count = reader.header.point_count, 0
     chunks = iter(reader.chunk_iterator(chunk_points))
     while True:
@@ -106,7 +102,17 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
         except (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError):
             raise
         except BaseException as problem:  # a panic in the decompressor is a BaseException
-            raise InputError(_unreadable(path, reader.header, count, problem)) from None
+            # A file that is too short says so by its own structure.
+            if breaks_off(path, reader.header):
+                raise InputError(
+                    f"{path}: breaks off after {count} of {promised} points ({short(problem)}); copy or download it "
+                    "again."
+                ) from None
+            raise InputError(
+                f"{path}: its points cannot be decoded after {count} of {promised} ({short(problem)}), though the "
+                "file has its whole length; copy it again, or, if that does not help, export it again as LAS 1.2 or "
+                "1.4."
+            ) from None
         if points is None:
             break
         count += len(points)
@@ -147,19 +153,6 @@ def copc_pieces(path: Path, bounds: tuple[float, float, float, float]) -> Iterat
         raise InputError(f"{path}: its COPC index cannot be read ({short(problem)}); copy it again.") from None
 
 
-def _unreadable(path: Path, header: Any, count: int, problem: BaseException) -> str:
-    """What a decoder's exception means: a file that is too short says so by its own structure."""
-    if breaks_off(path, header):
-        return (
-            f"{path}: breaks off after {count} of {header.point_count} points ({short(problem)}); copy or download it "
-            "again."
-        )
-    return (
-        f"{path}: its points cannot be decoded after {count} of {header.point_count} ({short(problem)}), though the "
-        "file has its whole length; copy it again, or, if that does not help, export it again as LAS 1.2 or 1.4."
-    )
-
-
 def _promise(promised: int, found: int) -> str:
     return f"is truncated: the header promises {promised} points, the file holds {found}"
 
@@ -193,19 +186,6 @@ def las_stream(path: Path) -> io.BufferedReader:
     Raises:
         InputError: no LAS by its first bytes, or sizes in them that would make a reader ask for absurd memory.
     """
-    to_points = _check_public_header(path)
-    with open(path, "rb") as stream:
-        start = stream.read(to_points)
-    readable = _readable(start)
-    return io.BufferedReader(_Overlaid(path, readable) if readable != start else io.FileIO(path, "rb"))
-
-
-def _check_public_header(path: Path) -> int:
-    """How many bytes stand in front of the points.
-
-    Raises:
-        InputError: see :func:`las_stream`.
-    """
     try:
         size = path.stat().st_size
         with open(path, "rb") as stream:
@@ -231,7 +211,10 @@ def _check_public_header(path: Path) -> int:
                 f"{path}: has a broken LAS header ({count} extended records from byte {first} of {size}); "
                 "copy it again."
             )
-    return int(to_points)
+    with open(path, "rb") as stream:
+        start = stream.read(to_points)
+    readable = _readable(start)
+    return io.BufferedReader(_Overlaid(path, readable) if readable != start else io.FileIO(path, "rb"))
 
 
 def _readable(start: bytes) -> bytes:
@@ -293,13 +276,28 @@ def held_beyond_promise(path: Path, header: Any) -> str:
     longer than its points uncompressed).
     """
     promised, size = header.point_count, max(header.point_format.size, 1)
-    if header.are_points_compressed:
-        return _held_in_chunks(path, header, promised, size)
-    start, end = header.offset_to_point_data, path.stat().st_size
-    waveforms = getattr(header, "start_of_waveform_data_packet_record", 0) or 0
-    behind = waveforms, header.start_of_first_evlr if header.number_of_evlrs else 0
-    held = (min([end, *(place for place in behind if start < place)]) - start) // size
-    return f"{held:,}" if held - promised > max(_PADDING, promised // 100) else ""
+    if not header.are_points_compressed:
+        start, end = header.offset_to_point_data, path.stat().st_size
+        waveforms = getattr(header, "start_of_waveform_data_packet_record", 0) or 0
+        behind = waveforms, header.start_of_first_evlr if header.number_of_evlrs else 0
+        held = (min([end, *(place for place in behind if start < place)]) - start) // size
+        return f"{held:,}" if held - promised > max(_PADDING, promised // 100) else ""
+    chunks, exact = _chunks(path, header)
+    if not chunks:
+        return ""
+    whole = sum(count for count, _ in chunks[:-1])
+    last, n_bytes = chunks[-1]
+    if header.point_format.id >= 6 and not exact:
+        with open(path, "rb") as stream:
+            stream.seek(header.offset_to_point_data + 8 + sum(length for _, length in chunks[:-1]) + size)
+            own = stream.read(4)
+        last, exact = min(struct.unpack("<I", own)[0], last) if len(own) == 4 else last, True
+    if exact:
+        return f"{whole + last:,}" if whole + last > promised else ""
+    if whole >= promised and whole:
+        return f"about {whole + n_bytes * whole // max(sum(length for _, length in chunks[:-1]), 1):,}"
+    # Only the last chunk is left, whose count is not written: its points are not longer than uncompressed ones.
+    return "more" if n_bytes > 1.3 * (promised - whole) * size + 1000 else ""
 
 
 def breaks_off(path: Path, header: Any) -> bool:
@@ -317,25 +315,6 @@ def breaks_off(path: Path, header: Any) -> bool:
             stream.seek(size - 8)
             at = struct.unpack("<q", stream.read(8))[0]
     return not start < at <= size - 8
-
-
-def _held_in_chunks(path: Path, header: Any, promised: int, size: int) -> str:
-    chunks, exact = _chunks(path, header)
-    if not chunks:
-        return ""
-    whole = sum(count for count, _ in chunks[:-1])
-    last, n_bytes = chunks[-1]
-    if header.point_format.id >= 6 and not exact:
-        with open(path, "rb") as stream:
-            stream.seek(header.offset_to_point_data + 8 + sum(length for _, length in chunks[:-1]) + size)
-            own = stream.read(4)
-        last, exact = min(struct.unpack("<I", own)[0], last) if len(own) == 4 else last, True
-    if exact:
-        return f"{whole + last:,}" if whole + last > promised else ""
-    if whole >= promised and whole:
-        return f"about {whole + n_bytes * whole // max(sum(length for _, length in chunks[:-1]), 1):,}"
-    # Only the last chunk is left, whose count is not written: its points are not longer than uncompressed ones.
-    return "more" if n_bytes > 1.3 * (promised - whole) * size + 1000 else ""
 
 
 def _chunks(path: Path, header: Any) -> tuple[list[tuple[int, int]], bool]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import BinaryIO
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
+
+from ..core.files import atomic_path
 
 #: PLY's old names of types -> numpy's, which are its new ones. It has no 64-bit integers and no booleans.
 TYPES = {"float": "float32", "double": "float64", "char": "int8", "uchar": "uint8", "short": "int16",
@@ -21,46 +24,46 @@ def ply_header(count: int, columns: np.dtype, comments: Iterable[str] = ()) -> b
     return "\n".join([*lines, "end_header", ""]).encode("ascii", "replace")
 
 
-class PlyWriter:
-    """A cloud piece by piece into an open file: x, y, z as float64, colours in 8 bits, every other attribute as the
-    property ``scalar_NAME``: CloudCompare's own form, and the only names that it takes for scalar fields unasked.
+@contextmanager
+def ply_writer(path: Path) -> Iterator[Callable[[np.ndarray, dict[str, np.ndarray]], None]]:
+    """What takes the pieces of a cloud for a PLY file, which is there when the block ends well: (N, 3) metres, and
+    name -> (N,) or (N, K) values, of the same names and types in each piece.
 
-    The number of points is known at the end: :meth:`close` writes the header again, padded to the same length.
+    x, y, z as float64, colours in 8 bits, every other attribute as the property ``scalar_NAME``: CloudCompare's own
+    form, and the only names that it takes for scalar fields unasked. The number of points is known at the end: the
+    header is then written again, padded to the same length.
     """
+    count, columns = 0, np.dtype([])
+    # Colours have 16 bits, which their values alone tell: a cloud's first piece decides, or a later, brighter one.
+    wide = False
 
-    def __init__(self, stream: BinaryIO) -> None:
-        self._stream, self._count = stream, 0
-        self._columns = np.dtype([])
-        #: Colours have 16 bits, which their values alone tell: a cloud's first piece decides, or a later, brighter one.
-        self._wide = False
+    def header() -> bytes:
+        return ply_header(count, columns, [f"TreeDGS, metres, no CRS{'.' * (20 - len(str(count)))}"])
 
-    def write(self, xyz: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
-        """xyz: (N, 3) metres. attributes: name -> (N,) or (N, K) values, of the same names and types in each piece."""
+    def write(xyz: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
+        nonlocal count, columns, wide
         named = dict(zip("xyz", xyz.T.astype(float), strict=True))
         for name, values in attributes.items():
             several = np.ndim(values) > 1
             for number, column in enumerate(np.atleast_2d(np.asarray(values).T)):
                 if name in _COLOURS:
-                    self._wide = self._wide or column.max(initial=0) > 255
-                    named[name] = (column >> 8 if self._wide else column).astype(np.uint8)
+                    wide = wide or column.max(initial=0) > 255
+                    named[name] = (column >> 8 if wide else column).astype(np.uint8)
                 else:
                     named["_".join(f"scalar {name}".split()) + (f"_{number}" if several else "")] = _column(column)
-        self._columns = np.dtype([(name, column.dtype.newbyteorder("<")) for name, column in named.items()])
-        if not self._stream.tell():
-            self._stream.write(self._header())
-        rows = np.empty(len(xyz), self._columns)
+        columns = np.dtype([(name, column.dtype.newbyteorder("<")) for name, column in named.items()])
+        if not stream.tell():
+            stream.write(header())
+        rows = np.empty(len(xyz), columns)
         for name, column in named.items():
             rows[name] = column
-        self._stream.write(rows.tobytes())
-        self._count += len(xyz)
+        stream.write(rows.tobytes())
+        count += len(xyz)
 
-    def close(self) -> None:
-        """Write the number of points."""
-        self._stream.seek(0)
-        self._stream.write(self._header())
-
-    def _header(self) -> bytes:
-        return ply_header(self._count, self._columns, [f"TreeDGS, metres, no CRS{'.' * (20 - len(str(self._count)))}"])
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        yield write
+        stream.seek(0)
+        stream.write(header())
 
 
 def _column(values: np.ndarray) -> np.ndarray:

@@ -127,7 +127,16 @@ def _examine(
     if span[:2].max() > WIDEST_M or stems and span[:2].max() > WIDE_M and density < SPARSEST:
         yield Finding("extent", _wide(extent, span, density), True)
     if stems and (tall is None or not tall.refuse):
-        yield from _thin(up, extent)
+        thickness = float(np.percentile(up.above, 99.9))
+        is_slice = thickness < SLICE_M
+        what, so = (", a slice or bare ground", "") if is_slice else ("", ", so few or none will be found")
+        if thickness < THIN_M:
+            yield Finding(
+                "thin",
+                f"is only {thickness:.2f} m thick (heights {extent.low[2]:.2f} to {extent.high[2]:.2f} m){what}; stems "
+                f"are looked for from 0.5 to 5 m above ground{so}: give the whole cloud.",
+                is_slice,
+            )
         if not own_ground and up.smooth < LITTLE_GROUND and up.filled > UP_FILLED and density > DENSE:
             yield Finding(
                 "ground",
@@ -219,19 +228,6 @@ def _tall(up: Ground) -> Finding | None:
             f"{'; every tree is marked for checking (odd_heights)' * is_marked}.",
         )
     return None
-
-
-def _thin(up: Ground, extent: Extent) -> Iterator[Finding]:
-    thickness = float(np.percentile(up.above, 99.9))
-    is_slice = thickness < SLICE_M
-    what, so = (", a slice or bare ground", "") if is_slice else ("", ", so few or none will be found")
-    if thickness < THIN_M:
-        yield Finding(
-            "thin",
-            f"is only {thickness:.2f} m thick (heights {extent.low[2]:.2f} to {extent.high[2]:.2f} m){what}; stems are "
-            f"looked for from 0.5 to 5 m above ground{so}: give the whole cloud.",
-            is_slice,
-        )
 
 
 def _wide(extent: Extent, span: np.ndarray, density: float) -> str:

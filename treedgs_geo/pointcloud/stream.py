@@ -16,8 +16,9 @@ import pyproj
 from ..core.files import atomic_path
 from .cloud import PointCloud
 from .file_crs import LOCAL
-from .files import check_cloud_output, has_no_layout, is_ply, iter_without_layout, new_header, ply_writer
+from .files import check_cloud_output, has_no_layout, is_ply, iter_without_layout, new_header
 from .las_reader import iter_points, open_reader
+from .ply_file import ply_writer
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
 Step = Callable[[np.ndarray, Callable[[str], np.ndarray]], tuple[np.ndarray | None, dict[str, np.ndarray]]]
@@ -63,8 +64,8 @@ def _write_points(target: Path, header: Any, added: Iterable[str]) -> Iterator[C
 
     if is_ply(target):
         names = [n for n in dict.fromkeys([*added, *header.point_format.dimension_names]) if n not in ("X", "Y", "Z")]
-        with ply_writer(target) as ply:
-            yield lambda out: ply.write(np.column_stack([out.x, out.y, out.z]), {name: out[name] for name in names})
+        with ply_writer(target) as write:
+            yield lambda out: write(np.column_stack([out.x, out.y, out.z]), {name: out[name] for name in names})
         return
     with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as las:
         yield las.write_points

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
@@ -28,15 +27,6 @@ _DECIMAL_COMMA = re.compile(r"\d,\d+(\s*[;\t]|[ ]+-?\d)")
 _HELP = "put a first line that names the columns, for example 'id x y z'"
 
 
-@dataclass(frozen=True)
-class Columns:
-    """names: of the columns, empty where no line names x, y and z. where: these three. delimiter: ``None`` = blanks."""
-
-    names: tuple[str, ...]
-    where: tuple[int, int, int]
-    delimiter: str | None
-
-
 def iter_text(path: Path, crs: pyproj.CRS | None, chunk_points: int) -> Iterator[PointCloud]:
     """x y z per line (blank, comma, semicolon or tab between); a header line may name the columns in another order.
 
@@ -45,33 +35,26 @@ def iter_text(path: Path, crs: pyproj.CRS | None, chunk_points: int) -> Iterator
     """
     try:
         with open(path, encoding="utf-8-sig") as stream:
-            columns, first = _columns(path, stream)
-            lines = itertools.chain([first], stream)
-            checked = False
-            while True:
-                block = list(itertools.islice(lines, min(chunk_points, 500_000)))
-                if not block:
-                    return
-                table = np.loadtxt(block, delimiter=columns.delimiter, ndmin=2)
+            names, where, first = _columns(path, stream)
+            lines, checked = itertools.chain([first], stream), bool(names)  # what a header names is believed
+            while block := list(itertools.islice(lines, min(chunk_points, 500_000))):
+                table = np.loadtxt(block, delimiter=_delimiter(first), ndmin=2)
                 if table.size == 0:
                     continue
                 if not checked:
-                    _check_columns(path, columns, table)
+                    _check_columns(path, table)
                     checked = True
-                extra = {
-                    name: table[:, column]
-                    for column, name in enumerate(columns.names[: table.shape[1]])
-                    if column not in columns.where
-                }
-                yield PointCloud(np.ascontiguousarray(table[:, list(columns.where)]), crs, extra)
+                there = enumerate(names[: table.shape[1]])
+                extra = {name: table[:, column] for column, name in there if column not in where}
+                yield PointCloud(np.ascontiguousarray(table[:, where]), crs, extra)
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"{path}: is not a text file ({short(problem)}); give x y z per line.") from None
     except (ValueError, IndexError) as problem:
         raise InputError(f"{path}: is not a table of numbers ({short(problem)}); give x y z per line.") from None
 
 
-def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
-    """What the first lines say of the columns, and the first line of numbers.
+def _columns(path: Path, stream: TextIO) -> tuple[list[str], list[int], str]:
+    """Names of the columns, empty where no line names x, y and z; where these three are; the first line of numbers.
 
     Raises:
         InputError: no line of three numbers, a decimal comma, or a header that does not name x, y and z.
@@ -115,7 +98,7 @@ def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
             f"{path}: its header names {len(names)} columns ({listed}), its lines have {n_columns}, "
             "expected as many; name every column, and write decimals with a point."
         )
-    return Columns(tuple(names) if where else (), where or (0, 1, 2), _delimiter(line)), line
+    return names if where else [], where or [0, 1, 2], line
 
 
 def _refuse_decimal_comma(path: Path, line: str) -> None:
@@ -125,22 +108,18 @@ def _refuse_decimal_comma(path: Path, line: str) -> None:
         )
 
 
-def _axes(names: list[str]) -> tuple[int, int, int] | None:
+def _axes(names: list[str]) -> list[int] | None:
     """Where x, y and z are among the names, ``None`` where one is missing."""
     found = [
         [k for k, name in enumerate(names) if name == axis] or [k for k, name in enumerate(names) if name in synonyms]
         for axis, synonyms in zip("xyz", _AXES, strict=True)
     ]
-    return (found[0][0], found[1][0], found[2][0]) if all(found) else None
+    return [places[0] for places in found] if all(found) else None
 
 
-def _check_columns(path: Path, columns: Columns, table: np.ndarray) -> None:
-    """Refuse counts, ids, colours and normals in the place of coordinates; what a header names is believed.
-
-    Raises:
-        InputError: see above.
-    """
-    if columns.names or len(table) < _ROWS:
+def _check_columns(path: Path, table: np.ndarray) -> None:
+    """Refuse counts, ids, colours and normals in the place of coordinates."""
+    if len(table) < _ROWS:
         return
     whole = [bool((column == np.floor(column)).all()) for column in table.T]
     if all(whole[:3]):

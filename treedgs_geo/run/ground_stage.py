@@ -14,7 +14,8 @@ from ..core.progress import Reporter
 from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import OBLIQUE_DEG
-from ..terrain.dtm import GROUND_WARN_M, height_above, read_dtm, require_coverage, require_same_heights, write_dtm
+from ..terrain.cloud_ground import require_same_heights
+from ..terrain.dtm import GROUND_WARN_M, height_above, read_dtm, require_coverage, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse, with_gaps_filled
 from .context import PhotoJob, Site, area_of
 from .forecast import MIN_OBLIQUE, nadir_reason

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -197,12 +197,10 @@ def sample_gaussians(
     Raises:
         InputError: no Gaussian, or none that a photo shows. MissingComponentError: torch is not installed.
     """
-    from ..pointcloud.cloud import PointCloud
     from ..stems.splats.on_torch.sample import sample_surface
 
     points = sample_surface(field, views, options, reporter)
-    attributes = {"opacity": points.opacity, "n_views": points.n_views}
-    return PointCloud(frame.to_project(points.xyz), frame.crs, attributes)
+    return replace(points, xyz=frame.to_project(points.xyz), crs=frame.crs)
 
 
 def dense_start(

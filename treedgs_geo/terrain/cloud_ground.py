@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NoReturn
 
 import numpy as np
 import pyproj
@@ -88,8 +87,7 @@ class CloudGround:
         below = np.where(given - own > _SURE_BELOW_M, given - own, 0.0)
         of_given = np.where((seen <= SEEN_SE_M) & np.isfinite(gap), gap, np.maximum(abs(self.above_m), below))
         of_given = np.maximum(of_given, self.least_m)
-        with np.errstate(invalid="ignore"):
-            from_own = np.isfinite(used) & ~(np.abs(used - given) < GROUND_WARN_M)
+        from_own = np.isfinite(used) & ~(np.abs(used - given) < GROUND_WARN_M)
         return np.where(from_own, seen, of_given)
 
 
@@ -178,14 +176,21 @@ def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) ->
     assert found.layer is not None and found.own is not None
     places = found.layer.places()
     seen = found.layer.seen(places)
-    above = given.height(*places.T) - found.own.height(*places.T)
+    theirs, ours = given.height(*places.T), found.own.height(*places.T)
+    above = theirs - ours
     known = above[seen & np.isfinite(above)]
     median = 0.0
     if len(known) >= MIN_PLACES:
         same = np.abs(known) <= OTHER_HEIGHTS_M
         if same.mean() < 0.5:
-            other = seen & ~(np.abs(above) <= OTHER_HEIGHTS_M)
-            _refuse_heights(places[other], given, found.own, 1 - float(same.mean()), where)
+            other = seen & np.isfinite(theirs) & ~(np.abs(above) <= OTHER_HEIGHTS_M)
+            low, high, gap = (float(np.median(part[other])) for part in (theirs, ours, above))
+            raise InputError(
+                f"{where}: lies at {low:.1f} m where the cloud's own ground lies at {high:.1f} m ({gap:+.1f} m, at "
+                f"{100 * (1 - float(same.mean())):.0f} % of the places that show ground), expected within "
+                f"{OTHER_HEIGHTS_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
+                "--dtm out."
+            )
         median = float(np.median(known[same]))
         if abs(median) > GROUND_WARN_M:
             reporter.warn(
@@ -207,15 +212,39 @@ def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) ->
     return CloudGround(completed, given, found.own, found.layer, median)
 
 
+def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str) -> None:
+    """Refuse a DTM whose heights are not those of the cloud (ellipsoid against geoid, feet, normalised heights).
+
+    The low points of (N, 3) ``xyz`` in 1 m cells should lie on the ground.
+
+    Raises:
+        InputError: their lower quartile lies farther than :data:`OTHER_HEIGHTS_M` from it.
+    """
+    gap = _lowest_above(dtm, xyz)
+    # The lower quartile: under dense canopy most cells hold no ground return, but some do.
+    quartile = float(np.percentile(gap, 25)) if gap.size else 0.0
+    if abs(quartile) > OTHER_HEIGHTS_M:
+        raise InputError(
+            f"{where}: the cloud's lowest points lie {quartile:+.1f} m from this ground, expected within "
+            f"{OTHER_HEIGHTS_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
+            "--dtm out."
+        )
+
+
+def _lowest_above(dtm: Dtm, xyz: np.ndarray) -> np.ndarray:
+    """(K,) metres of the lowest of (N, 3) points in 1 m cells above a terrain model, where it knows a height."""
+    lows = cell_quantile(xyz, 1.0, 0.0)
+    above = lows[:, 2] - dtm.height(*lows[:, :2].T)
+    return above[np.isfinite(above)]
+
+
 def _require_possible(given: Dtm, xyz: np.ndarray, where: str) -> None:
     """Without ground of its own a cloud still has no points far under the ground, and some on lower stems.
 
     Raises:
         InputError: it has, or has not.
     """
-    lows = cell_quantile(xyz, 1.0, 0.0)
-    above = lows[:, 2] - given.height(*lows[:, :2].T)
-    above = above[np.isfinite(above)]
+    above = _lowest_above(given, xyz)
     # Under crowns alone the lowest points are high.
     deep, lowest = (float(np.percentile(above, 5)), float(above.min())) if above.size else (0.0, 0.0)
     if deep < -OTHER_HEIGHTS_M or lowest > LOWER_STEM_M:
@@ -225,18 +254,6 @@ def _require_possible(given: Dtm, xyz: np.ndarray, where: str) -> None:
             f"to {LOWER_STEM_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
             "--dtm out."
         )
-
-
-def _refuse_heights(places: np.ndarray, given: Dtm, own: Dtm, share: float, where: str) -> NoReturn:
-    """Both heights at the (K, 2) places where they differ."""
-    theirs, ours = given.height(*places.T), own.height(*places.T)
-    known = np.isfinite(theirs)
-    low, high, gap = (float(np.median(part[known])) for part in (theirs, ours, theirs - ours))
-    raise InputError(
-        f"{where}: lies at {low:.1f} m where the cloud's own ground lies at {high:.1f} m ({gap:+.1f} m, at "
-        f"{100 * share:.0f} % of the places that show ground), expected within {OTHER_HEIGHTS_M:g} m; bring both to "
-        "one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out."
-    )
 
 
 def _completed(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndarray) -> tuple[Dtm, float, float]:
@@ -249,8 +266,7 @@ def _completed(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndar
     x, y = own.centres()
     theirs = given.height(x, y)
     holes = ~np.isfinite(theirs) & np.isfinite(own.heights)
-    with np.errstate(invalid="ignore"):
-        wrong = np.abs(theirs - own.heights) > OTHER_HEIGHTS_M
+    wrong = np.abs(theirs - own.heights) > OTHER_HEIGHTS_M
     if wrong.any():
         wrong[wrong] = seen[cKDTree(places).query(np.column_stack([x[wrong], y[wrong]]))[1]]
     bad = holes | wrong

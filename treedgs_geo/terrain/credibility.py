@@ -62,8 +62,7 @@ class GroundLayer:
         counts = np.zeros((2, rows * cols), np.int32)
         for points in (xyz[part] for part in slices(len(xyz))):
             height = points[:, 2] - dtm.height(*points[:, :2].T)
-            with np.errstate(invalid="ignore"):
-                low = np.flatnonzero((height > -LAYER_M) & (height < ABOVE_M))
+            low = np.flatnonzero((height > -LAYER_M) & (height < ABOVE_M))
             cell = np.floor((points[low, :2] - corner) / CELL_M).astype(np.int64)
             col, row = np.clip(cell, 0, (cols - 1, rows - 1)).T
             at_ground = height[low] < LAYER_M
@@ -87,24 +86,24 @@ class GroundLayer:
         left[row[taken], col[taken]] = False
         return replace(self, open=left)
 
-    def evidence(self, xy: np.ndarray, reach_m: float = NEAR_M) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """``(share, contrast, points)`` within ``reach_m`` of (K, 2) places: share of the cells that hold ground
+    def evidence(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """``(share, contrast, points)`` within :data:`NEAR_M` of (K, 2) places: share of the cells that hold ground
         points, ground points over those just above, number of ground points."""
         xy = np.asarray(xy, float).reshape(-1, 2)
         found = np.zeros((4, len(xy)))
         for start in range(0, len(xy), _BATCH):
             part = slice(start, start + _BATCH)
-            row, col, away = self._around(xy[part], reach_m)
-            used = (away < reach_m) & self.open[row, col]
+            row, col, away = self._around(xy[part], NEAR_M)
+            used = (away < NEAR_M) & self.open[row, col]
             ground = np.where(used, self.ground[row, col], 0)
             above = np.where(used, self.above[row, col], 0)
             found[:, part] = used.sum(axis=1), (ground > 0).sum(axis=1), ground.sum(axis=1), above.sum(axis=1)
         cells, filled, points, over = found
         return filled / np.maximum(cells, 1), points / (over + 1.0), points
 
-    def seen(self, xy: np.ndarray, reach_m: float = NEAR_M) -> np.ndarray:
-        """(K,) bool: a ground surface shows within ``reach_m`` of (K, 2) places."""
-        share, contrast, points = self.evidence(xy, reach_m)
+    def seen(self, xy: np.ndarray) -> np.ndarray:
+        """(K,) bool: a ground surface shows within :data:`NEAR_M` of (K, 2) places."""
+        share, contrast, points = self.evidence(xy)
         clear = (share >= MIN_SHARE) & (contrast >= MIN_CONTRAST)
         sparse = (share >= SPARSE_SHARE) & (contrast >= SPARSE_CONTRAST) & (points >= SPARSE_POINTS)
         return clear | sparse
@@ -133,11 +132,11 @@ class GroundLayer:
         se_m[~near] = np.fmin(se_m[~near], gap)
         return se_m
 
-    def places(self, spacing_m: float = NEAR_M) -> np.ndarray:
-        """(K, 2) places all over the cloud, ``spacing_m`` apart: where it has no points, none are seen either."""
+    def places(self) -> np.ndarray:
+        """(K, 2) places all over the cloud, :data:`NEAR_M` apart: where it has no points, none are seen either."""
         rows, cols = self.ground.shape
-        x = self.corner[0] + np.arange(spacing_m / 2, cols * CELL_M, spacing_m)
-        y = self.corner[1] + np.arange(spacing_m / 2, rows * CELL_M, spacing_m)
+        x = self.corner[0] + np.arange(NEAR_M / 2, cols * CELL_M, NEAR_M)
+        y = self.corner[1] + np.arange(NEAR_M / 2, rows * CELL_M, NEAR_M)
         return np.column_stack([part.ravel() for part in np.meshgrid(x, y)])
 
     def _around(self, xy: np.ndarray, reach_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -251,11 +251,40 @@ def read_dtm(
     return _same_vertical(dtm, grid_crs, crs, path)
 
 
+#: A filling value lies at least this far below or above every other height, metres.
+_DETACHED_M = 10.0
+#: Beside such cells a raster that was resampled holds blends of height and filling: steeper than this, metres a metre.
+_STEEP = 2.0
+#: No land is this high: where such a number is among zeros, it is the filling and not they.
+_NO_LAND_M = 8900.0
+#: Different filling values that one raster may hold on each side.
+_MAX_VALUES = 3
+
+
 def _without_fillings(heights: np.ndarray, resolution_m: float, path: Path, reporter: Reporter) -> np.ndarray:
-    """The heights with unmarked filling values taken out, which is said."""
-    holes, values = unmarked_nodata(heights, resolution_m)
+    """(rows, cols) heights, metres, NaN where unknown, with unmarked filling values taken out, which is said.
+
+    A filling value is the lowest or highest number of the raster, held by several cells (or 0, by one), and far from
+    every other. Blends of it with real heights, which resampling leaves round the hole, go with it.
+    """
+    holes = np.zeros(heights.shape, bool)
+    values: list[float] = []
+    highest = np.max(heights, initial=-np.inf, where=np.isfinite(heights))
+    for sign in (-1.0, 1.0) if highest > _NO_LAND_M else (1.0, -1.0):
+        for _ in range(_MAX_VALUES):
+            known = sign * heights[np.isfinite(heights) & ~holes]
+            if known.size == 0:
+                break
+            lowest = float(known.min())
+            rest = known[known > lowest]
+            repeated = known.size - rest.size >= 2 or lowest == 0.0
+            if rest.size == 0 or not repeated or float(rest.min()) - lowest < _DETACHED_M:
+                break
+            values.append(sign * lowest + 0.0)
+            holes |= heights == sign * lowest
     if not values:
         return heights
+    holes |= _blends(np.where(holes, np.nan, heights), holes, resolution_m)
     left = np.where(holes, np.nan, heights)
     low, high, said = np.nanmin(left), np.nanmax(left), " or ".join(f"{value:g}" for value in values)
     reporter.warn(
@@ -264,6 +293,18 @@ def _without_fillings(heights: np.ndarray, resolution_m: float, path: Path, repo
         "the raster's nodata value."
     )
     return left
+
+
+def _blends(heights: np.ndarray, holes: np.ndarray, resolution_m: float) -> np.ndarray:
+    """(rows, cols) bool: cells joined to the ``holes`` by cells as steep as only a blend is."""
+    from scipy.ndimage import binary_propagation
+
+    steep = np.zeros(heights.shape, bool)
+    for axis in (0, 1):
+        step = np.abs(np.diff(heights, axis=axis)) > _STEEP * resolution_m + 1.0
+        for side in ((1, 0), (0, 1)):
+            steep |= np.pad(step, [side if along == axis else (0, 0) for along in (0, 1)])
+    return binary_propagation(holes, np.ones((3, 3), bool), holes | steep) & ~holes
 
 
 def _same_vertical(dtm: Dtm, own: pyproj.CRS | None, wanted: pyproj.CRS | None, path: Path) -> Dtm:
@@ -342,80 +383,3 @@ def height_above(dtm: Dtm, seen: Dtm) -> float:
     gap = dtm.height(*seen.centres()) - seen.heights
     gap = gap[np.isfinite(gap)]
     return float(np.median(gap)) if gap.size else 0.0
-
-
-def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str) -> None:
-    """Refuse a DTM whose heights are not those of the cloud (ellipsoid against geoid, feet, normalised heights).
-
-    The low points of (N, 3) ``xyz`` in 1 m cells should lie on the ground.
-
-    Raises:
-        InputError: their lower quartile lies farther than :data:`OTHER_HEIGHTS_M` from it.
-    """
-    cell = np.floor(xyz[:, :2] - xyz[:, :2].min(axis=0)).astype(np.int64)
-    key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
-    order = np.lexsort((xyz[:, 2], key))
-    first = order[np.r_[True, np.diff(key[order]) != 0]]
-    gap = xyz[first, 2] - dtm.height(xyz[first, 0], xyz[first, 1])
-    gap = gap[np.isfinite(gap)]
-    # The lower quartile: under dense canopy most cells hold no ground return, but some do.
-    median = float(np.percentile(gap, 25)) if gap.size else 0.0
-    if abs(median) > OTHER_HEIGHTS_M:
-        raise InputError(
-            f"{where}: the cloud's lowest points lie {median:+.1f} m from this ground, expected within "
-            f"{OTHER_HEIGHTS_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
-            "--dtm out."
-        )
-
-
-#: A filling value lies at least this far below or above every other height, metres.
-_DETACHED_M = 10.0
-#: Beside such cells a raster that was resampled holds blends of height and filling: steeper than this, metres a metre.
-_STEEP = 2.0
-#: No land is this high: where such a number is among zeros, it is the filling and not they.
-_NO_LAND_M = 8900.0
-#: Different filling values that one raster may hold on each side.
-_MAX_VALUES = 3
-
-
-def unmarked_nodata(heights: np.ndarray, resolution_m: float) -> tuple[np.ndarray, list[float]]:
-    """``((rows, cols) bool, values)``: cells of (rows, cols) ``heights`` (metres, NaN = known to be unknown) that
-    hold no height though they hold a number, and the filling values found.
-
-    A filling value is the lowest or highest number of the raster, held by several cells (or 0, by one), and far from
-    every other. Blends of it with real heights, which resampling leaves round the hole, go with it.
-    """
-    holes = np.zeros(heights.shape, bool)
-    values: list[float] = []
-    highest = np.max(heights, initial=-np.inf, where=np.isfinite(heights))
-    for sign in (-1.0, 1.0) if highest > _NO_LAND_M else (1.0, -1.0):
-        for _ in range(_MAX_VALUES):
-            known = sign * heights[np.isfinite(heights) & ~holes]
-            if known.size == 0:
-                break
-            lowest = float(known.min())
-            rest = known[known > lowest]
-            repeated = known.size - rest.size >= 2 or lowest == 0.0
-            if rest.size == 0 or not repeated or float(rest.min()) - lowest < _DETACHED_M:
-                break
-            values.append(sign * lowest + 0.0)
-            holes |= heights == sign * lowest
-    if values:
-        holes |= _blends(np.where(holes, np.nan, heights), holes, resolution_m)
-    return holes, values
-
-
-def _blends(heights: np.ndarray, holes: np.ndarray, resolution_m: float) -> np.ndarray:
-    """(rows, cols) bool: cells joined to the ``holes`` by cells as steep as only a blend is."""
-    from scipy.ndimage import binary_propagation
-
-    steep = np.zeros(heights.shape, bool)
-    limit = _STEEP * resolution_m + 1.0
-    for axis in (0, 1):
-        with np.errstate(invalid="ignore"):
-            step = np.abs(np.diff(heights, axis=axis)) > limit
-        ahead, behind = [slice(None)] * 2, [slice(None)] * 2
-        ahead[axis], behind[axis] = slice(1, None), slice(None, -1)
-        steep[tuple(ahead)] |= step
-        steep[tuple(behind)] |= step
-    return binary_propagation(holes, np.ones((3, 3), bool), holes | steep) & ~holes

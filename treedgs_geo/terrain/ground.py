@@ -64,7 +64,8 @@ def dtm_from_cloud(
         # The ground under every point through a fine grid: a plane per point would be N times too much work.
         fine_m = 0.25 if len(lows) <= MANY_LOWS else 0.5
         surface = grid_ground(lows, fine_m, neighbours=24, bandwidth_m=0.5, bounds=bounds)
-        near = xyz[np.concatenate([_is_near(xyz[part] - origin, surface) for part in slices(len(xyz))])]
+        heights = (height_above_ground(xyz[part] - origin, surface) for part in slices(len(xyz)))
+        near = xyz[np.concatenate([np.abs(height) < NEAR_M for height in heights])]
         near -= origin
         # The middle of the ground points: the lowest lie a noise's width under the ground.
         seeds = cell_quantile(near, 0.25, 0.4) if len(near) >= 10 else lows
@@ -72,15 +73,10 @@ def dtm_from_cloud(
     return dtm.moved(origin)
 
 
-def _is_near(xyz: np.ndarray, surface: Dtm) -> np.ndarray:
-    """(N,) bool: those of (N, 3) points within :data:`NEAR_M` of a surface."""
-    return np.abs(xyz[:, 2] - surface.height(*xyz[:, :2].T)) < NEAR_M
-
-
 def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None, z: float | None = None) -> Dtm:
     """A level ground under (N, 3) points at ``z``, or at the lowest of them: the last resort for a cut-out tree."""
-    low, high = xyz[:, :2].min(axis=0) - 1.0, xyz[:, :2].max(axis=0) + 1.0
-    transform, rows, cols = grid_over(low, high, 1.0)
+    low, high = extent(xyz[:, :2])
+    transform, rows, cols = grid_over(low - 1.0, high + 1.0, 1.0)
     return Dtm(np.full((rows, cols), lowest_z(xyz) if z is None else z), transform, crs)
 
 

@@ -29,7 +29,7 @@ def dtm_from_sparse(
     high.
 
     Raises:
-        InputError: fewer than 30 finite points, or they span less than two cells.
+        InputError: fewer than 30 finite points, or no ground surface among them.
     """
     points = np.asarray(points, float).reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
@@ -38,15 +38,7 @@ def dtm_from_sparse(
             f"Ground from photos: found {len(points)} 3-D points, expected at least 30; give a DTM with --dtm."
         )
     centre = np.median(points, axis=0)
-    ground = sparse_ground_points(points - centre)
-    if bounds is not None:
-        bounds = bounds[0][:2] - centre[:2], bounds[1][:2] - centre[:2]
-    dtm = grid_ground(ground, 0.25, neighbours=40, bandwidth_m=1.0, reach_m=_REACH_M, bounds=bounds, crs=crs)
-    return dtm.moved(centre)
-
-
-def sparse_ground_points(points: np.ndarray) -> np.ndarray:
-    """The (M, 3) ground points among (N, 3) sparse points (coordinates near zero)."""
+    points = points - centre
     layers = in_layers(points)
     lows = cell_quantile(points[layers] if layers.sum() >= 10 else points, _CELL_M, 0.05)
     plane = asymmetric_plane(lows)
@@ -59,7 +51,9 @@ def sparse_ground_points(points: np.ndarray) -> np.ndarray:
     near = np.abs(points[:, 2] - surface) < _NEAR_SURFACE_M
     if near.sum() < 10:
         raise InputError("Ground from photos: no ground surface was found among the 3-D points; give a DTM with --dtm.")
-    return points[near]
+    if bounds is not None:
+        bounds = bounds[0][:2] - centre[:2], bounds[1][:2] - centre[:2]
+    return grid_ground(points[near], 0.25, reach_m=_REACH_M, bounds=bounds, crs=crs).moved(centre)
 
 
 #: What is beside a point: across and up, metres. So many points beside one are a layer, and so large a share of those
@@ -98,8 +92,7 @@ def sparse_ground_se(points: np.ndarray, dtm: Dtm, xy: np.ndarray, above_m: floa
     """
     xy = np.asarray(xy, float).reshape(-1, 2)
     height = points[:, 2] - dtm.height(points[:, 0], points[:, 1]) + (above_m or 0.0)
-    with np.errstate(invalid="ignore"):
-        layer = np.abs(height) < LAYER_M
+    layer = np.abs(height) < LAYER_M
     found = np.full(len(xy), NO_GROUND_M)
     tree = cKDTree(points[layer, :2])
     for k, known in enumerate(np.isfinite(dtm.height(*xy.T))):

@@ -54,9 +54,7 @@ def plot(tmp_path, monkeypatch) -> PlotFiles:
     dtm = Dtm(np.full((40, 40), PLACE[2]), from_origin(corner[0], corner[1], 1, 1), FRAME.crs)
     field = bark()
     samples = sample_surface(field, views, SampleOptions(samples=20))
-    cloud = PointCloud(
-        FRAME.to_project(samples.xyz), FRAME.crs, {"opacity": samples.opacity, "n_views": samples.n_views}
-    )
+    cloud = PointCloud(FRAME.to_project(samples.xyz), FRAME.crs, samples.attributes)
     cloud = cloud.with_attribute("tree_id", np.ones(len(cloud), np.int32))
     for name in ("surface.laz", "stems.laz"):
         write_cloud(work / name, cloud)

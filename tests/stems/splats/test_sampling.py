@@ -122,20 +122,21 @@ def test_what_a_shell_hides_is_scored_solid_and_what_no_photo_shows_is_dropped()
     views = ring_of_views() + ring_of_views(tilt_deg=125)
     points = sample_surface(GaussianField.from_packed(p), views, SampleOptions(samples=10, threads=1))
     away = np.linalg.norm(points.xyz, axis=1)
-    assert away.max() < 1 and np.all(points.n_views > 0)
-    assert np.median(points.opacity[away > 0.39]) < 0.6 and np.median(points.opacity[away < 0.27]) > 0.99
-    assert (away < 0.1).sum() > 5 and np.all(points.opacity[away < 0.1] > 0.9)
+    assert away.max() < 1 and np.all(points.attributes["n_views"] > 0)
+    opacity = points.attributes["opacity"]
+    assert np.median(opacity[away > 0.39]) < 0.6 and np.median(opacity[away < 0.27]) > 0.99
+    assert (away < 0.1).sum() > 5 and np.all(opacity[away < 0.1] > 0.9)
 
 
 def test_opacity_is_the_minimum_over_views_and_threads_do_not_matter():
     field, views = cloud(), ring_of_views(5, distance=10)
     one = sample_surface(field, views, SampleOptions(samples=20, threads=1))
     two = sample_surface(field, views, SampleOptions(samples=20, threads=2))
-    np.testing.assert_array_equal(one.opacity, two.opacity)
+    np.testing.assert_array_equal(one.attributes["opacity"], two.attributes["opacity"])
     each = [view_opacity(field.packed, v, one.xyz) for v in views]
     low = np.min([np.where(f, o, 1) for o, f in each], axis=0)
-    np.testing.assert_allclose(one.opacity, low, atol=1e-6)
-    np.testing.assert_array_equal(one.n_views, np.sum([f for _, f in each], axis=0))
+    np.testing.assert_allclose(one.attributes["opacity"], low, atol=1e-6)
+    np.testing.assert_array_equal(one.attributes["n_views"], np.sum([f for _, f in each], axis=0))
 
 
 def test_refusals():

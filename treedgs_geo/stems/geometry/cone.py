@@ -64,6 +64,10 @@ class Cone:
         offset = points[:, :2] - self.centre(points[:, 2])
         return np.arctan2(offset[:, 1], offset[:, 0])
 
+    def sectors(self, points: np.ndarray, count: int) -> np.ndarray:
+        """(N,) which of ``count`` sectors around the axis, from direction -pi on, the points lie in."""
+        return np.floor((self.azimuths(points) + np.pi) / (2 * np.pi) * count).astype(int) % count
+
 
 def fit_cone(
     points: np.ndarray,

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InputError
 
 #: Columns of the packed parameter matrix that the kernels and the optimiser work on.
-MEAN, QUATERNION, LOG_SCALE, LOGIT, COLOUR = slice(0, 3), slice(3, 7), slice(7, 10), 10, slice(11, 14)
+COLUMNS = MEAN, QUATERNION, LOG_SCALE, LOGIT, COLOUR = slice(0, 3), slice(3, 7), slice(7, 10), 10, slice(11, 14)
 
 #: float32 coordinates beyond this lose more than half a millimetre (24 bits of mantissa).
 LARGEST_COORDINATE_M = 1e4
@@ -85,13 +85,11 @@ class GaussianField:
     @classmethod
     def from_packed(cls, parameters: np.ndarray) -> GaussianField:
         """Field from an (N, 14) parameter matrix."""
-        p = np.asarray(parameters)
-        return cls(p[:, MEAN], p[:, QUATERNION], p[:, LOG_SCALE], p[:, LOGIT], p[:, COLOUR])
+        return cls(*(np.asarray(parameters)[:, part] for part in COLUMNS))
 
     def select(self, which: np.ndarray) -> GaussianField:
         """The Gaussians that ``which`` (mask or indices) names."""
-        parts = (self.means, self.quaternions, self.log_scales, self.opacity_logits, self.colours)
-        return GaussianField(*(part[which] for part in parts))
+        return GaussianField.from_packed(self.packed[which])
 
 
 def quaternion_matrices(quaternions: np.ndarray) -> np.ndarray:

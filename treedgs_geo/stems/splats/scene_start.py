@@ -62,8 +62,11 @@ class WholePhotos:
     def _add(self, camera: CropCamera, image: np.ndarray, inside: np.ndarray, factor: float) -> None:
         camera = camera.scaled(factor)
         self.cameras.append(camera)
-        self.images.append(_resized(image, camera))
-        self.inside.append(_resized(inside, camera))
+        for held, picture in ((self.images, image), (self.inside, inside)):
+            same = picture.shape[:2] == (camera.height, camera.width)
+            held.append(
+                picture if same else cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
+            )
 
     def __len__(self) -> int:
         return len(self.cameras)
@@ -84,12 +87,6 @@ def _undistorted(view: View) -> tuple[np.ndarray, np.ndarray]:
     inside = (map_u >= 0) & (map_u <= camera.width - 1) & (map_v >= 0) & (map_v <= camera.height - 1)
     image = cv2.remap(photo, map_u, map_v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     return image, inside.astype(np.float32)
-
-
-def _resized(picture: np.ndarray, camera: CropCamera) -> np.ndarray:
-    if picture.shape[:2] == (camera.height, camera.width):
-        return picture
-    return cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
 
 
 @dataclass(frozen=True)

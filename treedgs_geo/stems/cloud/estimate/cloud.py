@@ -337,13 +337,9 @@ def _finish(
                 tree.add_reason(reason)
         tree.finish()
     check_heights(trees)
-    _mark_touching(trees)
-
-
-def _mark_touching(trees: list[Tree]) -> None:
     measured = [tree for tree in trees if tree.dbh_cm is not None]
     places = np.array([[tree.x, tree.y] for tree in measured]).reshape(-1, 2)
-    for one, other in cKDTree(places).query_pairs(2.0):
+    for one, other in cKDTree(places).query_pairs(2.0):  # stems that touch
         gap = float(np.hypot(*(places[one] - places[other]))) - (measured[one].dbh_cm + measured[other].dbh_cm) / 200
         for reason in judge("points", {"gap_m": gap}).reasons:
             measured[one].add_reason(reason)

@@ -40,8 +40,7 @@ def foot_swell(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np
     xyz: (N, 3) points, height: (N,) metres above the surface through the stems' lowest points. xy, radius_m: (K, 2)
     places and (K,) radii of the stems at breast height above it, NaN where a stem has none.
     """
-    with np.errstate(invalid="ignore"):
-        low = np.flatnonzero((height > 0) & (height < _ABOVE_M[-1] + _RING_M))
+    low = np.flatnonzero((height > 0) & (height < _ABOVE_M[-1] + _RING_M))
     near = Nearby(xyz[low])
     ratios = []
     for place, radius in zip(xy[np.isfinite(radius_m)], radius_m[np.isfinite(radius_m)], strict=True):
@@ -100,8 +99,7 @@ def stem_feet(xyz: np.ndarray, tree_id: np.ndarray, height: np.ndarray) -> tuple
     ids, groups = grouped(tree_id)
     places, radii = np.empty((len(ids), 2)), np.empty(len(ids))
     for k, group in enumerate(groups):
-        with np.errstate(invalid="ignore"):
-            low = group[(height[group] > 1.0) & (height[group] < 2.0)]
+        low = group[(height[group] > 1.0) & (height[group] < 2.0)]
         xy = xyz[low if len(low) else group, :2]
         places[k] = 0.5 * (np.percentile(xy, 2, axis=0) + np.percentile(xy, 98, axis=0))
         radii[k] = np.median(np.hypot(*(xy - places[k]).T))

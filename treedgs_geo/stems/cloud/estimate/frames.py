@@ -66,9 +66,8 @@ class Surroundings:
         """Of the points that are no stem's."""
         free = tree_id <= 0
         count = int(np.count_nonzero(free))
-        with np.errstate(invalid="ignore"):
-            crowns = count > 0 and bool(np.count_nonzero(free & (height > 8.0)) / count > 0.05)
-            index = np.flatnonzero(free & (height > 0.2) & (height < 5.0))
+        crowns = count > 0 and bool(np.count_nonzero(free & (height > 8.0)) / count > 0.05)
+        index = np.flatnonzero(free & (height > 0.2) & (height < 5.0))
         return cls(Nearby(cloud.xyz[index]), index, crowns)
 
     def near(self, frame: TreeFrame) -> tuple[np.ndarray, np.ndarray]:

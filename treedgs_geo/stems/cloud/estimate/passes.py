@@ -184,7 +184,7 @@ def fit_passes(
             break
     points, label, towards = points[inside], label[inside], towards[inside]
     t = points[:, 2] - cone.h_ref
-    sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
+    sector = cone.sectors(points, SECTORS)
     seen = np.bincount(label * SECTORS + sector, minlength=passes * SECTORS).reshape(passes, SECTORS)
     count = seen.sum(axis=1)
     arc = 360.0 / SECTORS * (seen > 0.02 * count[:, None]).sum(axis=1)
@@ -256,8 +256,7 @@ def dates_apart_cm(points: np.ndarray, label: np.ndarray, cone: Cone) -> float:
     """How much thicker or thinner passes before and after some moment show the stem, cm; 0 where they do not.
 
     Compared sector by sector: an oval stem, a scan from one side and a shift of a scan to one side are no growth."""
-    e, azimuth = cone.residuals(points), cone.azimuths(points)
-    sector = np.floor((azimuth + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
+    e, sector = cone.residuals(points), cone.sectors(points, SECTORS)
     middle = (np.arange(SECTORS) + 0.5) / SECTORS * 2 * np.pi - np.pi
     best, apart_cm = DATE_SE, 0.0
     for cut in range(1, int(label.max(initial=0)) + 1):

@@ -62,30 +62,6 @@ def measure_published(
     ]
 
 
-def measure_filled(
-    stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, seed: int
-) -> list[tuple[PublishedResult, np.ndarray]]:
-    """Solid circles along the axis and the taper RANSAC: [(result, (2,) axis slope), ...]; points and weights as above.
-
-    A first pass gives the axis (median slope of the circle centres); the points are sheared along it for the second.
-    Draws are seeded as in :func:`measure_published`.
-    """
-    options = PublishedOptions(top_m=5.0, taper=TaperRansac(steepest_cm_m=2.5))
-    stems, seeds = _in_own_order(stems, seed)
-    slopes = [_axis_slope(table) for table in _circles(stems, options, seeds)]
-    sheared = [
-        (np.column_stack([points[:, :2] - np.outer(points[:, 2] - bh_m, slope), points[:, 2]]), weight)
-        for (points, weight), slope in zip(stems, slopes, strict=True)
-    ]
-    results = []
-    for table, slope, own in zip(_circles(sheared, options, seeds), slopes, seeds, strict=True):
-        upright = float(np.cos(np.arctan(np.hypot(*slope))))
-        table = table * (1.0, 1.0, 1.0, np.sqrt(upright))
-        taper = taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, own) if len(table) else None
-        results.append((PublishedResult(table, taper), slope))
-    return results
-
-
 def _in_own_order(
     stems: list[tuple[np.ndarray, np.ndarray]], seed: int
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[int]]:
@@ -161,23 +137,23 @@ def by_the_paper(
     kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
     published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))
     results = measure_published(_weighted(groups, frames, weights), options.bh_m, published, options.seed)
-    least = published.taper.least_inliers
     # The published method has no standard error; its bias depends on how the points fill the stem.
     return [
-        _along_taper(frame, group, result, least, np.zeros(2), options.bh_m)
+        _along_taper(frame, group, result, np.zeros(2), options.bh_m)
         for frame, group, result in zip(frames, groups, results, strict=True)
     ]
 
 
 def _along_taper(
-    frame: TreeFrame, group: np.ndarray, result: PublishedResult, min_slices: int, slope: np.ndarray, bh_m: float
+    frame: TreeFrame, group: np.ndarray, result: PublishedResult, slope: np.ndarray, bh_m: float
 ) -> StemMeasure:
     """What the taper of the slices says of a stem, without an error (``unchecked``). slope: (2,) of its axis."""
     taper = result.taper
     if not np.isfinite(frame.ground):
         return refuse("no_ground", points=len(group))
     if taper is None:
-        return refuse("few_slices" if len(result.slices) < min_slices else "no_taper", points=len(group))
+        few = len(result.slices) < TaperRansac.least_inliers
+        return refuse("few_slices" if few else "no_taper", points=len(group))
     used = result.slices[taper.inliers]
     x, y, dx, dy = (float(value) for value in (*np.median(used[:, 1:3], axis=0), *slope))
     cone = Cone(x, y, dx, dy, taper.at_bh_cm / 200, taper.slope_cm_m / 200, bh_m)
@@ -199,15 +175,28 @@ def _weighted(
 def by_filling(
     groups: list[np.ndarray], frames: list[TreeFrame], weights: np.ndarray | None, options: MeasureOptions
 ) -> list[StemMeasure]:
-    """Stems that their points fill. The error is what such points gave on rendered plots, not less."""
+    """Stems that their points fill: solid circles along the axis and the taper RANSAC, draws seeded as in
+    :func:`measure_published`. The error is what such points gave on rendered plots, not less.
+
+    A first pass gives the axis (median slope of the circle centres); the points are sheared along it for the second.
+    """
+    published, bh_m = PublishedOptions(top_m=5.0, taper=TaperRansac(steepest_cm_m=2.5)), options.bh_m
+    stems, seeds = _in_own_order(_weighted(groups, frames, weights), options.seed)
+    slopes = [_axis_slope(table) for table in _circles(stems, published, seeds)]
+    sheared = [
+        (np.column_stack([points[:, :2] - np.outer(points[:, 2] - bh_m, slope), points[:, 2]]), weight)
+        for (points, weight), slope in zip(stems, slopes, strict=True)
+    ]
+    tables = _circles(sheared, published, seeds)
     measures = []
-    results = measure_filled(_weighted(groups, frames, weights), options.bh_m, options.seed)
-    for frame, group, (result, slope) in zip(frames, groups, results, strict=True):
-        measured, taper = _along_taper(frame, group, result, 10, slope, options.bh_m), result.taper
+    for frame, group, table, slope, own in zip(frames, groups, tables, slopes, seeds, strict=True):
+        table = table * (1.0, 1.0, 1.0, np.sqrt(np.cos(np.arctan(np.hypot(*slope)))))
+        taper = taper_ransac(table[:, 0], table[:, 3], bh_m, published.taper, own)
+        measured = _along_taper(frame, group, PublishedResult(table, taper), slope, bh_m)
         if measured.assessment.measured and taper is not None:
             se = float(np.sqrt(taper.se_cm**2 + FILLED_SE_CM**2 + (FILLED_SE_SHARE * taper.at_bh_cm) ** 2))
             # The slices that agree should surround breast height.
-            near = bool((np.abs(result.slices[taper.inliers, 0] - options.bh_m) < 0.3).any())
+            near = bool((np.abs(table[taper.inliers, 0] - bh_m) < 0.3).any())
             reasons = ("wide_error" if near else "no_taper",)
             measured = measured.assessed(Assessment(taper.at_bh_cm, se, flag="check", reasons=reasons))
         measures.append(measured)

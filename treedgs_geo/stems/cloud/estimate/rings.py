@@ -72,8 +72,7 @@ class Rings:
         own = two - one > GAIN and middle[inner] < -max(INSIDE_M, INSIDE_SD * sd[inner]) and apart > APART
         if not own or not SHARES[0] <= share[inner] <= SHARES[1]:
             return cls()
-        sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
-        there = np.bincount(sector, member[inner], SECTORS)
+        there = np.bincount(cone.sectors(points, SECTORS), member[inner], SECTORS)
         arc = 360.0 / SECTORS * np.count_nonzero(there >= max(1.0, 0.3 * there.mean()))
         return cls(
             float(middle[inner]), float(sd[inner]), float(middle[outer]), float(sd[outer]), float(share[inner]), arc
@@ -117,8 +116,7 @@ def inner_face(points: np.ndarray, cone: Cone, window: tuple[float, float], floo
         return None
     e, limit = found.residuals(points), max(2 * found.sigma, FACE_M)
     on = np.abs(e) < limit
-    sector = np.floor((found.azimuths(points[on]) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
-    there = np.bincount(sector, minlength=SECTORS)
+    there = np.bincount(found.sectors(points[on], SECTORS), minlength=SECTORS)
     arc = 360.0 / SECTORS * np.count_nonzero(there >= max(1.0, 0.25 * there.mean()))
     inside = np.mean(e < -limit) <= FACE_INSIDE and np.mean(cone.residuals(points) < -limit) >= BARK_INSIDE
     return found if inside and arc >= FACE_DEG and on.mean() >= COAT_SHARE else None

@@ -51,8 +51,7 @@ def fitted_together(
     passes = scanned.passes
     if not scanned.groups or not np.ptp(passes.keys(np.concatenate(scanned.groups))):
         return None
-    with np.errstate(invalid="ignore"):
-        band = np.flatnonzero((height > 0.3) & (height < 4.5))
+    band = np.flatnonzero((height > 0.3) & (height < 4.5))
     band = band[:: max(len(band) // MAX_POINTS, 1)].copy()  # the rest is let go of
     around = Nearby(np.column_stack([cloud.xyz[band, :2] - stems.origin, height[band]]))
     track, floor_m = scanned.track, SENSORS[stems.sensor].floor_m

@@ -105,13 +105,17 @@ def sections_of(points: np.ndarray, dbh_cm: float, bh_m: float) -> list[_Section
         cone, misses = start, 0
         for height in heights:
             predicted = _leading_to(float(height), way, cone)
-            section = _section(points, predicted)
-            if section is None or height > bh_m and _thicker(section, way):
+            x, y, radius, se_cm, rms, on, arc = _circle(points, predicted.vector, predicted.h_ref)
+            # Surely thicker than one below it, as foliage about a stem is and no stem.
+            thinnest = min((200 * below.radius + _SURE * below.se_cm for below in way), default=np.inf)
+            if not radius > 0 or height > bh_m and 200 * radius - _SURE * se_cm > thinnest:
                 misses += 1
                 if misses == _MISSES:
                     break
                 continue
             misses = 0
+            centre = predicted.centre(height) + [x, y]
+            section = _Section(float(height), centre, radius, se_cm, rms, int(on), arc)
             way.append(section)
             found.append(section)
             cone = _leading_to(float(height), way, predicted)
@@ -131,21 +135,6 @@ def _leading_to(height: float, way: list[_Section], cone: Cone) -> Cone:
         centre = last.centre + slope * (height - last.height)
         radius = max(last.radius + USUAL_TAPER * (height - last.height), 0.01)
     return Cone(float(centre[0]), float(centre[1]), float(slope[0]), float(slope[1]), radius, USUAL_TAPER, height)
-
-
-def _thicker(section: _Section, way: list[_Section]) -> bool:
-    """Whether a section is surely thicker than one below it, as foliage about a stem is and no stem."""
-    thinnest = min((200 * below.radius + _SURE * below.se_cm for below in way), default=np.inf)
-    return bool(200 * section.radius - _SURE * section.se_cm > thinnest)
-
-
-def _section(points: np.ndarray, predicted: Cone) -> _Section | None:
-    """The circle at the predicted cone's height; ``None`` where it does not hold. points: (N, 3), by height."""
-    x, y, radius, se_cm, rms, on, arc = _circle(points, predicted.vector, predicted.h_ref)
-    if not radius > 0:
-        return None
-    height = float(predicted.h_ref)
-    return _Section(height, predicted.centre(height) + [x, y], radius, se_cm, rms, int(on), arc)
 
 
 @njit(cache=True, nogil=True)

@@ -76,8 +76,7 @@ class Bark:
         # The fit's own sigma has a floor, which clean clouds lie below.
         noise = float(np.clip(1.4826 * np.median(near), 0.002, sensor.cap_m)) if len(near) >= 6 else cone.sigma
         bark = points[fitted.on]
-        sector = np.floor((cone.azimuths(bark) + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
-        per_sector = np.bincount(sector, minlength=SECTORS)
+        per_sector = np.bincount(cone.sectors(bark, SECTORS), minlength=SECTORS)
         # Strays that fill a gap are few against the bark beside it.
         arc = 360.0 / SECTORS * np.count_nonzero(per_sector >= max(1.0, LEAST_OF_USUAL * usual(per_sector)))
         about = cone.vector, cone.h_ref, cone.sigma
@@ -133,8 +132,7 @@ def uneven_ring(points: np.ndarray, cone: Cone) -> tuple[float, float]:
     Leaves on one side make that side thick; noise, range and lines make every side so."""
     e = cone.residuals(points)
     near = np.abs(e) < 0.1
-    e, turn = e[near], cone.azimuths(points[near])
-    place = np.floor((turn + np.pi) / (2 * np.pi) * DIRECTIONS).astype(int) % DIRECTIONS
+    e, place = e[near], cone.sectors(points[near], DIRECTIONS)
     sides = [e[place == k] for k in range(DIRECTIONS) if np.count_nonzero(place == k) >= DIRECTION_POINTS]
     if len(sides) < DIRECTIONS // 2:
         return 0.0, 0.0

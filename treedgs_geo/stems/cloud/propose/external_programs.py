@@ -59,8 +59,42 @@ def segment_external(cloud: PointCloud, segmenter: str, command: str, reporter: 
         MissingComponentError: the program is not there. InputError: it may not be run. OutputError: it failed, or what
         it wrote does not fit the cloud.
     """
+    reporter = reporter or Reporter()
     with tempfile.TemporaryDirectory(prefix="treedgs-segmenter-") as folder:
-        return _run(cloud, segmenter, command, reporter or Reporter(), Path(folder))
+        given, made = Path(folder, "input"), Path(folder, "output")
+        given.mkdir()
+        made.mkdir()
+        origin = np.floor(cloud.xyz.min(axis=0))
+        local = cloud.xyz - origin
+        if segmenter == "forestformer3d":
+            # With the dummy labels that it insists on.
+            kinds = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("semantic_seg", "<i4"), ("treeID", "<i4")]
+            rows = np.zeros(len(local), kinds)
+            rows["x"], rows["y"], rows["z"] = local.T
+            rows["semantic_seg"] = 1
+            with open(given / f"{NAME}.ply", "wb") as stream:
+                stream.write(ply_header(len(rows), rows.dtype))
+                rows.tofile(stream)
+        else:
+            write_cloud(given / f"{NAME}.laz", PointCloud(local))
+        words = [word.format(input=given, output=made, name=NAME) for word in shlex.split(command)]
+        reporter.info(f"{segmenter}: {' '.join(words)}")
+        try:
+            done = subprocess.run(words, capture_output=True, text=True, errors="replace")
+        except FileNotFoundError:
+            raise MissingComponentError(
+                f"{words[0]}: no such program; install {segmenter} (docs/analyst/measuring.md) or correct the command."
+            ) from None
+        except PermissionError:
+            raise InputError(f"{words[0]}: may not be run; make it executable.") from None
+        if done.returncode:
+            last = " / ".join((done.stderr or done.stdout).strip().splitlines()[-3:]) or "it said nothing"
+            raise OutputError(
+                f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); correct that and run again."
+            )
+        result = _result(made, segmenter)
+        xyz, instance = _read_ply(result) if result.suffix == ".ply" else _read_las(result)
+        return _checked(local, xyz, instance, result, segmenter, reporter)
 
 
 def numbered(given: np.ndarray, trees: np.ndarray) -> np.ndarray:
@@ -68,36 +102,6 @@ def numbered(given: np.ndarray, trees: np.ndarray) -> np.ndarray:
     tree_id = np.zeros(len(given), np.int32)
     tree_id[trees] = np.unique(given[trees], return_inverse=True)[1] + 1
     return tree_id
-
-
-def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, work: Path) -> np.ndarray:
-    given, made = work / "input", work / "output"
-    given.mkdir()
-    made.mkdir()
-    origin = np.floor(cloud.xyz.min(axis=0))
-    local = cloud.xyz - origin
-    if segmenter == "forestformer3d":
-        write_labelled_ply(given / f"{NAME}.ply", local)
-    else:
-        write_cloud(given / f"{NAME}.laz", PointCloud(local))
-    words = [word.format(input=given, output=made, name=NAME) for word in shlex.split(command)]
-    reporter.info(f"{segmenter}: {' '.join(words)}")
-    try:
-        done = subprocess.run(words, capture_output=True, text=True, errors="replace")
-    except FileNotFoundError:
-        raise MissingComponentError(
-            f"{words[0]}: no such program; install {segmenter} (docs/analyst/measuring.md) or correct the command."
-        ) from None
-    except PermissionError:
-        raise InputError(f"{words[0]}: may not be run; make it executable.") from None
-    if done.returncode:
-        last = " / ".join((done.stderr or done.stdout).strip().splitlines()[-3:]) or "it said nothing"
-        raise OutputError(
-            f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); correct that and run again."
-        )
-    result = _result(made, segmenter)
-    xyz, instance = _read_ply(result) if result.suffix == ".ply" else _read_las(result)
-    return _checked(local, xyz, instance, result, segmenter, reporter)
 
 
 def _result(folder: Path, segmenter: str) -> Path:
@@ -150,16 +154,6 @@ def _checked(
             "installation shows, check it on its own example."
         )
     return numbered(instance, trees)
-
-
-def write_labelled_ply(path: Path, xyz: np.ndarray) -> None:
-    """Binary PLY as ForestFormer3D wants it: x, y, z and the dummy labels it insists on (semantic_seg 1, treeID 0)."""
-    rows = np.zeros(len(xyz), [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("semantic_seg", "<i4"), ("treeID", "<i4")])
-    rows["x"], rows["y"], rows["z"] = xyz.T
-    rows["semantic_seg"] = 1
-    with open(path, "wb") as stream:
-        stream.write(ply_header(len(xyz), rows.dtype))
-        rows.tofile(stream)
 
 
 def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -13,13 +13,13 @@ _MOST_CELLS = 4_000_000
 
 
 class Nearby:
-    """(N, 3) points by cells of ``cell_m`` or more; see :meth:`within`."""
+    """(N, 3) points by cells of :data:`_CELL_M` or more; see :meth:`within`."""
 
-    def __init__(self, points: np.ndarray, cell_m: float = _CELL_M) -> None:
+    def __init__(self, points: np.ndarray) -> None:
         self.points = np.ascontiguousarray(points, dtype=float)
         low, high = extent(self.points[:, :2]) if len(points) else (np.zeros(2), np.zeros(2))
         self.low: np.ndarray = low
-        self.cell_m = cell_m
+        self.cell_m = _CELL_M
         while np.prod(np.floor((high - self.low) / self.cell_m) + 1) > max(_MOST_CELLS, 4 * len(points)):
             self.cell_m *= 2
         self.span = np.floor((high - self.low) / self.cell_m).astype(np.int64) + 1

@@ -9,7 +9,6 @@ they have a counterpart.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -266,33 +265,27 @@ MIN_ROWS, MIN_ARC_DEG, MAX_INSIDE, MAX_OUTSIDE, MAX_OF_RADIUS = 0.8, 240.0, 0.12
 LEAST_RINGS, MAX_TRIED = 2, 60
 
 
-def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> float | None:
-    """Spread of the bark of the clearest ring among the cones fitted to (N, 3) points; ``None`` where none is one."""
-    clear = []
-    for cone in cones:
-        if cone.sigma > MAX_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
-            continue
-        seen = weigh(cone, near, sensor, options, cone.sigma, 1)
-        if seen.points < sensor.least_points or seen.row_share < MIN_ROWS or seen.arc_deg < MIN_ARC_DEG:
-            continue
-        if seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE:
-            clear.append((seen.inside + seen.outside, cone))
-    return min(clear, key=lambda ring: ring[0])[1].sigma if clear else None
-
-
 def measured_noise(search: Search, candidates: np.ndarray, least: int) -> float | None:
-    """Spread of the bark in this cloud, from the best of (K, 4) candidates; ``None`` with fewer than ``least`` clear
-    rings."""
-    own, search.sensor = search.sensor, search.sensor.at_noise(MAX_NOISE_M)
+    """Spread of the bark in this cloud, from the best of (K, 4) candidates, the clearest ring at each; ``None`` with
+    fewer than ``least`` clear rings."""
+    own, options = search.sensor, search.options
+    search.sensor = sensor = own.at_noise(MAX_NOISE_M)
     rings: list[tuple[float, np.ndarray]] = []
     for *place, h, radius in candidates[:MAX_TRIED]:
         xy = np.array(place)
         if any(np.hypot(*(ring - xy)) < 0.3 for _, ring in rings):
             continue
         near = search.near(xy, radius)
-        spread = ring_noise(search.cones(near, xy, h, radius), search.points[near], search.sensor, search.options)
-        if spread is not None:
-            rings.append((spread, xy))
+        clear = []
+        for cone in search.cones(near, xy, h, radius):
+            if cone.sigma > MAX_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+                continue
+            seen = weigh(cone, search.points[near], sensor, options, cone.sigma, 1)
+            whole = seen.points >= sensor.least_points and seen.row_share >= MIN_ROWS and seen.arc_deg >= MIN_ARC_DEG
+            if whole and seen.inside <= MAX_INSIDE and seen.outside <= MAX_OUTSIDE:
+                clear.append((seen.inside + seen.outside, cone.sigma))
+        if clear:
+            rings.append((min(clear, key=lambda ring: ring[0])[1], xy))
     search.sensor = own
     return float(np.median([spread for spread, _ in rings])) if len(rings) >= least else None
 
@@ -342,29 +335,30 @@ def not_round(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
 
 
 def listed(search: Search, rejected: list[Rejected]) -> list[ConeStem]:
-    """Candidates that look like stems and cannot be measured: upright, empty inside, little around them, but too few
-    sides seen, too thin for the noise, or veiled by twigs."""
+    """Candidates that look like stems and cannot be measured, the clearest cone of each: upright, empty inside, little
+    around them, but too few sides seen, too thin for the noise, or veiled by twigs."""
+    sensor, options = search.sensor, search.options
     kept: list[ConeStem] = []
     for one in rejected[:MAX_LISTED]:
         if search.is_stem(one.xy, one.height, beyond_m=BESIDE_M):
             continue
-        stem = veiled(one.cones, search.points[search.near(one.xy, one.radius)], search.sensor, search.options)
+        found = []
+        for cone, seen in _weighed(one.cones, search.points[search.near(one.xy, one.radius)], sensor, options):
+            upright = seen.points >= LISTED_POINTS * sensor.least_points and seen.row_share >= LISTED_ROWS
+            hollow = seen.inside <= LISTED_INSIDE and seen.outside <= LISTED_OUTSIDE and seen.sharp >= LISTED_SHARP
+            reason = "occluded"
+            if seen.arc_deg < options.min_arc_deg:
+                # A sliver of bark has to be sharp.
+                reason = "short_arc" if seen.sharp >= LISTED_SHARP_ARC else ""
+            elif THICK * cone.radius(1.3) < cone.sigma <= AS_ALL * sensor.noise_m:
+                reason = "too_small"
+            if upright and hollow and seen.arc_deg >= LISTED_ARC_DEG and reason:
+                found.append(as_stem(cone, seen, sensor, reason))
+        stem = max(found, key=lambda stem: stem.seen.score, default=None)
         if stem is not None and not search.is_stem(stem.cone.centre(one.height), one.height, beyond_m=BESIDE_M):
             kept.append(stem)
             search.add(stem.cone)
     return kept
-
-
-def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
-    """The clearest of the cones that stand out as upright and hollow without being a clean ring, with the reason."""
-    found = []
-    for cone, seen in _weighed(cones, near, sensor, options):
-        upright = seen.points >= LISTED_POINTS * sensor.least_points and seen.row_share >= LISTED_ROWS
-        hollow = seen.inside <= LISTED_INSIDE and seen.outside <= LISTED_OUTSIDE and seen.sharp >= LISTED_SHARP
-        reason = _reason(cone, seen, sensor, options)
-        if upright and hollow and seen.arc_deg >= LISTED_ARC_DEG and reason:
-            found.append(as_stem(cone, seen, sensor, reason))
-    return max(found, key=lambda stem: stem.seen.score, default=None)
 
 
 def _weighed(
@@ -373,14 +367,6 @@ def _weighed(
     """The cones that are no thicker than a stem may be, with their evidence in (N, 3) points."""
     fitting = [cone for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200]
     return [(cone, weigh(cone, near, sensor, options)) for cone in fitting]
-
-
-def _reason(cone: Cone, seen: ConeEvidence, sensor: Sensor, options: SegmentOptions) -> str:
-    """Why it is no clean ring; empty where a sliver of bark is not even sharp."""
-    if seen.arc_deg < options.min_arc_deg:
-        return "short_arc" if seen.sharp >= LISTED_SHARP_ARC else ""
-    thin = THICK * cone.radius(1.3) < cone.sigma <= AS_ALL * sensor.noise_m
-    return "too_small" if thin else "occluded"
 
 
 def at_seeds(search: Search, seeds: np.ndarray) -> list[ConeStem]:

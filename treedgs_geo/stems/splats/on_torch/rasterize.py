@@ -16,6 +16,7 @@ import torch
 from ....core.errors import InputError
 from .. import raster
 from ..camera import CropCamera
+from ..field import COLUMNS
 from ..kernels import N_PLANES
 from ..raster import ALPHA_MIN
 from .harmonics import COEFFICIENTS, seen_colours
@@ -120,11 +121,25 @@ class _Composite(torch.autograd.Function):
         else:
             ctx.planes = torch.from_numpy(raster.composite(ctx.rows.numpy(), camera.height, camera.width, full))
         ctx.set_materialize_grads(False)
-        return _shown(ctx.planes)
+        # The kernels' planes are R, G, B, T and with geometry sum w d, median d, sum w n.
+        raw = ctx.planes
+        planes = torch.empty((8 if full else 4, *raw.shape[1:]), device=raw.device)
+        planes[:3], planes[3] = raw[:3], 1 - raw[3]
+        if not full:
+            return planes, torch.empty(0, device=raw.device)
+        planes[4], planes[5:] = raw[4], raw[6:9]
+        return planes, torch.where(raw[3] <= 0.5, raw[5], torch.nan)
 
     @staticmethod
     def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
-        back = _for_kernels(given, ctx.planes)
+        (planes, median), raw = given, ctx.planes
+        # As the kernels want them: of colour, alpha, sum w d, sum w n, median depth.
+        back = torch.zeros((len(raw), *raw.shape[1:]), device=raw.device)
+        if planes is not None:
+            back[: len(planes)] = planes.detach()
+        if median is not None and len(raw) == N_PLANES:
+            # Where there is no median there is nothing to pull at, whatever a loss says there.
+            back[8] = torch.where(raw[3] <= 0.5, torch.nan_to_num(median.detach().to(torch.float32)), 0.0)
         if ctx.lists is not None:
             from . import warp_raster
 
@@ -135,31 +150,6 @@ class _Composite(torch.autograd.Function):
         out = torch.zeros_like(ctx.rows)
         out[:12], out[14:] = grad[:12], grad[12:]
         return out, None, None, None, None, None
-
-
-def _shown(raw: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """(4 or 8, H, W) colour, alpha, sum w d, sum w n, and (H, W) median depth (empty for four planes) of the kernels'
-    planes (4 or 9, H, W: R, G, B, T, sum w d, median, sum w n)."""
-    full = len(raw) == N_PLANES
-    planes = torch.empty((8 if full else 4, *raw.shape[1:]), device=raw.device)
-    planes[:3], planes[3] = raw[:3], 1 - raw[3]
-    if not full:
-        return planes, torch.empty(0, device=raw.device)
-    planes[4], planes[5:] = raw[4], raw[6:9]
-    return planes, torch.where(raw[3] <= 0.5, raw[5], torch.nan)
-
-
-def _for_kernels(given: tuple[torch.Tensor | None, ...], raw: torch.Tensor) -> torch.Tensor:
-    """(4 or 9, H, W) float32 gradients as the kernels want them: of colour, alpha, sum w d, sum w n, median depth.
-    given: those of :func:`_shown`; None: none."""
-    planes, median = given
-    whole = torch.zeros((len(raw), *raw.shape[1:]), device=raw.device)
-    if planes is not None:
-        whole[: len(planes)] = planes.detach()
-    if median is not None and len(raw) == N_PLANES:
-        # Where there is no median there is nothing to pull at, whatever a loss says there.
-        whole[8] = torch.where(raw[3] <= 0.5, torch.nan_to_num(median.detach().to(torch.float32)), 0.0)
-    return whole
 
 
 def rasterize(
@@ -221,8 +211,7 @@ def _check(*parts: torch.Tensor) -> None:
 def tensors_of(parameters: np.ndarray, device: str = "cpu", dtype: torch.dtype = torch.float32) -> list[torch.Tensor]:
     """The five tensors of an (N, 14) parameter matrix (``GaussianField.packed``), as leaves that want gradients, in the
     order of :func:`rasterize`."""
-    columns = np.split(np.asarray(parameters), np.cumsum(list(_PARTS.values()))[:-1], axis=1)
-    columns[3] = columns[3][:, 0]
+    columns = [np.asarray(parameters)[:, part] for part in COLUMNS]
     return [torch.tensor(part, device=device, dtype=dtype).requires_grad_() for part in columns]
 
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -22,6 +21,7 @@ import torch
 from ....core.errors import InputError
 from ....core.progress import Reporter
 from ....core.seeding import own_seed
+from ....pointcloud.cloud import PointCloud
 from ....reconstruction.cameras import View
 from ..camera import CropCamera
 from ..field import GaussianField
@@ -32,22 +32,6 @@ from .rasterize import projected
 
 #: Points scored at once: bounds memory.
 CHUNK = 400_000
-
-
-@dataclass(frozen=True)
-class SurfacePoints:
-    """Points on and in the Gaussians.
-
-    xyz: (P, 3) float64, local frame. opacity: (P,) float32, smallest opacity in front of the point over its foreground
-    views. n_views: (P,) uint16 foreground views.
-    """
-
-    xyz: np.ndarray
-    opacity: np.ndarray
-    n_views: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.xyz)
 
 
 def draw_candidates(field: GaussianField, samples: int, seed: int) -> np.ndarray:
@@ -97,8 +81,9 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tupl
 
 def sample_surface(
     field: GaussianField, views: Sequence[View], options: SampleOptions | None = None, reporter: Reporter | None = None
-) -> SurfacePoints:
-    """Sample the field and score each point against every view.
+) -> PointCloud:
+    """Points on and in the Gaussians, local frame, scored against every view: ``opacity`` float32, the smallest in
+    front of the point over its foreground views; ``n_views`` uint16, these.
 
     Raises:
         InputError: the field is empty, or no view shows any of it.
@@ -127,4 +112,4 @@ def sample_surface(
             "None of the photos shows any of the Gaussians, so no surface point can be scored; check that the field "
             "and the photos belong together."
         )
-    return SurfacePoints(points[keep], best[keep], n_views[keep])
+    return PointCloud(points[keep], attributes={"opacity": best[keep], "n_views": n_views[keep]})
