@@ -53,7 +53,7 @@ class Target:
 class PlanFlight:
     """Photos in the order they are taken. xy: (P, 2) planning frame. above_m: (P,) over the ground below. ground_m:
     (P,) its height (datum of the terrain model). yaw_deg: grid, clockwise from north; pitch_deg: -90 = down. leg:
-    (P,) number of the line or ring. label: pattern; height_m, tilt_deg, density: how it was made."""
+    (P,) number of the line or ring. pattern, heights_m, tilt_deg, density: how it was made."""
 
     xy: np.ndarray
     above_m: np.ndarray
