@@ -20,14 +20,16 @@ from ..core.errors import OutputError, TreeDGSError
 from ..core.files import atomic_path
 from ..core.progress import Reporter
 from .engine_process import EngineProcess
-from .places import STATUS, TREES
-from .state import Campaign, Plan, job_of
+from .places import STATUS, TREES, plot_folder
+from .state import Campaign, Plan
 from .supervise import ELSEWHERE, RETRIES, Record, run_plot
 
 #: Seconds until a plot that somebody else runs just now, or that failed, is looked at again.
 BUSY_S, AGAIN_S = 3.0, 1.0
 #: Plots given up because this computer is not set up, none having been done, after which the start is broken off.
 MAX_STUCK = 4
+#: Seconds between two tables.
+EVERY_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -73,10 +75,11 @@ class Running:
 
 
 class Coordinator:
-    """One start of a campaign.
+    """One start of a campaign. Its progress is weighted by what plots were predicted to cost and corrected by what they
+    did cost.
 
-    renew: called all the time, for the campaign's lease. joined: another process leads it: what that one runs is left
-    to it. function: what is done with a plot's job.
+    renew: called all the time, for the campaign's lease. joined: another process leads it: what that one runs, and the
+    table, is left to it. function: what is done with a plot's job.
     """
 
     def __init__(
@@ -99,7 +102,10 @@ class Coordinator:
         self._need_gb = plan.column("memory_gb").copy()
         self._tries: Counter[int] = Counter()
         self._stuck, self._began = 0, time.time()
-        self._board = Board(plan, campaign, capacity.plots, reporter, shown=not joined)
+        # Seconds as predicted: of all plots, of those that need nothing more, and of those run now; what these took.
+        self._total = float(plan.column("seconds").sum()) or 1.0
+        self._settled = self._foreseen = self._spent = 0.0
+        self._showed = 0.0
 
     def run(self) -> Tally:
         """Until every plot is settled.
@@ -116,10 +122,11 @@ class Coordinator:
                     for ended in wait(self._running, 0.4, FIRST_COMPLETED).done:
                         self._judge(self._running.pop(ended), ended)
                     self.renew()
-                    self._board.show(self.tally, list(self._running.values()))
+                    if time.monotonic() - self._showed >= EVERY_S:
+                        self._show()
             finally:
                 self._stop.set()
-        self._board.show(self.tally, [], last=True)
+        self._show()
         return self.tally
 
     def _fill(self, pool: ThreadPoolExecutor) -> None:
@@ -132,7 +139,7 @@ class Coordinator:
             if at > time.monotonic() or (self._running and not room):
                 continue
             del self._waiting[index]
-            job = job_of(self.plan.entries[index], self.campaign, self.capacity)
+            job = self._job(self.plan.entries[index])
             record = Record.read(Path(job["folder"]))
             if record.is_unchanged(job["stamp"], job["settings"]):
                 self._finished(index, record)
@@ -151,6 +158,21 @@ class Coordinator:
             else:
                 running = Running(index, job, time.monotonic())
                 self._running[pool.submit(self.function, job, self._stop, running.started)] = running
+
+    def _job(self, entry: dict[str, Any]) -> dict[str, Any]:
+        """What :func:`.supervise.run_plot` needs to know of a plot."""
+        return {
+            "plot_id": entry["row"]["plot_id"],
+            "folder": str(plot_folder(self.campaign.workspace.resolve(), entry["row"]["plot_id"])),
+            "series": self.campaign.record["series"],
+            "settings": entry["settings"],
+            "stamp": entry["inputs"]["stamp"],
+            "row": entry["row"],
+            "need_gb": entry["memory_gb"],
+            "limit_gb": self.capacity.memory_gb,
+            "disk_gb": entry["disk_gb"],
+            "threads": self.capacity.threads,
+        }
 
     def _judge(self, running: Running, ended: Future) -> None:
         index, plot_id = running.index, running.job["plot_id"]
@@ -182,7 +204,7 @@ class Coordinator:
                 self.reporter.warn(f"{plot_id} failed and is tried again: {message}.")
             return
         self.tally.failed += 1
-        self._board.settled(index)
+        self._settled += self.plan.entries[index]["seconds"]
         self.reporter.warn(f"{plot_id} is given up: {message}.")
         if outcome in ("setup", "missing"):
             self._stuck += 1
@@ -190,62 +212,35 @@ class Coordinator:
                 raise TreeDGSError(f"No plot can be run: {message}; correct that and run again.")
 
     def _finished(self, index: int, record: Record) -> None:
-        result = record.result
+        result, entry = record.result, self.plan.entries[index]
         new = any(a.get("outcome") == "done" and a.get("began", 0.0) >= self._began - 1 for a in record.attempts)
         self.tally.done += new
         self.tally.kept += not new
         self.tally.trees += int(result.get("n_trees") or 0)
         self.tally.measured += int(result.get("n_measured") or 0)
         self.tally.reasons.update(result.get("reasons") or {})
-        self._board.settled(index, result["seconds"] if new else None)
-        if new:
-            self._board.line(self.tally, self.plan.entries[index]["row"]["plot_id"], result)
-
-
-#: Seconds between two tables.
-EVERY_S = 2.0
-
-
-class Board:
-    """Live progress, weighted by what plots were predicted to cost and corrected by what they did cost.
-
-    at_once: plots at once on this computer. shown: the table is written.
-    """
-
-    def __init__(self, plan: Plan, campaign: Campaign, at_once: int, reporter: Reporter, shown: bool = True) -> None:
-        self.plan, self.campaign, self.at_once, self.reporter, self.shown = plan, campaign, at_once, reporter, shown
-        self._total = float(plan.column("seconds").sum()) or 1.0
-        self._settled = self._spent = self._foreseen = 0.0
-        self._showed = 0.0
-
-    def settled(self, index: int, seconds: float | None = None) -> None:
-        """A plot needs nothing more. seconds: what it took, if it was run now."""
-        self._settled += self.plan.entries[index]["seconds"]
-        if seconds is not None:
-            self._spent += seconds
-            self._foreseen += self.plan.entries[index]["seconds"]
-
-    def line(self, tally: Tally, plot_id: str, result: dict[str, Any]) -> None:
-        """One finished plot, for the log."""
+        self._settled += entry["seconds"]
+        if not new:
+            return
+        self._spent += result["seconds"]
+        self._foreseen += entry["seconds"]
         accuracy = result.get("accuracy") or {}
         error = f", RMSE {accuracy['rmse_cm']:.2f} cm on {accuracy['n']}" if accuracy.get("rmse_cm") is not None else ""
         self.reporter.info(
-            f"{tally.settled:>{len(str(len(self.plan)))}}/{len(self.plan)}  {plot_id}: {result['n_measured']} of "
-            f"the {result['n_trees']} stems found measured, {time_text(result['seconds'])}, "
+            f"{self.tally.settled:>{len(str(len(self.plan)))}}/{len(self.plan)}  {entry['row']['plot_id']}: "
+            f"{result['n_measured']} of the {result['n_trees']} stems found measured, {time_text(result['seconds'])}, "
             f"{result['peak_gb']:.2f} GB{error}"
         )
 
-    def show(self, tally: Tally, running: list[Running], last: bool = False) -> None:
+    def _show(self) -> None:
         """Progress to the reporter, the table to ``status.txt``."""
-        now = time.monotonic()
-        if now - self._showed < EVERY_S and not last:
-            return
+        tally, now, at_once = self.tally, time.monotonic(), self.capacity.plots
         self._showed = now
         left = None
-        if self._foreseen and not last:
-            left = (self._total - self._settled) * self._spent / self._foreseen / self.at_once
+        if self._foreseen and (self._waiting or self._running):
+            left = (self._total - self._settled) * self._spent / self._foreseen / at_once
         partly, rows = 0.0, []
-        for plot in running:
+        for plot in self._running.values():
             engine, name = plot.engine, plot.job["plot_id"]
             if engine is not None:
                 partly += min(engine.fraction, 1.0) * self.plan.entries[plot.index]["seconds"]
@@ -258,8 +253,8 @@ class Board:
             f"{message}; {tally.done} done now, {tally.kept} done before, {tally.failed} failed, {tally.retried} "
             f"retries, {tally.interrupted} interruptions; {tally.measured} of the {tally.trees} stems found measured"
         )
-        if self.shown:
-            when = f"{self.at_once} plots at once on this computer; {time.strftime('%Y-%m-%d %H:%M:%S')}"
+        if not self.joined:
+            when = f"{at_once} plots at once on this computer; {time.strftime('%Y-%m-%d %H:%M:%S')}"
             write_text(self.campaign.workspace / STATUS, "\n".join([heading, when, "", *sorted(rows), ""]))
 
 

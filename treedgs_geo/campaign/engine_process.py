@@ -50,6 +50,9 @@ class EngineProcess:
         self._measured = 0.0
         file = folder / "job.json"
         write_json(file, job)
+        group: dict[str, Any] = {"start_new_session": True}
+        if sys.platform == "win32":
+            group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
         environment = {**os.environ, **dict.fromkeys(THREADS, str(threads)), HANDED: lease_key}
         with open(log, "w", encoding="utf-8") as stream:
             self._process = subprocess.Popen(
@@ -59,7 +62,7 @@ class EngineProcess:
                 stdin=subprocess.PIPE,  # its end shows the engine that this process is gone
                 stdout=subprocess.PIPE,
                 stderr=stream,
-                **_own_group(),
+                **group,
             )
         self._reader = threading.Thread(target=self._listen, daemon=True)
         self._reader.start()
@@ -180,11 +183,4 @@ def _last_line(log: Path) -> str:
         text = log.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return lines[-1][:300] if lines else ""
-
-
-def _own_group() -> dict[str, Any]:
-    if sys.platform == "win32":
-        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
-    return {"start_new_session": True}
+    return next(filter(None, map(str.strip, reversed(text.splitlines()))), "")[:300]

@@ -47,11 +47,18 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
         size = path.stat()
         stamp.update(f"{path}:{size.st_size}:{size.st_mtime_ns};".encode("utf-8", "surrogateescape"))
     if route == "photos":
+        from PIL import Image
+
         folder = Path(values["photos"])
         photos = [path for path in files if path.suffix.lower() in PHOTO_SUFFIXES and folder in path.parents]
         if len(photos) < FEWEST_PHOTOS:
             raise InputError(f"photos {folder} holds {len(photos)} photos, expected at least {FEWEST_PHOTOS}.")
-        megapixels = len(photos) * _megapixels(photos[len(photos) // 2])
+        middle = photos[len(photos) // 2]
+        try:
+            with Image.open(middle) as image:
+                megapixels = len(photos) * (image.width * image.height / 1e6)
+        except (OSError, Image.DecompressionBombError) as problem:
+            raise InputError(f"photos: {middle} is no image that can be read ({problem}); remove it.") from None
         return PlotInputs(len(photos), megapixels, 0.0, crs_name(values["crs"]), "", stamp.hexdigest()[:16])
     cloud = Path(values["input"])
     points, own = _cloud_header(cloud)
@@ -94,16 +101,6 @@ def _below(path: Path, deep: bool) -> list[Path]:
     if deep:
         return [item for item in found if item.suffix.lower() in PHOTO_SUFFIXES]
     return [item for item in found if item.suffix.lower() not in PHOTO_SUFFIXES | {".gpkg", ".laz", ".las"}]
-
-
-def _megapixels(photo: Path) -> float:
-    from PIL import Image
-
-    try:
-        with Image.open(photo) as image:
-            return image.width * image.height / 1e6
-    except (OSError, Image.DecompressionBombError) as problem:
-        raise InputError(f"photos: {photo} is no image that can be read ({problem}); remove it.") from None
 
 
 def _cloud_header(path: Path) -> tuple[int, str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -111,14 +110,14 @@ def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Re
     with reporter.stage("check the manifest", 0.0, 0.03):
         plan = make_plan(settings.manifest, settings.crs, workspace, model, reporter)
     capacity = capacity_of(settings)
-    forecast = predict(plan, model, capacity, workspace, reporter)
+    predicted_s, forecast = predict(plan, model, capacity, workspace, reporter)
     if settings.predict:
         return {
             "n_plots": len(plan),
-            "status": forecast.sentence,
-            "predicted_s": round(forecast.seconds),
-            "predicted_cpu_s": round(forecast.cpu_s),
-            "needed_disk_gb": round(forecast.disk_gb, 2),
+            "status": forecast,
+            "predicted_s": round(predicted_s),
+            "predicted_cpu_s": round(float(plan.column("seconds").sum())),
+            "needed_disk_gb": round(float(plan.column("disk_gb").sum()), 2),
             "largest_memory_gb": round(float(plan.column("memory_gb").max()), 2),
         }
     campaign.begin((entry["row"]["plot_id"] for entry in plan.entries), lease.key)
@@ -127,7 +126,7 @@ def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Re
     lease.check()
     with reporter.stage("write", 0.96, 1.0):
         crs, seconds = layer_crs(plan, settings.crs), time.monotonic() - began
-        result = _write(campaign, plan, crs, model, tally, output, forecast, seconds, reporter)
+        result = _write(campaign, plan, crs, model, tally, output, seconds, predicted_s, forecast, reporter)
     campaign.end()
     if tally.failed == len(plan):
         raise InputError(f"{settings.manifest}: no plot could be measured, see {workspace / REPORT} for the reasons.")
@@ -140,18 +139,8 @@ def _run(settings: CampaignSettings, workspace: Path, output: Path, reporter: Re
     return result
 
 
-@dataclass(frozen=True)
-class Forecast:
-    """seconds: wall clock with this shape; cpu_s: of all plots; disk_gb: of all workspaces; sentence: in words."""
-
-    seconds: float
-    cpu_s: float
-    disk_gb: float
-    sentence: str
-
-
-def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, reporter: Reporter) -> Forecast:
-    """Time, memory and disk of the whole manifest, in a few lines."""
+def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, reporter: Reporter) -> tuple[float, str]:
+    """Time, memory and disk of the whole manifest, reported in a few lines; the seconds, and all in one sentence."""
     slots = min(capacity.plots, len(plan))
     each, memory_gb, disk_gb = (plan.column(name) for name in ("seconds", "memory_gb", "disk_gb"))
     cpu, disk = float(each.sum()), float(disk_gb.sum())
@@ -190,7 +179,7 @@ def predict(plan: Plan, model: CostModel, capacity: Capacity, workspace: Path, r
             f"{workspace}: {free:.1f} GB of disk are free, about {disk:.1f} GB are "
             "needed; plots that find no room will fail and can be run again."
         )
-    return Forecast(seconds, cpu, disk, sentence)
+    return seconds, sentence
 
 
 def _write(
@@ -200,8 +189,9 @@ def _write(
     model: CostModel,
     tally: Tally,
     output: Path,
-    forecast: Forecast,
     seconds: float,
+    predicted_s: float,
+    forecast: str,
     reporter: Reporter,
 ) -> dict[str, Any]:
     """Layer, report, costs."""
@@ -220,7 +210,7 @@ def _write(
         reporter.warn(sentence.rstrip(".") + ".")
     # A plot that resumed an earlier attempt was cheaper than it is.
     model.refit([row for row in done if row["attempts"] == 1][:5000]).save(workspace / COSTS)
-    ratio = f", {seconds / forecast.seconds:.2f} times the forecast" if not tally.kept and tally.done else ""
+    ratio = f", {seconds / predicted_s:.2f} times the forecast" if not tally.kept and tally.done else ""
     status = (
         f"{len(done)} of {len(plan)} plots measured, {len(failed)} failed; {tally.measured} of the {n_trees} stems "
         "found have a DBH"
@@ -233,11 +223,19 @@ def _write(
         "this start": f"{tally.done} plots run, {tally.kept} kept, {tally.retried} retries, {tally.interrupted} "
         f"interruptions, {time_text(seconds)}{ratio}",
         "CRS": crs,
-        "forecast": forecast.sentence,
+        "forecast": forecast,
         "plots' folders": str(workspace / PLOTS),
         "table": str(workspace / TABLE),
     }
-    write_report(campaign, rows, facts, warnings)
+    table = pd.DataFrame(rows, columns=list(COLUMNS), dtype=object)
+    write_csv(workspace / TABLE, table, encoding="utf-8-sig", lineterminator="\n")
+    more = [f"and {len(warnings) - _MAX_REPORTED} more, in {TABLE}"] if len(warnings) > _MAX_REPORTED else []
+    blocks: list[Block] = [
+        Sentences([*warnings[:_MAX_REPORTED], *more], "Look at these"),
+        Table("plots", "Plots", list(_SHOWN), [_shown(row) for row in rows]),
+        facts_table("campaign", "This campaign", facts),
+    ]
+    write_html(workspace / REPORT, Document("Campaign", facts["result"], blocks, wide=True))
     write_text(workspace / STATUS, status + ".\n")
     reporter.info(status + ".")
     return {
@@ -255,7 +253,7 @@ def _write(
         "n_retried": tally.retried,
         "n_interrupted": tally.interrupted,
         "seconds": round(seconds, 1),
-        "predicted_s": round(forecast.seconds, 1),
+        "predicted_s": round(predicted_s, 1),
         "status": status,
     }
 
@@ -294,7 +292,7 @@ def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
             "plot_id": row["plot_id"],
             "state": state,
             "route": row["route"],
-            "number": campaign.number(row["plot_id"]),
+            "number": int(campaign.record["numbers"][row["plot_id"]]),
             "reasons": ", ".join(f"{n} {name}" for name, n in sorted((result.get("reasons") or {}).items())),
             "memory_gb": result.get("peak_gb"),
             "disk_gb": round(sum(size) / 1e9, 4) if state == "done" else None,
@@ -311,22 +309,6 @@ def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
             "table": bool(row["plots"]),
             "warnings": result.get("warnings") or [],
         }
-
-
-def write_report(campaign: Campaign, rows: list[dict[str, Any]], facts: dict[str, Any], warnings: list[str]) -> Path:
-    """Write both files. rows: of :func:`rows_of`; facts: label -> value, the first one is the headline."""
-    folder = campaign.workspace
-    cells = pd.DataFrame(rows, columns=list(COLUMNS), dtype=object)
-    write_csv(folder / TABLE, cells, encoding="utf-8-sig", lineterminator="\n")
-    notes = warnings[:_MAX_REPORTED]
-    if len(warnings) > _MAX_REPORTED:
-        notes.append(f"and {len(warnings) - _MAX_REPORTED} more, in {TABLE}")
-    blocks: list[Block] = [
-        Sentences(notes, "Look at these"),
-        Table("plots", "Plots", list(_SHOWN), [_shown(row) for row in rows]),
-        facts_table("campaign", "This campaign", facts),
-    ]
-    return write_html(folder / REPORT, Document("Campaign", str(next(iter(facts.values()))), blocks, wide=True))
 
 
 _SHOWN = (
@@ -351,7 +333,7 @@ _SHOWN = (
 def _shown(row: dict[str, Any]) -> dict[str, Any]:
     """What the page shows of a plot."""
     return {
-        **{column.key: row.get(column.key) for column in _SHOWN},
+        **row,
         "field": "" if row["n_field"] is None else f"{row['n_field_measured']} of {row['n_field']}",
         "remark": row["remark"] or "; ".join(row["warnings"]),
         "mark": "done" if row["state"] == "done" else "failed",

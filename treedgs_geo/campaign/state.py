@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,18 +17,15 @@ from ..core.errors import InputError
 from ..core.files import atomic_path, read_json, short_hash, write_json
 from ..core.progress import Reporter
 from .inputs import crs_name
-from .manifest import Checker, PlotRow
-from .places import CAMPAIGN, PLAN, plot_folder
-
-if TYPE_CHECKING:
-    from .coordinate import Capacity
+from .manifest import Checker
+from .places import CAMPAIGN, PLAN
 
 #: Settings of a row that are paths: their content counts, not their place.
 _PATHS = {"photos", "input", "geotags", "gcp", "calibration", "dtm", "plots"}
 
 
 class Campaign:
-    """``campaign.json``: series of starts, whether one is open, who leads it, plot numbers."""
+    """``campaign.json``: series of starts, whether one is open, who leads it, plot numbers for good."""
 
     def __init__(self, workspace: Path) -> None:
         self.workspace = Path(workspace)
@@ -57,10 +54,6 @@ class Campaign:
         """Every plot is settled: the next start is a new decision, with new attempts."""
         self.record["open"] = False
         write_json(self._file, self.record)
-
-    def number(self, plot_id: str) -> int:
-        """The plot's number, the same in every start."""
-        return int(self.record["numbers"][plot_id])
 
 
 @dataclass
@@ -101,7 +94,10 @@ def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, r
     for row, found in checker.rows():
         inputs = asdict(found)
         need = asdict(model.predict(row.route, inputs))
-        entries.append({"row": asdict(row), "inputs": inputs, "settings": settings_hash(row), **need})
+        # Changes when a setting or the version changes; files count by their content, in another hash.
+        plain = {name: value for name, value in row.values.items() if name not in _PATHS}
+        used = (row.route, row.plot_id, plain, row.pairing, bool(row.plots), bool(row.field))
+        entries.append({"row": asdict(row), "inputs": inputs, "settings": short_hash(__version__, *used), **need})
         if len(entries) % 200 == 0:
             reporter.progress(0.5, f"{len(entries)} rows checked")
     _one_crs(checker, entries, crs)
@@ -109,28 +105,6 @@ def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, r
     with atomic_path(folder / PLAN) as temporary:
         temporary.write_text("".join(json.dumps(entry) + "\n" for entry in entries), encoding="utf-8")
     return Plan(entries)
-
-
-def settings_hash(row: PlotRow) -> str:
-    """Changes when a setting or the version changes; files count by their content, in another hash."""
-    plain = {name: value for name, value in row.values.items() if name not in _PATHS}
-    return short_hash(__version__, row.route, row.plot_id, plain, row.pairing, bool(row.plots), bool(row.field))
-
-
-def job_of(entry: dict[str, Any], campaign: Campaign, capacity: Capacity) -> dict[str, Any]:
-    """What :func:`.supervise.run_plot` needs to know of a plot."""
-    return {
-        "plot_id": entry["row"]["plot_id"],
-        "folder": str(plot_folder(campaign.workspace.resolve(), entry["row"]["plot_id"])),
-        "series": campaign.record["series"],
-        "settings": entry["settings"],
-        "stamp": entry["inputs"]["stamp"],
-        "row": entry["row"],
-        "need_gb": entry["memory_gb"],
-        "limit_gb": capacity.memory_gb,
-        "disk_gb": entry["disk_gb"],
-        "threads": capacity.threads,
-    }
 
 
 def layer_crs(plan: Plan, crs: str | None) -> str:

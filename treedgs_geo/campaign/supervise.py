@@ -25,6 +25,8 @@ from .places import LOG, RECORD, TREES
 RETRIES = 2
 #: An attempt cut short because its worker or coordinator died is not the plot's fault; but there is an end to it.
 MAX_INTERRUPTIONS = 12
+#: Endings of attempts whose worker or coordinator died or was stopped.
+_CUT_SHORT = (None, "interrupted")
 #: Endings that another try at once cannot change.
 _FINAL = {"input"}
 #: Endings that are not the plot's: a full disk, a host without a library or with too little memory. They do not use up
@@ -69,32 +71,26 @@ class Record:
         """The plot's layer is there and whole."""
         return is_whole(self.folder / TREES, "trees")
 
-    def counts(self, key: str, series: int) -> tuple[int, int]:
-        """``(failed, cut short)`` attempts of this key in this series of starts."""
-        mine = [a for a in self.attempts if a.get("series") == series and a.get("key") == key]
-        cut = sum(a.get("outcome") in (None, "interrupted") for a in mine)
-        return sum(a.get("outcome") not in {None, "interrupted", "done", *ELSEWHERE} for a in mine), cut
-
     def may_run(self, key: str, series: int) -> bool:
-        """Whether another attempt is left."""
-        failed, cut = self.counts(key, series)
-        ended = [a for a in self.attempts if a.get("outcome") not in (None, "interrupted")]
-        last = ended[-1] if ended else {}
-        final = last.get("series") == series and last.get("key") == key and last.get("outcome") in _FINAL
-        return failed <= RETRIES and cut <= MAX_INTERRUPTIONS and not final
+        """Whether another attempt of this key is left in this series of starts."""
+        endings = [(a.get("series") == series and a.get("key") == key, a.get("outcome")) for a in self.attempts]
+        mine = [outcome for is_mine, outcome in endings if is_mine]
+        cut = sum(outcome in _CUT_SHORT for outcome in mine)
+        failed = sum(outcome not in {*_CUT_SHORT, "done", *ELSEWHERE} for outcome in mine)
+        is_mine, last = next((end for end in reversed(endings) if end[1] not in _CUT_SHORT), (False, None))
+        return failed <= RETRIES and cut <= MAX_INTERRUPTIONS and not (is_mine and last in _FINAL)
 
     def last_problem(self) -> str:
         """What the last attempt said."""
-        for attempt in reversed(self.attempts):
-            if attempt.get("message"):
-                return str(attempt["message"])
-        return "its worker died each time"
+        said = (str(attempt["message"]) for attempt in reversed(self.attempts) if attempt.get("message"))
+        return next(said, "its worker died each time")
 
 
 def run_plot(job: dict[str, Any], stop: threading.Event, started: Callable[[EngineProcess], None]) -> dict[str, Any]:
     """Run one plot if it has to run.
 
-    job: of :func:`.state.job_of`. stop: set when the campaign ends early. started: called with the plot's engine.
+    job: of :class:`.coordinate.Coordinator`. stop: set when the campaign ends early. started: called with the plot's
+    engine.
 
     Returns:
         ``outcome`` (``kept``: was done already, ``done``, ``busy``, ``given_up``, or how it failed), ``message``, and

@@ -76,9 +76,23 @@ def check_agreement(
     away, jumped = np.fmax(across, height), off_m > 0
     lost = (np.fmax(away, off_m) > MAX_DISTANCE_M) & ~(jumped & own.is_placed)
     _replace_jumped(found, own, off_m, np.flatnonzero(jumped & ~lost), source, reporter)
-    _set_aside(found, np.flatnonzero(lost), np.fmax(away, off_m), reporter)
     precise = np.array([quality in ("fix", "float") for quality in found.quality], bool)
-    _widen(found, np.flatnonzero((away > DISTRUST_M) & ~lost & ~jumped & precise), away, reporter)
+    far = (away > DISTRUST_M) & ~lost & ~jumped & precise
+    if lost.any():
+        reporter.warn(
+            f"{lost.sum()} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position or height, or from "
+            f"the rest of the path, and lose their geotag: {shorten([*np.array(found.names)[lost]])}."
+        )
+        found.xyz[lost], found.sd[lost] = np.nan, np.nan
+    if far.any():
+        reporter.warn(
+            f"{far.sum()} photos are {away[far].min():.0f} to {away[far].max():.0f} m from their own GPS "
+            f"position or height and are not fixed any more: {shorten([*np.array(found.names)[far]])}."
+        )
+        found.sd[far] = np.maximum(found.sd[far], away[far, None])
+    for i in np.flatnonzero(lost | far):
+        found.quality[i] = "none" if lost[i] else "single"
+        found.notes[i] = f"geotag {max(away[i], off_m[i]):.0f} m from the photo's own position"
     return found
 
 
@@ -135,30 +149,6 @@ def _replace_jumped(
         + f" ({shorten([found.names[i] for i in rows])}); the other part of the path is believed: process the "
         "PPK again."
     )
-
-
-def _set_aside(found: Stations, rows: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
-    if not len(rows):
-        return
-    reporter.warn(
-        f"{len(rows)} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position or height, or from the "
-        f"rest of the path, and lose their geotag: {shorten([found.names[i] for i in rows])}."
-    )
-    found.xyz[rows], found.sd[rows] = np.nan, np.nan
-    for i in rows:
-        found.quality[i], found.notes[i] = "none", f"geotag {away[i]:.0f} m from the photo's own position"
-
-
-def _widen(found: Stations, rows: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
-    if not len(rows):
-        return
-    reporter.warn(
-        f"{len(rows)} photos are {away[rows].min():.0f} to {away[rows].max():.0f} m from their own GPS position or "
-        f"height and are not fixed any more: {shorten([found.names[i] for i in rows])}."
-    )
-    for i in rows:
-        found.sd[i] = np.maximum(found.sd[i], away[i])
-        found.quality[i], found.notes[i] = "single", f"geotag {away[i]:.0f} m from the photo's own position"
 
 
 def _note_elsewhere(

@@ -16,33 +16,32 @@ from ..core.shown import shorten
 from .datum import decimal_year
 from .gpstime import gps_to_utc
 from .mrk import Marks
-from .pairing import MAX_CLOCK_ERROR_S, pair_photos
+from .pairing import MAX_CLOCK_ERROR_S, Pairing, pair_photos
 from .photos import Photo
 from .rtklib import Trajectory, read_pos
 from .trajectory import Interpolated, interpolate
 from .velocity import turned_to_grid
 
 
-def note_clock(marks: Marks, names: list[str], apart_s: np.ndarray, reporter: Reporter) -> None:
-    """Say which paired photos have another clock than the others. apart_s: (N,) clock less exposure, the clock's usual
-    error taken out, NaN unknown."""
+def note_pairing(marks: Marks, pairing: Pairing, names: list[str], reporter: Reporter) -> None:
+    """Say which photos have no exposure, which exposures no photo (a lost one, or an event that was none), and which
+    paired photos have another clock than the others."""
+    paired, name = np.flatnonzero(pairing.rows >= 0), marks.path.name
+    used = pairing.rows[paired]
+    if lost := [names[i] for i in np.flatnonzero(pairing.rows < 0)]:
+        reporter.warn(f"{name}: no exposure for {len(lost)} of {len(names)} photos: {shorten(lost)}.")
+    spare = np.setdiff1d(np.arange(len(marks.index)), used)
+    if len(spare):
+        numbers = shorten([str(n) for n in marks.index[spare]], 8)
+        reporter.warn(f"{name}: {len(spare)} of {len(marks.index)} exposures have no photo (number {numbers}).")
+    apart_s = pairing.utc[paired] - gps_to_utc(marks.gps_s[used])
     with np.errstate(invalid="ignore"):
         other = np.flatnonzero(np.abs(apart_s) > MAX_CLOCK_ERROR_S)
     if len(other):
         reporter.warn(
-            f"{marks.path.name}: the clock of {len(other)} of {len(names)} photos is {np.median(apart_s[other]):+.0f} "
-            f"s off that of the others, as if it had been set in flight ({shorten([names[i] for i in other])}); they "
-            "were paired with their exposures by their own GPS positions: check that all photos are of this flight."
-        )
-
-
-def note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
-    """Say which exposures inside the flight have no photo: a lost photo, or an event that was none."""
-    spare = np.setdiff1d(np.arange(len(marks.index)), used)
-    if len(spare):
-        numbers = shorten([str(n) for n in marks.index[spare]], 8)
-        reporter.warn(
-            f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number {numbers})."
+            f"{name}: the clock of {len(other)} of {len(paired)} photos is {np.median(apart_s[other]):+.0f} s off that "
+            f"of the others, as if it had been set in flight ({shorten([names[i] for i in paired[other]])}); they were "
+            "paired with their exposures by their own GPS positions: check that all photos are of this flight."
         )
 
 
@@ -115,7 +114,7 @@ def antenna_at(
             on_map(track, crs, source),
             gps,
             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
-            own=turned_to_grid(track.velocity_enu, _convergence(crs, track)),
+            own=_on_axes(track.velocity_enu, crs, track),
         )
         for track in tracks
     ]
@@ -129,7 +128,7 @@ def antenna_at(
     found = Interpolated.nothing(len(rows))
     for solution, mask in zip(solutions, covered, strict=True):
         found.put(mask, Interpolated(*(values[mask] for values in solution)))
-    found.xyz[:] += turned_to_grid(marks.offset_enu[rows], _convergence(crs, tracks[0]))
+    found.xyz[:] += _on_axes(marks.offset_enu[rows], crs, tracks[0])
     return found
 
 
@@ -157,8 +156,7 @@ def in_time(
     path, seen = on_map(track, crs, source), marks.is_placed[rows]
     witness, least_s, whose = own, EXIF_MIN_S, "the photos' own GPS positions"
     if seen.sum() >= MIN_WITNESSES:
-        camera = on_map(marks, crs, source, rows)
-        witness = (camera - turned_to_grid(marks.offset_enu[rows], _convergence(crs, track)))[:, :2]
+        witness = (on_map(marks, crs, source, rows) - _on_axes(marks.offset_enu[rows], crs, track))[:, :2]
         witness[~seen] = np.nan
         precise = np.nan_to_num(np.median(marks.sd[rows][seen].max(axis=1)), nan=np.inf) <= PRECISE_M
         least_s, whose = PRECISE_MIN_S if precise else ROUGH_MIN_S, f"the positions in {marks.path.name}"
@@ -179,8 +177,10 @@ def in_time(
     return [corrected if k == over[0] else each for k, each in enumerate(tracks)], sd_s
 
 
-def _convergence(crs: pyproj.CRS, track: Trajectory) -> float:
-    return grid_convergence_deg(crs, float(np.median(track.lon_deg)), float(np.median(track.lat_deg)))
+def _on_axes(enu: np.ndarray, crs: pyproj.CRS, track: Trajectory) -> np.ndarray:
+    """(N, 3) vectors in true east, north, up on the axes of the project where the track is."""
+    middle = float(np.median(track.lon_deg)), float(np.median(track.lat_deg))
+    return turned_to_grid(enu, grid_convergence_deg(crs, *middle))
 
 
 #: Shifts that are looked for, seconds: GPS time read as UTC is 18 s off.
@@ -239,12 +239,11 @@ def find_shift(
         return None
     best = int(np.nanargmin(np.where(usual, away, np.nan) if usual.any() else away))
     found = _refined(times, path, at, witness, float(tried[best]))
-    if found is None or abs(found[0] - tried[best]) > USUAL_S:
+    if found is None or abs(found.seconds - tried[best]) > USUAL_S:
         return None
-    seconds, sd_s, speed = found
-    moved = np.linalg.norm(_at(times, path, at + seconds) - _at(times, path, at), axis=1)
-    certain = abs(seconds) > max(least_s, CERTAIN_SD * sd_s) and not np.nanmedian(moved) < least_m
-    return Shift(seconds, sd_s, speed) if certain else None
+    moved = np.linalg.norm(_at(times, path, at + found.seconds) - _at(times, path, at), axis=1)
+    certain = abs(found.seconds) > max(least_s, CERTAIN_SD * found.sd_s) and not np.nanmedian(moved) < least_m
+    return found if certain else None
 
 
 def _at(times: np.ndarray, path: np.ndarray, instants: np.ndarray) -> np.ndarray:
@@ -264,10 +263,8 @@ def _away(residual: np.ndarray) -> float:
     return float(np.median(np.hypot(*(residual - np.median(residual, axis=0)).T)))
 
 
-def _refined(
-    times: np.ndarray, path: np.ndarray, at: np.ndarray, witness: np.ndarray, start_s: float
-) -> tuple[float, float, float] | None:
-    """Shift, its standard error and the median speed, by robust least squares with a constant offset."""
+def _refined(times: np.ndarray, path: np.ndarray, at: np.ndarray, witness: np.ndarray, start_s: float) -> Shift | None:
+    """By robust least squares with a constant offset."""
     shift, sd_s, speed = start_s, np.inf, 0.0
     for _ in range(_ROUNDS):
         place = _at(times, path, at + shift)
@@ -283,7 +280,7 @@ def _refined(
         step, sd_s, _ = along_velocity((witness - place)[known], velocity[known])
         speed = float(np.median(np.linalg.norm(velocity[known], axis=1)))
         shift += float(np.clip(step, -1.0, 1.0))
-    return (shift, sd_s, speed) if np.isfinite(sd_s) else None
+    return Shift(shift, sd_s, speed) if np.isfinite(sd_s) else None
 
 
 def along_velocity(away: np.ndarray, velocity: np.ndarray) -> tuple[float, float, np.ndarray]:

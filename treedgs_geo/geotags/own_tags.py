@@ -30,7 +30,12 @@ def without_faults(photos: list[Photo], reporter: Reporter) -> list[Photo]:
     each kind is reported."""
     for check in (_one_place, _elsewhere, _signs, _no_altitude, _no_angles):
         photos = check(photos, reporter)
-    _note_overhead(photos, reporter)
+    if over := [photo.name for photo in photos if abs(photo.roll_deg) > OVERHEAD_DEG]:
+        reporter.warn(
+            f"{len(over)} of {len(photos)} photos have a gimbal roll near 180 degrees (tilted past straight down, as "
+            f"in smart oblique capture); whether their pictures are stored turned, their matches decide: look in the "
+            f"report whether they are placed ({shorten(over, 3)})."
+        )
     return photos
 
 
@@ -123,13 +128,3 @@ def _no_angles(photos: list[Photo], reporter: Reporter) -> list[Photo]:
         f"({shorten([p.name for p, use in zip(photos, chosen, strict=True) if use], 3)})."
     )
     return _changed(photos, chosen, yaw_deg=np.nan, pitch_deg=np.nan, roll_deg=np.nan)
-
-
-def _note_overhead(photos: list[Photo], reporter: Reporter) -> None:
-    over = [photo.name for photo in photos if abs(photo.roll_deg) > OVERHEAD_DEG]
-    if over:
-        reporter.warn(
-            f"{len(over)} of {len(photos)} photos have a gimbal roll near 180 degrees (tilted past straight down, as "
-            f"in smart oblique capture); whether their pictures are stored turned, their matches decide: look in the "
-            f"report whether they are placed ({shorten(over, 3)})."
-        )

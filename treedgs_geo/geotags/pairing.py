@@ -99,7 +99,9 @@ def pair_photos(photos: list[Photo], marks: Marks) -> Pairing:
         GeotagError: nothing pairs, or there is nothing to pair by.
     """
     seen = _evidence(photos, marks)
-    order = _order(seen)
+    # As they were taken: by time, equal times and unknown ones by number, then by name.
+    timed = np.isfinite(seen.photos.time_s).all()
+    order = np.lexsort((seen.photos.number, seen.photos.time_s if timed else np.zeros(len(photos))))
     ranks = np.argsort(seen.marks.time_s, kind="stable")
     sorted_seen = seen.part(order, ranks)
     if not np.isfinite(seen.photos.time_s).any() and not seen.knows_places:
@@ -139,13 +141,6 @@ def _evidence(photos: list[Photo], marks: Marks) -> _Evidence:
     own = _Side(times, (place - middle) * metres, np.array([photo.sequence for photo in photos]))
     marked = _Side(gps_to_utc(marks.gps_s), (degrees - middle) * metres, marks.index)
     return _Evidence(own, marked, not all(np.isfinite(photo.utc) for photo in photos))
-
-
-def _order(seen: _Evidence) -> np.ndarray:
-    """(N,) photos as they were taken: by time, equal times and unknown ones by number, then by name."""
-    if np.isfinite(seen.photos.time_s).all():
-        return np.lexsort((seen.photos.number, seen.photos.time_s))
-    return np.argsort(seen.photos.number, kind="stable")
 
 
 def _by_number_alone(seen: _Evidence) -> np.ndarray | None:

@@ -21,7 +21,7 @@ from ..core.shown import shorten
 from .agreement import check_agreement
 from .control import project_of
 from .datum import check_frame, geotags_frame, place_of
-from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_clock, note_spare, on_map
+from .exposures import antenna_at, assign_marks, in_time, marks_of_events, note_pairing, on_map
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import read_mrk
 from .own_tags import without_faults
@@ -304,12 +304,7 @@ def _from_marks(
         rows = pairing.rows
         paired = np.array(group)[rows >= 0]
         own = rows[rows >= 0]
-        if len(paired) < len(group):
-            lost = [photos[i].name for i in np.array(group)[rows < 0]]
-            reporter.warn(f"{each.path.name}: no exposure for {len(lost)} of {len(group)} photos: {shorten(lost)}.")
-        note_spare(each, own, reporter)
-        apart_s = pairing.utc[rows >= 0] - gps_to_utc(each.gps_s[own])
-        note_clock(each, [photos[i].name for i in paired], apart_s, reporter)
+        note_pairing(each, pairing, [photos[i].name for i in group], reporter)
         utc[np.array(group)[rows < 0]] = pairing.utc[rows < 0]
         utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:

@@ -54,16 +54,12 @@ def find_defects(paths: list[Path]) -> dict[Path, str]:
     detail = {path: seen for path, seen in measured.items() if seen is not None}
     for path, (spread, _) in detail.items():
         if spread < BLANK_SPREAD:
-            found[path] = "holds 16 bits of which the upper 8 show nothing" if is_16_bit(path) else BLANK
+            with Image.open(path) as image:
+                deep = image.tile and any("16" in str(part) for part in image.tile[0][3:] if part is not None)
+            found[path] = "holds 16 bits of which the upper 8 show nothing" if deep else BLANK
     sharp = [value for path, (_, value) in detail.items() if path not in found]
     usual = float(np.median(sharp)) if sharp else 0.0
     for path, (_, value) in detail.items():
         if path not in found and value < max(BLUR_FRACTION * usual, BLUR_FLOOR):
             found[path] = "is blurred"
     return found
-
-
-def is_16_bit(path: Path) -> bool:
-    """True for a picture with more than 8 bits a channel."""
-    with Image.open(path) as image:
-        return any("16" in str(part) for part in image.tile[0][3:] if part is not None) if image.tile else False

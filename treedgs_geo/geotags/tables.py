@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,19 +51,17 @@ def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = 
     """
     path = Path(path)
     try:
-        rows = _read_geo_txt(path, crs, frame) if path.name.lower() == "geo.txt" else _read_csv(path, crs, frame)
+        read = _read_geo_txt if path.name.lower() == "geo.txt" else _read_csv
+        names, values = read(path, crs, frame)
     except CRSError:
         raise
     except InputError as problem:
         raise GeotagError(str(problem)) from None
-    names = [row[0] for row in rows]
-    doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
-    if doubled:
-        raise GeotagError(f"{path}: photo {sorted(doubled)[0]!r} appears twice; keep one row a photo.")
-    if not rows:
+    if doubled := [name for name, count in Counter(names).items() if count > 1]:
+        raise GeotagError(f"{path}: photo {min(doubled)!r} appears twice; keep one row a photo.")
+    if not names:
         raise GeotagError(f"{path}: holds no position, expected one row a photo.")
-    values = np.array([row[1] for row in rows], float)
-    return NamedPositions(path, names, values[:, :3], values[:, 3:6])
+    return NamedPositions(path, names, values[:, :3], values[:, 3:])
 
 
 def crs_of_line(text: str, where: str) -> pyproj.CRS:
@@ -80,7 +79,8 @@ def crs_of_line(text: str, where: str) -> pyproj.CRS:
         raise CRSError(f"{where}: {text.strip()!r} is not a CRS; expected for example EPSG:4326.") from None
 
 
-def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
+def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> tuple[list[str], np.ndarray]:
+    """Names and (K, 6) positions and standard deviations."""
     table = read_table(path, comments=True)
     has = columns(table, *_COLUMNS)
     require(path, table, has, ("photo", "altitude", ("lat", "northing"), ("lon", "easting")))
@@ -100,17 +100,17 @@ def _read_csv(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tup
     bare = table[has["photo"].name].isna()
     if bare.any():
         raise GeotagError(f"{path}, {line_of(bare)}: has no photo; complete or delete the row.")
-    names = [Path(name.replace("\\", "/")).name for name in table[has["photo"].name]]
-    return [(name, values) for name, values in zip(names, np.column_stack([xyz, *sd]).tolist(), strict=True)]
+    return [Path(name.replace("\\", "/")).name for name in table[has["photo"].name]], np.column_stack([xyz, *sd])
 
 
-def _read_geo_txt(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
+def _read_geo_txt(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> tuple[list[str], np.ndarray]:
     """ODM: CRS line, then ``name x y [z] [yaw pitch roll] [h_acc v_acc]``."""
     filled = [row for row in numbered_lines(path, "give ODM's geo.txt", GeotagError) if not row[1].startswith("#")]
+    names: list[str] = []
+    rows: list[list[float]] = []
     if not filled:
-        return []
+        return names, np.zeros((0, 6))
     source = crs_of_line(filled[0][1], f"{path}, line {filled[0][0]}")
-    rows = []
     for number, line in filled[1:]:
         cells = line.split()
         try:
@@ -125,5 +125,6 @@ def _read_geo_txt(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None) -> list
         else:
             check_place(source, np.array([[x, y, z]]), f"{path}, line {number}", measured=False)
             xyz = transform(source, crs, np.array([[x, y, z]]), str(path))[0]
-        rows.append((cells[0], [*xyz, *sd]))
-    return rows
+        names.append(cells[0])
+        rows.append([*xyz, *sd])
+    return names, np.array(rows).reshape(-1, 6)

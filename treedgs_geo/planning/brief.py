@@ -15,18 +15,25 @@ from ..report.pdf import write_pages
 from .choose import MORE, Choice, JudgedFlight
 from .drones import RESERVE, DroneCamera
 from .missions import Target
-from .settings import FlyingSettings
+from .settings import FlyingSettings, PlanFlightSettings
 from .site import PlanSite
 from .sun import LOWEST_SUN_DEG, SunDay
 
 
 def write_brief(
-    folder: Path, title: str, choice: Choice, site: PlanSite, camera: DroneCamera, limits: FlyingSettings,
-    clearance_m: float, heading: tuple[float, str], sun: SunDay, take_off: tuple[float, float, float], picture: bytes,
+    folder: Path, choice: Choice, site: PlanSite, camera: DroneCamera, settings: PlanFlightSettings, clearance_m: float,
+    heading: tuple[float, str], sun: SunDay, take_off: tuple[float, float, float], take_off_xy: np.ndarray,
 ) -> list[Path]:  # fmt: skip
-    """``brief.html`` and ``brief.pdf``. take_off: longitude, latitude, height."""
+    """``brief.html`` and ``brief.pdf``. take_off: longitude, latitude, height; take_off_xy: the same place, (2,) in the
+    planning frame."""
     plan = choice.plan
     budget, found = plan.budget, plan.outcome
+    more = f"No denser flight of this pattern was tried: what {MORE} photos more would give is not known."
+    if choice.more is not found:
+        more = (
+            f"{MORE} photos more, at the best places, would give {100 * choice.more.share:.0f} % of the stems (now "
+            f"{100 * found.share:.0f} %) and {choice.more.error_cm:.2f} cm (now {found.error_cm:.2f} cm)."
+        )
     cards = [
         ("Photos", f"{budget.photos}", f"{budget.gigabytes:.1f} GB"),
         ("In the air", f"{budget.minutes:.0f} min", batteries_of(budget.batteries)),
@@ -35,16 +42,19 @@ def write_brief(
         ("Clear views a stem", f"{found.views:.1f}", "expected, mean"),
         ("Processing", time_text(budget.processing_s), "one thread" + (", rough" if budget.outside else "")),
     ]
+    figure, axes = new_chart(10.4, 4.6, mosaic=[["map", "share"], ["map", "error"]], width_ratios=(1.15, 1))
+    _map(axes["map"], plan, site.targets, take_off_xy)
+    _charts(axes["share"], axes["error"], choice, settings.target_error_cm, settings.target_share_pct / 100)
     document = Document(
-        title,
+        f"Flight plan: {Path(settings.plots).stem}",
         f"{camera.name}; TreeDGS {__version__}; figures are expectations of a model",
         [
             Cards(cards),
             Sentences(site.notes, "Read this first"),
-            Picture("map of the flight; photos against share measured and error", picture),
-            _flight_table(choice, site, camera, limits, clearance_m, heading, take_off),
-            Sentences(_more(choice)),
-            Sentences(checklist(choice, camera, limits, sun, clearance_m)),
+            Picture("map of the flight; photos against share measured and error", chart_png(figure)),
+            _flight_table(choice, site, camera, settings, clearance_m, heading, take_off),
+            Sentences([more]),
+            Sentences(checklist(choice, camera, settings, sun, clearance_m)),
         ],
     )
     return write_pages(folder / "brief", document)
@@ -53,16 +63,6 @@ def write_brief(
 def batteries_of(count: int) -> str:
     """``1 battery``, ``2 batteries``."""
     return f"{count} {'battery' if count == 1 else 'batteries'}"
-
-
-def _more(choice: Choice) -> list[str]:
-    found, more = choice.plan.outcome, choice.more
-    if more is found:
-        return [f"No denser flight of this pattern was tried: what {MORE} photos more would give is not known."]
-    return [
-        f"{MORE} photos more, at the best places, would give {100 * more.share:.0f} % of the stems (now "
-        f"{100 * found.share:.0f} %) and {more.error_cm:.2f} cm (now {found.error_cm:.2f} cm)."
-    ]
 
 
 def _flight_table(
@@ -138,14 +138,6 @@ def sun_text(sun: SunDay) -> str:
 STYLE = {"orbits": (BLUE, "o"), "crosshatch": (VERMILION, "s"), "nadir-oblique": (GREEN, "^")}
 
 
-def draw_brief(choice: Choice, site: PlanSite, take_off: np.ndarray, error_cm: float, share: float) -> bytes:
-    """PNG of the map and two charts; the wanted error and share are dotted lines."""
-    figure, axes = new_chart(10.4, 4.6, mosaic=[["map", "share"], ["map", "error"]], width_ratios=(1.15, 1))
-    _map(axes["map"], choice.plan, site.targets, take_off)
-    _charts(axes["share"], axes["error"], choice, error_cm, share)
-    return chart_png(figure)
-
-
 def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndarray) -> None:
     flight = plan.flight
     for leg in np.unique(flight.leg):
@@ -161,8 +153,8 @@ def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndar
         rim = target.rim(5)
         axis.fill(*rim.T, facecolor="#17753c40", edgecolor="#17753c", lw=1.2)
         axis.annotate(target.plot_id, target.centre, ha="center", va="center", fontsize=7.5 if len(targets) < 25 else 5)
-    axis.plot(*take_off[:2], "P", color=VERMILION, ms=11, mec="white", zorder=5)
-    axis.annotate("take-off", take_off[:2], xytext=(7, 5), textcoords="offset points", color=VERMILION, fontsize=8)
+    axis.plot(*take_off, "P", color=VERMILION, ms=11, mec="white", zorder=5)
+    axis.annotate("take-off", take_off, xytext=(7, 5), textcoords="offset points", color=VERMILION, fontsize=8)
     axis.set_aspect("equal")
     axis.margins(0.06)
     axis.annotate(
@@ -175,6 +167,7 @@ def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndar
 
 
 def _charts(upper: Any, lower: Any, choice: Choice, error_cm: float, share: float) -> None:
+    """Share measured and error by photos; what is wanted of both is a dotted line."""
     for pattern, (colour, mark) in STYLE.items():
         own = sorted((row for row in choice.tried if row[0] == pattern), key=lambda row: row[2])
         if own:

@@ -220,7 +220,13 @@ def choose(
         own = [row for row in refused if row[0] == pattern]
         _, why, advice = _against(own, replace(settings, pattern=pattern), search)
         not_flown.append(f"No {pattern} can be flown here: {why}; {advice}.")
-    return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, dbh_m, curves), not_flown)
+    tried = []
+    for made in plans:
+        heights, found, costs = " + ".join(f"{m:.0f} m" for m in made.flight.heights_m), made.outcome, made.budget
+        measured = (found.share, found.error_cm)
+        where = f"{heights}, {made.flight.tilt_deg:.0f}°"
+        tried.append((made.flight.pattern, where, costs.photos, *measured, costs.batteries, costs.minutes))
+    return Choice(plan, tried, with_more(plan, plans, dbh_m, curves), not_flown)
 
 
 def _good(plans: list[JudgedFlight], settings: PlanFlightSettings) -> list[JudgedFlight]:
@@ -229,13 +235,6 @@ def _good(plans: list[JudgedFlight], settings: PlanFlightSettings) -> list[Judge
         return [plan for plan in plans if plan.budget.batteries <= settings.batteries]
     share, error_cm = settings.target_share_pct / 100, settings.target_error_cm
     return [plan for plan in plans if plan.outcome.share >= share and plan.outcome.error_cm <= error_cm]
-
-
-def _row(plan: JudgedFlight) -> tuple[str, str, int, float, float, int, float]:
-    heights = " + ".join(f"{height:.0f} m" for height in plan.flight.heights_m)
-    where = f"{heights}, {plan.flight.tilt_deg:.0f}°"
-    found, costs = plan.outcome, plan.budget
-    return plan.flight.pattern, where, costs.photos, found.share, found.error_cm, costs.batteries, costs.minutes
 
 
 def with_more(plan: JudgedFlight, plans: list[JudgedFlight], dbh_m: np.ndarray, curves: Curves) -> Outcome:

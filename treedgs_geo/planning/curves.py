@@ -6,12 +6,13 @@ The curves were fitted to the project's own results (``planning/curves.json`` na
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 
 import numba
 import numpy as np
+
+from ..core.files import read_json
 
 #: More clear views than this count as this many.
 _MAX_VIEWS = 90
@@ -32,7 +33,7 @@ class Curves:
     @staticmethod
     def load() -> Curves:
         """The shipped figures."""
-        found = json.loads((files(__package__) / "curves.json").read_text(encoding="utf-8"))
+        found = read_json(Path(__file__).with_name("curves.json"))
         return Curves(**found["measured"], **{name: found["error"][name] for name in "cab"})
 
     def chance(self, views: np.ndarray, width_px: np.ndarray) -> np.ndarray:

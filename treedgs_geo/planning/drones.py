@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 from ..core.errors import InputError, ReconstructionError
+from ..core.files import read_json
 from ..geotags.photos import read_photo
 from ..reconstruction.calibration import calibration_of
 
@@ -44,17 +43,11 @@ class DroneCamera:
         """Minutes of one battery that may be planned."""
         return self.flight_min * (1 - RESERVE)
 
-    @property
-    def megapixels(self) -> float:
-        """Of one photo."""
-        return self.width_px * self.height_px / 1e6
-
 
 def known_cameras() -> dict[str, DroneCamera]:
     """The table (``treedgs_geo/planning/cameras.json``)."""
-    table = json.loads((files(__package__) / "cameras.json").read_text(encoding="utf-8"))["cameras"]
     found = {}
-    for key, row in table.items():
+    for key, row in read_json(Path(__file__).with_name("cameras.json"))["cameras"].items():
         focal_px = row.pop("focal_mm") / row.pop("sensor_mm") * row["width_px"]
         found[key] = DroneCamera(key=key, focal_px=focal_px, **{"wpml": None, **row})
     return found

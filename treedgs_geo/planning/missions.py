@@ -53,7 +53,7 @@ class Target:
 class PlanFlight:
     """Photos in the order they are taken. xy: (P, 2) planning frame. above_m: (P,) over the ground below. ground_m:
     (P,) its height (datum of the terrain model). yaw_deg: grid, clockwise from north; pitch_deg: -90 = down. leg:
-    (P,) number of the line or ring. label: pattern; height_m, tilt_deg, density: how it was made."""
+    (P,) number of the line or ring. pattern, heights_m, tilt_deg, density: how it was made."""
 
     xy: np.ndarray
     above_m: np.ndarray
@@ -88,11 +88,6 @@ class PlanFlight:
         away = [np.hypot(*(self.xy - target.centre).T) - target.radius_m for target in targets]
         return float(np.min(away, axis=0).max())
 
-    def take(self, index: np.ndarray) -> PlanFlight:
-        """Some of the photos."""
-        names = ("xy", "above_m", "ground_m", "yaw_deg", "pitch_deg", "leg")
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
-
 
 def _flight(
     rows: list[tuple], ground: Ground, pattern: str, heights: tuple[float, ...], tilt: float, density: str
@@ -113,7 +108,9 @@ def orbits(
     rows: list[tuple] = []
     leg = 0
     each = photos if len(heights) == 1 else max(RING_PHOTOS[0], int(np.ceil(0.75 * photos)))
-    for target in _tour(targets):
+    centres = np.array([target.centre for target in targets])
+    outermost = int(np.hypot(*(centres - centres.mean(axis=0)).T).argmax())
+    for target in (targets[k] for k in short_way(centres, outermost)):
         for level, height in enumerate(heights):
             reach = height * np.tan(np.radians(tilt_deg))
             turn = heading_deg + 360 * (np.arange(each) + level / max(len(heights), 1)) / each
@@ -146,7 +143,9 @@ def grid(
                 rows += [(*place, height, yaw, tilt - 90, leg) for place, yaw in line]
                 leg += 1
     flight = _flight(rows, ground, pattern, heights, tilt_deg, f"{overlap_pct[0]}/{overlap_pct[1]} % overlap")
-    return flight.take(np.flatnonzero(sees(flight, targets, ground, camera).any(axis=1)))
+    useful = sees(flight, targets, ground, camera).any(axis=1)
+    rows_of = ("xy", "above_m", "ground_m", "yaw_deg", "pitch_deg", "leg")
+    return replace(flight, **{name: getattr(flight, name)[useful] for name in rows_of})
 
 
 def _lines(
@@ -163,7 +162,9 @@ def _lines(
     # As far as a photo's middle may lie from a plot and still show it.
     reach = 0.35 * np.array([front / (1 - overlap_pct[0] / 100), side / step / (1 - overlap_pct[1] / 100)])
     low, high = (centres - radius).min(axis=0) - reach, (centres + radius).max(axis=0) + reach
-    stops, lines = (low[k] + _places(high[k] - low[k], d) for k, d in ((0, front), (1, side)))
+    # At most a step apart, evenly about the middle.
+    steps = np.maximum(1, np.ceil((high - low) / [front, side]).astype(int))
+    stops, lines = (low[k] + np.linspace(0, high[k] - low[k], steps[k] + 1) for k in range(2))
     back = height * np.tan(np.radians(tilt))
     found = []
     for number, line in enumerate(lines):
@@ -171,11 +172,6 @@ def _lines(
         yaw, along = (heading + 180 * away) % 360, stops[::-1] + back if away else stops - back
         found.append([(np.array([place, line]) @ turn, yaw) for place in along])
     return found
-
-
-def _places(length: float, step: float) -> np.ndarray:
-    """Places over a length, at most a step apart, an even number of steps about its middle."""
-    return np.linspace(0, length, max(2, int(np.ceil(length / step)) + 1))
 
 
 def sees(flight: PlanFlight, targets: list[Target], ground: Ground, camera: DroneCamera) -> np.ndarray:
@@ -202,10 +198,3 @@ def _blocks(targets: list[Target]) -> list[list[Target]]:
     near = cdist(centres, centres) - radius[:, None] - radius[None] < _BLOCK_GAP_M
     count, label = connected_components(near)
     return [[target for target, own in zip(targets, label, strict=True) if own == k] for k in range(count)]
-
-
-def _tour(targets: list[Target]) -> list[Target]:
-    """The plots in the order of a short way from the outermost one."""
-    centres = np.array([target.centre for target in targets])
-    first = int(np.hypot(*(centres - centres.mean(axis=0)).T).argmax())
-    return [targets[k] for k in short_way(centres, first)]

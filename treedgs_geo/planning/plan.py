@@ -23,7 +23,7 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..inventory.declination import parse_date
 from ..report.pdf import ensure_pages
-from .brief import batteries_of, draw_brief, write_brief
+from .brief import batteries_of, write_brief
 from .choose import MORE, Choice, JudgedFlight, PlotStems, choose, reach_to_give_m, stems_of
 from .curves import weighted_median
 from .drones import DroneCamera, camera_of
@@ -64,16 +64,24 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
     heading = heading_of(site, sun)
     with reporter.stage("flights", 0.1, 0.85):
         choice = choose(site, stems, camera, settings, take_off, heading[0], reporter)
-    more = [*choice.not_flown, *_beyond(site, choice, settings)]
+    more = list(choice.not_flown)
+    flight = choice.plan.flight
+    beyond = ~site.known(flight.xy)
+    if beyond.any():
+        _, margin = site.ground_and_margin(flight.xy[beyond])
+        more.append(
+            f"{settings.dtm}: {beyond.sum()} of {len(flight)} photos are taken beyond it; the ground there is taken "
+            f"from its edge, and may be up to {margin.max():.0f} m higher: the clearance allows for that. Check the "
+            f"terrain on site, or give a DTM that reaches {reach_to_give_m(flight.beyond_m(site.targets)):.0f} m "
+            "beyond the plots."
+        )
     site.notes.extend(more)
     reporter.tell(more)
     with reporter.stage("write", 0.85, 1.0):
         # The middle of the day: the same plan gives the same file.
         stamp = sun.utc[len(sun.utc) // 2].replace(tzinfo=dt.timezone.utc)
         mission = mission_of(choice.plan, site, camera, settings, take_off, stamp)
-        clearance = lowest_clearance(choice.plan.flight, site.canopy_top, settings.clearance_m)
-        share = settings.target_share_pct / 100
-        picture = draw_brief(choice, site, take_off, settings.target_error_cm, share)
+        clearance = lowest_clearance(flight, site.canopy_top, settings.clearance_m)
         (folder / "plan.kmz").unlink(missing_ok=True)
         for old in folder.glob("plan_litchi_*.csv"):
             old.unlink()
@@ -83,9 +91,8 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
         plan = write_plan(folder / "plan.plan", mission)
         litchi = write_litchi(folder, "plan_litchi", mission)
         page, brief = write_brief(
-            folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, camera, settings, clearance, heading,
-            sun, mission.home, picture,
-        )  # fmt: skip
+            folder, choice, site, camera, settings, clearance, heading, sun, mission.home, take_off[:2]
+        )
         figures = _figures(choice, clearance, heading[0])
         write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})
     reporter.info(_sentence(choice))
@@ -143,20 +150,6 @@ def _open_place(site: PlanSite) -> np.ndarray:
     return nearest
 
 
-def _beyond(site: PlanSite, choice: Choice, settings: PlanFlightSettings) -> list[str]:
-    """That the flight leaves the terrain model, if it does."""
-    flight = choice.plan.flight
-    beyond = ~site.known(flight.xy)
-    if not beyond.any():
-        return []
-    _, margin = site.ground_and_margin(flight.xy[beyond])
-    return [
-        f"{settings.dtm}: {beyond.sum()} of {len(flight)} photos are taken beyond it; the ground there is taken from "
-        f"its edge, and may be up to {margin.max():.0f} m higher: the clearance allows for that. Check the terrain on "
-        f"site, or give a DTM that reaches {reach_to_give_m(flight.beyond_m(site.targets)):.0f} m beyond the plots."
-    ]
-
-
 def _figures(choice: Choice, clearance_m: float, heading_deg: float) -> dict[str, Any]:
     plan = choice.plan
     budget, found = plan.budget, plan.outcome
@@ -195,24 +188,17 @@ def _sentence(choice: Choice) -> str:
 STEEP_PCT = 15.0
 
 
-def slope_of(site: PlanSite) -> tuple[float, float]:
-    """Mean slope of the ground over the plots, per cent, and the azimuth it falls to, degrees."""
-    if site.dtm is None:
-        return 0.0, 0.0
-    centres = np.array([target.centre for target in site.targets])
-    reach = max(max(target.radius_m for target in site.targets), 10.0)
-    xy = (centres[:, None] + reach * compass(15)).reshape(-1, 2)
-    z = site.ground(xy)
-    known = np.isfinite(z)
-    plane = np.linalg.lstsq(np.column_stack([xy[known], np.ones(known.sum())]), z[known], rcond=None)[0]
-    return 100 * float(np.hypot(*plane[:2])), float(np.degrees(np.arctan2(-plane[0], -plane[1])) % 360)
-
-
 def heading_of(site: PlanSite, sun: SunDay) -> tuple[float, str]:
     """Grid azimuth of the lines and why."""
-    slope, falls_to = slope_of(site)
-    if slope >= STEEP_PCT:
-        return (falls_to + 90) % 180, f"along the contours of a slope of {slope:.0f} %"
+    if site.dtm is not None:
+        reach = max(10.0, *(target.radius_m for target in site.targets))
+        xy = (np.array([target.centre for target in site.targets])[:, None] + reach * compass(15)).reshape(-1, 2)
+        z = site.ground(xy)
+        known = np.isfinite(z)
+        plane = np.linalg.lstsq(np.column_stack([xy[known], np.ones(known.sum())]), z[known], rcond=None)[0]
+        slope, falls_to = 100 * float(np.hypot(*plane[:2])), float(np.degrees(np.arctan2(-plane[0], -plane[1])) % 360)
+        if slope >= STEEP_PCT:
+            return (falls_to + 90) % 180, f"along the contours of a slope of {slope:.0f} %"
     if sun.elevation_deg[sun.noon] < 5:
         return 45.0, "the sun stays low: any heading does"
     return (sun.azimuth_deg[sun.noon] + 45) % 180, "45° to the sun at its highest: no photo looks into it or along it"

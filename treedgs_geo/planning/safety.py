@@ -154,7 +154,8 @@ def budget_of(
     flown = float(seconds.sum())
     batteries = max(1, int(np.ceil(flown / max(60 * camera.usable_min - trip, 60.0))))
     total = flown + batteries * trip
-    need = costs.predict("photos", {"photos": len(flight), "megapixels": len(flight) * camera.megapixels})
+    megapixels = len(flight) * (camera.width_px * camera.height_px / 1e6)
+    need = costs.predict("photos", {"photos": len(flight), "megapixels": megapixels})
     return Budget(
         len(flight), speed[0], speed[1], float(gaps.sum()) + out + home, total / 60, batteries,
         len(flight) * camera.photo_mb / 1000, need.seconds, need.outside,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from ..inventory.stand.sample import SamplePlot, as_searched, crs_of_plots, read
 from ..inventory.stand.treelist import measured_trees
 from ..terrain.dtm import Dtm, read_dtm
 from .missions import Target
-from .settings import PlanFlightSettings
+from .settings import PlanFlightSettings, StandNumberSettings
 from .stand import LEAF_SHADOW, REACH_M, StandNumbers, Trees, dressed_trees
 
 #: Leaf area index where nothing says more, and the tallest tree over the mean one.
@@ -136,22 +136,36 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     notes = []
     if dtm is None:
         notes.append("No terrain model was given: the ground is taken as level, check heights on site.")
-    canopy, trees, searched = None, None, None
+    canopy, trees, area = None, None, None
+    measured: dict[str, float] = {}
     ending = settings.stand.suffix.lower() if settings.stand else ""
-    if settings.stand and ending in _RASTERS:
-        canopy = canopy_of_raster(settings.stand, crs)
-    elif settings.stand and ending in _CLOUDS:
-        canopy = canopy_of_cloud(settings.stand, crs, dtm, centres, max(t.radius_m for t in targets))
+    if settings.stand and ending in (*_RASTERS, *_CLOUDS):
+        if ending in _RASTERS:
+            canopy = canopy_of_raster(settings.stand, crs)
+        else:
+            canopy = canopy_of_cloud(settings.stand, crs, dtm, centres, max(t.radius_m for t in targets))
+        measured = canopy.numbers()
     elif settings.stand:
         trees, searched = _mapped_trees(settings.stand, crs)
-    numbers = _numbers(plots, settings, canopy, trees, searched, notes)
+        measured = _numbers_of_trees(*trees, plots, searched, settings.stand.name, notes)
+        area = translate(searched, *-origin) if searched is not None else None
+    numbers = _numbers(settings, measured, notes)
     mapped = _trees_of_canopy(canopy, numbers, origin) if canopy is not None else None
     if trees is not None:
         xy, dbh_m, height = trees
         mapped = dressed_trees(xy - origin, dbh_m, numbers, height)
-    area = translate(searched, *-origin) if searched is not None else None
-    site = PlanSite(crs, origin, plots, targets, numbers, mapped, area, dtm, canopy, _datum(settings, dtm), notes)
-    _require_ground(site, settings)
+    datum = "level ground at the take-off"
+    if dtm is not None:
+        named = heights_named(dtm.crs) or heights_named(dtm.grid_crs) or "its datum is not named in the file"
+        datum = f"heights of {Path(str(settings.dtm)).name} ({named})"
+    site = PlanSite(crs, origin, plots, targets, numbers, mapped, area, dtm, canopy, datum, notes)
+    for target in targets:
+        if not site.known(np.vstack([target.centre, target.rim(30)])).all():
+            place = target.centre + origin
+            raise InputError(
+                f"{settings.dtm}: plot {target.plot_id} at {place[0]:.0f}, {place[1]:.0f} lies outside it or on a gap; "
+                "give a DTM that reaches 100 m beyond the plots, or correct the plot."
+            )
     return site
 
 
@@ -183,65 +197,42 @@ def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[tuple[np.ndarray, np.nda
     return (xy[placed], dbh[placed], table["height_m"].to_numpy(float)[placed]), searched_area(path, crs)
 
 
-def _numbers(
-    plots: list[SamplePlot], settings: PlanFlightSettings, canopy: Canopy | None, trees: tuple | None,
-    searched: BaseGeometry | None, notes: list[str],
-) -> StandNumbers:  # fmt: skip
-    """The stand's numbers: as given, else from what was measured."""
-    names = ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm", "tree_height_m", "crown_base_m")
-    found: dict[str, float | None] = {name: getattr(settings, name) for name in names}
-    if settings.leaf_area_index is not None:
-        found["leaf_area_index"] = settings.leaf_area_index
-    measured: dict[str, float] = {}
-    if trees is not None:
-        xy, dbh, height = trees
-        measured = {"dbh_mean_cm": 100 * float(dbh.mean()), "dbh_sd_cm": 100 * float(dbh.std())}
-        if searched is None or any(plot.outline is not None and plot.outline.intersects(searched) for plot in plots):
-            # The plan's plots may reach beyond those of the earlier visit, or be others.
-            known, _, said = as_searched(plots, searched, xy, Path(str(settings.stand)).name)
-            notes += said
-            inside = sum(int(plot.contains(xy[:, 0], xy[:, 1]).sum()) for plot in known)
-            if inside:
-                measured["stems_per_ha"] = inside / sum(plot.area_ha for plot in known)
-        if np.isfinite(height).any():
-            measured["tree_height_m"] = float(np.nanmean(height))
-    elif canopy is not None:
-        measured = canopy.numbers()
-    for name, value in measured.items():
-        found[name] = value if found.get(name) is None else found[name]
+def _numbers_of_trees(
+    xy: np.ndarray, dbh: np.ndarray, height: np.ndarray, plots: list[SamplePlot], searched: BaseGeometry | None,
+    name: str, notes: list[str],
+) -> dict[str, float]:  # fmt: skip
+    """What mapped trees say of the stand; what of them could not be used goes to the notes."""
+    measured = {"dbh_mean_cm": 100 * float(dbh.mean()), "dbh_sd_cm": 100 * float(dbh.std())}
+    if searched is None or any(plot.outline is not None and plot.outline.intersects(searched) for plot in plots):
+        # The plan's plots may reach beyond those of the earlier visit, or be others.
+        known, _, said = as_searched(plots, searched, xy, name)
+        notes += said
+        if inside := sum(int(plot.contains(xy[:, 0], xy[:, 1]).sum()) for plot in known):
+            measured["stems_per_ha"] = inside / sum(plot.area_ha for plot in known)
+    if np.isfinite(height).any():
+        measured["tree_height_m"] = float(np.nanmean(height))
+    return measured
+
+
+def _numbers(settings: PlanFlightSettings, measured: dict[str, float], notes: list[str]) -> StandNumbers:
+    """The stand's numbers: as given, else as measured."""
+    given = {each.name: getattr(settings, each.name) for each in fields(StandNumberSettings)}
+    found = {name: measured.get(name) if value is None else value for name, value in given.items()}
+    if found["leaf_area_index"] is None:
+        found["leaf_area_index"] = USUAL_LAI
+        notes.append(f"Leaf area index taken as {USUAL_LAI:g}: a LiDAR cloud or --leaf-area-index says more.")
     missing = [f"--{name.replace('_', '-')}" for name, value in found.items() if value is None]
     if missing:
         bare = "without --stand the stand has to be described by"
         given = f"{settings.stand} does not say" if settings.stand else bare
         raise InputError(f"{given} {', '.join(missing)}; give {'it' if len(missing) == 1 else 'them'}.")
-    if found["crown_base_m"] >= found["tree_height_m"]:  # type: ignore[operator]
+    if found["crown_base_m"] >= found["tree_height_m"]:
         raise InputError(
             f"--crown-base-m: found {found['crown_base_m']:g} m, expected below the trees' height "
             f"({found['tree_height_m']:.1f} m); correct one of them."
         )
-    if "leaf_area_index" not in found:
-        found["leaf_area_index"] = USUAL_LAI
-        notes.append(f"Leaf area index taken as {USUAL_LAI:g}: a LiDAR cloud or --leaf-area-index says more.")
-    made = {name: float(value) for name, value in found.items() if value is not None}
+    made = {name: float(value) for name, value in found.items()}
     return StandNumbers(height_m=made.pop("tree_height_m"), **made)
-
-
-def _datum(settings: PlanFlightSettings, dtm: Dtm | None) -> str:
-    if dtm is None:
-        return "level ground at the take-off"
-    named = heights_named(dtm.crs) or heights_named(dtm.grid_crs) or "its datum is not named in the file"
-    return f"heights of {Path(str(settings.dtm)).name} ({named})"
-
-
-def _require_ground(site: PlanSite, settings: PlanFlightSettings) -> None:
-    """Every plot lies on the terrain model."""
-    for target in site.targets:
-        if not site.known(np.vstack([target.centre, target.rim(30)])).all():
-            place = target.centre + site.origin
-            raise InputError(
-                f"{settings.dtm}: plot {target.plot_id} at {place[0]:.0f}, {place[1]:.0f} lies outside it or on a gap; "
-                "give a DTM that reaches 100 m beyond the plots, or correct the plot."
-            )
 
 
 #: Lower tops are shrubs; taller ones no trees, m.

@@ -93,12 +93,7 @@ class Trees:
 
     def take(self, index: np.ndarray) -> Trees:
         """Some of them."""
-        return Trees(*(getattr(self, name)[index] for name in Trees.__dataclass_fields__))
-
-    @staticmethod
-    def join(parts: list[Trees]) -> Trees:
-        """All of them."""
-        return Trees(*(np.concatenate([getattr(part, name) for part in parts]) for name in Trees.__dataclass_fields__))
+        return Trees(*(values[index] for values in vars(self).values()))
 
 
 def dressed_trees(
@@ -148,7 +143,8 @@ def about_plot(
         outside = np.hypot(*drawn.xy.T) > max(radius_m, float(np.hypot(*own.xy.T).max()))
     else:
         outside = ~contains_xy(mapped_area, *(drawn.xy + centre).T)
-    return Trees.join([own, drawn.take(outside)])
+    beside = drawn.take(outside)
+    return Trees(*map(np.concatenate, zip(vars(own).values(), vars(beside).values(), strict=True)))
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ stands: ``docs/evidence/planning.md``.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 
 import numba
 import numpy as np
 from scipy.stats import beta
 
+from ..core.files import read_json
 from .stand import CELL_M, Scene
 
 #: A view is clear with this share of the band showing, from no steeper than this (sine of the angle to the stem).
@@ -41,8 +41,7 @@ class ViewModel:
     @staticmethod
     def load() -> ViewModel:
         """The shipped constants (``docs/results/planning_views.json`` has the stands and commit)."""
-        found = json.loads((files(__package__) / "view_model.json").read_text(encoding="utf-8"))["model"]
-        return ViewModel(**found)
+        return ViewModel(**read_json(Path(__file__).with_name("view_model.json"))["model"])
 
     def clear_chance(self, shown: np.ndarray) -> np.ndarray:
         """Chance that a view is clear, from the mean share that shows (any shape, 0 to 1)."""
