@@ -19,7 +19,6 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     keep_all: bool = param(False, help="write every point (tree_id 0 = no stem), not only stem points")
     field_stems: Path | None = param(
         None,
-        kind="file",
         help="positions of known stems (point layer, or CSV with x, y, "
         "tree_id): they are looked for harder, and name what is found",
         suffixes=TREE_LAYERS,

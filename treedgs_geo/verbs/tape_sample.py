@@ -14,10 +14,9 @@ from ..inventory.options import Bearings
 class TapeSampleSettings(Bearings):
     """Options of ``tape-sample``."""
 
-    trees: Path = param(kind="file", help="measured trees: the tree layer", suffixes=TREE_LAYERS)
+    trees: Path = param(help="measured trees: the tree layer", suffixes=TREE_LAYERS)
     plots: Path | None = param(
         None,
-        kind="file",
         help="plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from "
         "the plot's centre; without: the trees that have a plot_id, or all",
         suffixes=PLOT_FILES,

@@ -15,7 +15,6 @@ class TerrainSettings(ClothSimulation):
     """Options of ``terrain``."""
 
     input: Path = param(
-        kind="file",
         help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
         suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
     )
