@@ -65,8 +65,6 @@ class CompareSettings:
     )
 
 
-run = run_by("inventory.change.run", "compare_dates")
-
 COMMAND = Command(
     name="compare",
     title="Compare two dates",
@@ -83,7 +81,7 @@ COMMAND = Command(
         "change.pdf and change.json."
     ),
     settings=CompareSettings,
-    run=run,
+    run=run_by("inventory.change.run", "compare_dates"),
     main=("before", "after", "years", "plots", "min_dbh_cm", "output"),
     example="treedgs compare --before 2024/trees.gpkg --after 2029/trees.gpkg --years 5 --plots flight/plots.csv "
     "--output change",

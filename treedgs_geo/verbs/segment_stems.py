@@ -34,8 +34,6 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     )
 
 
-run = run_by("run.cloud_steps", "run_segment_stems")
-
 COMMAND = Command(
     name="segment-stems",
     title="Find stems in a point cloud",
@@ -53,7 +51,7 @@ COMMAND = Command(
         "be another's), refused or missing, with the reason."
     ),
     settings=SegmentStemsSettings,
-    run=run,
+    run=run_by("run.cloud_steps", "run_segment_stems"),
     main=("input", "dtm", "crs", "output", "keep_all", "field_stems"),
     example="treedgs segment-stems --input flight/lidar/flight_uls.laz --dtm dtm.tif --output stems.laz",
     outputs={

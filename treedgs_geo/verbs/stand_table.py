@@ -120,8 +120,6 @@ class StandTableSettings(FieldProtocol):
     )
 
 
-run = run_by("inventory.stand.run", "make_report")
-
 COMMAND = Command(
     name="stand-table",
     title="Stand table and report",
@@ -140,7 +138,7 @@ COMMAND = Command(
         "Vegetation Simulator), all with the same numbers. Result figures are metric."
     ),
     settings=StandTableSettings,
-    run=run,
+    run=run_by("inventory.stand.run", "make_report"),
     main=("trees", "plots", "species", "pairs", "field", "boundary", "taped", "units", "min_dbh_cm", "output"),
     example="treedgs stand-table --trees trees.gpkg --plots flight/plots.csv --species PITA --output stand",
     outputs={

@@ -29,8 +29,6 @@ class TapeCheckSettings:
     )
 
 
-run = run_by("inventory.taping.check", "check_tape_table")
-
 COMMAND = Command(
     name="tape-check",
     title="Check diameters against tapes",
@@ -45,7 +43,7 @@ COMMAND = Command(
         "refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table."
     ),
     settings=TapeCheckSettings,
-    run=run,
+    run=run_by("inventory.taping.check", "check_tape_table"),
     main=("trees", "taped", "plots", "output"),
     example="treedgs tape-check --trees trees.gpkg --taped tapes/tapes.csv --plots flight/plots.csv "
     "--output tape_check",

@@ -32,8 +32,6 @@ class TapeSampleSettings(Bearings):
     )
 
 
-run = run_by("inventory.taping.sample", "sample_tapes")
-
 COMMAND = Command(
     name="tape-sample",
     title="Choose trees to tape",
@@ -49,7 +47,7 @@ COMMAND = Command(
         "filled in already is not written over."
     ),
     settings=TapeSampleSettings,
-    run=run,
+    run=run_by("inventory.taping.sample", "sample_tapes"),
     main=("trees", "plots", "n", "output"),
     example="treedgs tape-sample --trees trees.gpkg --plots flight/plots.csv --n 5 --output tapes",
     outputs={
