@@ -260,13 +260,14 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
 
 
 class Predictor(NamedTuple):
-    """What may speak against a diameter from photos without deciding anything by itself."""
+    """What may speak against a diameter from photos without deciding anything by itself.
 
-    #: Key of :data:`.reasons.REASONS`.
+    reason: key of :data:`.reasons.REASONS`. measured: in words, 0 where nothing speaks against the stem. weight: what a
+    unit of it adds to the log odds that the diameter is not the stem's.
+    """
+
     reason: str
-    #: What it is, in words; 0 where nothing speaks against the stem.
     measured: str
-    #: What a unit of it adds to the log odds that the diameter is not the stem's.
     weight: float
 
 
