@@ -13,110 +13,80 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .api import Result, measure_cloud, measure_photos
-    from .core.errors import TreeDGSError, TreeDGSWarning
-    from .core.progress import Reporter
-    from .geotags.reading import read_stations
-    from .geotags.stations import Stations
-    from .inventory.charts import draw_diameters, draw_heights, draw_intervals, draw_map, draw_scatter, draw_stem
-    from .inventory.review.apply import review_trees
-    from .inventory.reviewed import reviewed
-    from .inventory.tree_layer import tree_table, write_trees
-    from .inventory.tree_reading import read_trees
-    from .pointcloud.cloud import PointCloud
-    from .pointcloud.files import read_cloud, write_cloud
-    from .run.finished import FinishedRun, open
-    from .stems.geometry.circles import fit_circle
-    from .stems.quality.reasons import explain
-    from .stems.quality.tree import Tree
-    from .terrain.dtm import Dtm, read_dtm
+    from .api import Result as Result
+    from .api import measure_cloud as measure_cloud
+    from .api import measure_photos as measure_photos
+    from .core.errors import TreeDGSError as TreeDGSError
+    from .core.errors import TreeDGSWarning as TreeDGSWarning
+    from .core.progress import Reporter as Reporter
+    from .geotags.reading import read_stations as read_stations
+    from .geotags.stations import Stations as Stations
+    from .inventory.charts import draw_diameters as draw_diameters
+    from .inventory.charts import draw_heights as draw_heights
+    from .inventory.charts import draw_intervals as draw_intervals
+    from .inventory.charts import draw_map as draw_map
+    from .inventory.charts import draw_scatter as draw_scatter
+    from .inventory.charts import draw_stem as draw_stem
+    from .inventory.review.apply import review_trees as review_trees
+    from .inventory.reviewed import reviewed as reviewed
+    from .inventory.tree_layer import tree_table as tree_table
+    from .inventory.tree_layer import write_trees as write_trees
+    from .inventory.tree_reading import read_trees as read_trees
+    from .pointcloud.cloud import PointCloud as PointCloud
+    from .pointcloud.files import read_cloud as read_cloud
+    from .pointcloud.files import write_cloud as write_cloud
+    from .run.finished import FinishedRun as FinishedRun
+    from .run.finished import open as open
+    from .stems.geometry.circles import fit_circle as fit_circle
+    from .stems.quality.reasons import explain as explain
+    from .stems.quality.tree import Tree as Tree
+    from .terrain.dtm import Dtm as Dtm
+    from .terrain.dtm import read_dtm as read_dtm
 
 __version__ = "1.0.0"
 
 #: Function -> verb, in the order of the work; a room has the plain name of two. ``photos-to-dbh`` and
 #: ``pointcloud-to-dbh`` are measure_photos and measure_cloud.
 _VERBS = {
-    "plan_flight": "plan-flight",
-    "measure_campaign": "campaign",
-    "geotag": "geotag",
-    "reconstruct": "reconstruct",
-    "model_terrain": "terrain",
-    "fit_gaussians": "fit-gaussians",
-    "sample_surface": "sample-surface",
-    "segment_stems": "segment-stems",
-    "measure_dbh": "measure-dbh",
-    "review": "review",
-    "match_plots": "match-plots",
-    "evaluate": "evaluate",
-    "tape_sample": "tape-sample",
-    "tape_check": "tape-check",
-    "trial": "trial",
-    "stand_table": "stand-table",
-    "compare": "compare",
-    "benchmark": "benchmark",
-    "simulate_plot": "simulate-plot",
-    "doctor": "doctor",
-}
-_CHARTS = ("draw_map", "draw_diameters", "draw_scatter", "draw_intervals", "draw_stem", "draw_heights")
+    name: name.replace("_", "-")
+    for name in (
+        "plan_flight", "measure_campaign", "geotag", "reconstruct", "model_terrain", "fit_gaussians", "sample_surface",
+        "segment_stems", "measure_dbh", "review", "match_plots", "evaluate", "tape_sample", "tape_check", "trial",
+        "stand_table", "compare", "benchmark", "simulate_plot", "doctor",
+    )
+} | {"measure_campaign": "campaign", "model_terrain": "terrain"}  # fmt: skip
 #: Name -> module that has it.
 _HOMES = {
-    "Result": "api",
-    "measure_photos": "api",
-    "measure_cloud": "api",
-    "read_stations": "geotags.reading",
-    "Stations": "geotags.stations",
-    "read_cloud": "pointcloud.files",
-    "write_cloud": "pointcloud.files",
-    "PointCloud": "pointcloud.cloud",
-    "read_dtm": "terrain.dtm",
-    "Dtm": "terrain.dtm",
-    "fit_circle": "stems.geometry.circles",
-    "FinishedRun": "run.finished",
-    "open": "run.finished",
-    "Tree": "stems.quality.tree",
-    "explain": "stems.quality.reasons",
-    "read_trees": "inventory.tree_reading",
-    "write_trees": "inventory.tree_layer",
-    "tree_table": "inventory.tree_layer",
-    "reviewed": "inventory.reviewed",
-    "review_trees": "inventory.review.apply",
-    **dict.fromkeys(_CHARTS, "inventory.charts"),
-    "Reporter": "core.progress",
-    "TreeDGSError": "core.errors",
-    "TreeDGSWarning": "core.errors",
+    name: module
+    for module, names in {
+        "api": ("Result", "measure_photos", "measure_cloud"),
+        "geotags.reading": ("read_stations",),
+        "geotags.stations": ("Stations",),
+        "pointcloud.files": ("read_cloud", "write_cloud"),
+        "pointcloud.cloud": ("PointCloud",),
+        "terrain.dtm": ("read_dtm", "Dtm"),
+        "stems.geometry.circles": ("fit_circle",),
+        "run.finished": ("FinishedRun", "open"),
+        "stems.quality.tree": ("Tree",),
+        "stems.quality.reasons": ("explain",),
+        "inventory.tree_reading": ("read_trees",),
+        "inventory.tree_layer": ("write_trees", "tree_table"),
+        "inventory.reviewed": ("reviewed",),
+        "inventory.review.apply": ("review_trees",),
+        "inventory.charts": (
+            "draw_map",
+            "draw_diameters",
+            "draw_scatter",
+            "draw_intervals",
+            "draw_stem",
+            "draw_heights",
+        ),
+        "core.progress": ("Reporter",),
+        "core.errors": ("TreeDGSError", "TreeDGSWarning"),
+    }.items()
+    for name in names
 }
-__all__ = [
-    "Dtm",
-    "FinishedRun",
-    "PointCloud",
-    "Reporter",
-    "Result",
-    "Stations",
-    "Tree",
-    "TreeDGSError",
-    "TreeDGSWarning",
-    "draw_diameters",
-    "draw_heights",
-    "draw_intervals",
-    "draw_map",
-    "draw_scatter",
-    "draw_stem",
-    "explain",
-    "fit_circle",
-    "measure_cloud",
-    "measure_photos",
-    "open",
-    "read_cloud",
-    "read_dtm",
-    "read_stations",
-    "read_trees",
-    "review_trees",
-    "reviewed",
-    "tree_table",
-    "write_cloud",
-    "write_trees",
-]
-__all__.extend(_VERBS)
+__all__ = [*_HOMES, *_VERBS]
 
 
 def __getattr__(name: str) -> "Any":

@@ -204,13 +204,12 @@ class Result(dict[str, Any]):
         from .inventory.tree_layer import LAYER, OWN_LAYERS
 
         shown = pd.Series({name: value for name, value in self.items() if isinstance(value, str | int | float | Path)})
-        layers = [path for path in self.values() if isinstance(path, Path) and path.is_file()]
-        tables = [
-            (path, table) for path in layers if (table := read_if_there(path, LAYER, OWN_LAYERS[LAYER])) is not None
-        ]
-        return "".join(
-            [shown.to_frame("").to_html(border=0, header=False), *(trees_html(str(p), t) for p, t in tables[:1])]
-        )
+        html = shown.to_frame("").to_html(border=0, header=False)
+        for path in self.values():
+            table = read_if_there(path, LAYER, OWN_LAYERS[LAYER]) if isinstance(path, Path) and path.is_file() else None
+            if table is not None:
+                return html + trees_html(str(path), table)
+        return html
 
 
 def verb_function(verb: str) -> Callable[..., Result]:

@@ -15,10 +15,11 @@ import pytest
 from shapely.geometry import box
 
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.inventory.stand.run import make_report as run
 from treedgs_geo.inventory.stand.run import read_stand
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
-from treedgs_geo.verbs.stand_table import StandTableSettings, run
+from treedgs_geo.verbs.stand_table import StandTableSettings
 
 CRS = pyproj.CRS.from_epsg(6344)
 EAST, NORTH = 611300.0, 3718400.0

@@ -12,12 +12,13 @@ import shapely
 from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.change.growth import SharedErrors, Slopes, change_per_area, few_events, tree_growth
+from treedgs_geo.inventory.change.run import compare_dates as run
 from treedgs_geo.inventory.searched import SEARCHED, searched_table
 from treedgs_geo.inventory.stand.estimate import Design, Estimate
 from treedgs_geo.inventory.stand.values import BA
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
-from treedgs_geo.verbs.compare import CompareSettings, run
+from treedgs_geo.verbs.compare import CompareSettings
 
 YEARS = 5.0
 CENTRES = {"A": (30.0, 30.0), "B <b>": (75.0, 35.0), "C": (50.0, 80.0)}

@@ -14,13 +14,13 @@ from treedgs_geo.campaign.layer import write_layer
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.searched import SEARCHED, read_searched, searched_area, searched_table
+from treedgs_geo.inventory.taping.sample import sample_tapes as sample
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.planning.settings import PlanFlightSettings
 from treedgs_geo.planning.site import read_site
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.verbs.tape_sample import TapeSampleSettings
-from treedgs_geo.verbs.tape_sample import run as sample
 
 R = 10.0
 CENTRES = [(20.0, 20.0), (80.0, 20.0), (20.0, 80.0), (80.0, 80.0)]

@@ -10,12 +10,13 @@ import pytest
 from tests.inventory.stand_helpers import Ears, make_survey
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.reviewed import TAPE_SE_CM
+from treedgs_geo.inventory.stand.run import make_report as run
 from treedgs_geo.inventory.stand.run import read_stand
 from treedgs_geo.inventory.stand.tables import species_class_table, trees_table
 from treedgs_geo.inventory.stand.values import BA
-from treedgs_geo.verbs.stand_table import StandTableSettings, run
+from treedgs_geo.inventory.taping.sample import sample_tapes as sample
+from treedgs_geo.verbs.stand_table import StandTableSettings
 from treedgs_geo.verbs.tape_sample import TapeSampleSettings
-from treedgs_geo.verbs.tape_sample import run as sample
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears, make_survey
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.double_sampling.tapes import read_taped
 from treedgs_geo.inventory.stand.run import read_stand
+from treedgs_geo.inventory.taping.check import check_tape_table as check
+from treedgs_geo.inventory.taping.sample import sample_tapes as sample
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.stems.quality.tree import Tree
 from treedgs_geo.verbs.stand_table import StandTableSettings
 from treedgs_geo.verbs.tape_check import TapeCheckSettings
-from treedgs_geo.verbs.tape_check import run as check
 from treedgs_geo.verbs.tape_sample import TapeSampleSettings
-from treedgs_geo.verbs.tape_sample import run as sample
 
 
 @pytest.fixture(scope="module")

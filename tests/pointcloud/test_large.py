@@ -13,13 +13,13 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
+from treedgs_geo.run.cloud_steps import run_segment_stems as segment
+from treedgs_geo.run.cloud_steps import run_terrain as terrain
 from treedgs_geo.terrain import thinned
 from treedgs_geo.terrain.dtm import read_dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud
 from treedgs_geo.verbs.segment_stems import SegmentStemsSettings
-from treedgs_geo.verbs.segment_stems import run as segment
 from treedgs_geo.verbs.terrain import TerrainSettings
-from treedgs_geo.verbs.terrain import run as terrain
 
 UTM = pyproj.CRS.from_epsg(32615)
 

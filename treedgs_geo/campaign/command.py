@@ -15,7 +15,6 @@ class CampaignSettings:
     """Options of ``campaign``."""
 
     manifest: Path = param(
-        kind="file",
         help="CSV with one row a plot: plot_id, photos (folder) or cloud (file), and where wanted geotags, dtm, crs, "
         "plots, field and any setting of the verb by its name; paths count from the table's folder",
         suffixes=(".csv", ".txt", ".tsv"),

@@ -23,7 +23,7 @@ KINDS = (
     "record",
 )  # fmt: skip
 #: Type of a field -> kind.
-_KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text"}
+_KIND_OF = {"int": "integer", "float": "number", "bool": "flag", "str": "text", "Path": "file"}
 #: What a flag may be written as.
 _FLAGS = {**dict.fromkeys(("1", "true", "yes", "on"), True), **dict.fromkeys(("0", "false", "no", "off"), False)}
 
@@ -40,13 +40,13 @@ CLOUD_OUTPUTS = ("laz", "las", "ply")
 class Param:
     """Everything that one parameter needs besides name and default.
 
-    kind: one of :data:`KINDS` (``files`` = a folder or a file); of numbers, flags, choices and texts the field's type
-    says it. unit: shown in help, part of the name where one exists. suffixes: expected file endings, for file dialogs;
-    outputs have to have one. minimum/maximum: inclusive limits, checked in every face. dialog: shown in QGIS at all;
-    else of the command line, job files and the library only. holds: of an output folder, the files that may be written
-    into it; with none the whole folder is made anew. known_by: the file by which such a folder is known as ours. code:
-    what the value names is run, so that no table may give it. record: of kind ``record``, the settings class whose
-    fields are given together, as ``KEY=VALUE,KEY=VALUE``; a key alone is a flag that is on.
+    kind: one of :data:`KINDS` (``files`` = a folder or a file); of numbers, flags, choices, texts and input files the
+    field's type says it. unit: shown in help, part of the name where one exists. suffixes: expected file endings, for
+    file dialogs; outputs have to have one. minimum/maximum: inclusive limits, checked in every face. dialog: shown in
+    QGIS at all; else of the command line, job files and the library only. holds: of an output folder, the files that
+    may be written into it; with none the whole folder is made anew. known_by: the file by which such a folder is known
+    as ours. code: what the value names is run, so that no table may give it. record: of kind ``record``, the settings
+    class whose fields are given together, as ``KEY=VALUE,KEY=VALUE``; a key alone is a flag that is on.
     """
 
     kind: str

@@ -61,19 +61,16 @@ class PlanFlightSettings(FlyingSettings, StandNumberSettings):
     """Settings of ``plan-flight``."""
 
     plots: Path = param(
-        kind="file",
-        help="plots to photograph: CSV as for stand-table, or polygons",
-        suffixes=(*TABLES, "gpkg", "shp", "geojson"),
+        help="plots to photograph: CSV as for stand-table, or polygons", suffixes=(*TABLES, "gpkg", "shp", "geojson")
     )
     crs: str | None = param(
         None, kind="crs", help="CRS of the plan, in metres; default: that of the DTM, or of the plots"
     )
     dtm: Path | None = param(
-        None, kind="file", help="terrain model; without one the ground is taken as level", suffixes=("tif", "tiff")
+        None, help="terrain model; without one the ground is taken as level", suffixes=("tif", "tiff")
     )
     stand: Path | None = param(
         None,
-        kind="file",
         help="what stands there: canopy height model (GeoTIFF), LiDAR cloud, or tree layer of an earlier visit; "
         "what it does not say comes from the numbers below",
         suffixes=("tif", "tiff", "las", "laz", "gpkg", "shp", "geojson", "csv"),

@@ -28,7 +28,6 @@ from ..pointcloud.file_crs import LOCAL_CRS
 from ..pointcloud.survey import Extent
 from ..stems.cloud.estimate.cloud import measure_cloud, point_weights
 from ..stems.cloud.estimate.foot import with_ground
-from ..stems.cloud.estimate.options import MeasureOptions
 from ..stems.cloud.estimate.rounding import with_rounding
 from ..stems.cloud.estimate.sections import stem_sections
 from ..stems.quality.odd_heights import mark_odd_heights
@@ -195,10 +194,6 @@ def _within(plot: Plot, xyz: np.ndarray, margin_m: float) -> np.ndarray:
     return np.hypot(xyz[:, 0] - plot.x, xyz[:, 1] - plot.y) <= plot.radius_m + margin_m
 
 
-def _check_weights(job: CloudJob) -> None:
-    point_weights(job.cloud, job.settings.weights)
-
-
 def _ground_cost(job: CloudJob, findings: Findings) -> Cost:
     """Find the ground as the run does."""
     try:
@@ -220,16 +215,6 @@ GROUND = Stage("ground", 0.15, _ground)
 # --- stems ------------------------------------------------------------------------------------------------------------
 
 
-def find_and_measure(
-    cloud: PointCloud, ground: CloudGround, plots: list[Plot], options: MeasureOptions, reporter: Reporter
-) -> tuple[list[Tree], np.ndarray]:
-    """``(trees, (N,) tree_id)`` of a checked cloud over its ground; only trees of the plots, where there are any."""
-    trees, tree_id = measure_cloud(cloud, ground.dtm, options, reporter)
-    if plots:
-        trees, tree_id = _trees_in_plots(trees, tree_id, plots, reporter)
-    return with_remarks(with_ground(trees, ground, cloud.xyz), cloud, ground, reporter), tree_id
-
-
 def with_remarks(trees: list[Tree], cloud: PointCloud, ground: CloudGround, reporter: Reporter) -> list[Tree]:
     """The trees with what the cloud as a whole says of them: rounded coordinates, odd heights, stems seen twice."""
     trees = with_rounding(trees, cloud.xyz, reporter)
@@ -239,24 +224,22 @@ def with_remarks(trees: list[Tree], cloud: PointCloud, ground: CloudGround, repo
     return trees
 
 
-def _trees_in_plots(
-    trees: list[Tree], tree_id: np.ndarray, plots: list[Plot], reporter: Reporter
-) -> tuple[list[Tree], np.ndarray]:
-    """Trees that stand in a plot at breast height, with its id; the others' points lose their tree_id."""
-    for tree in trees:
-        tree.plot_id = plot_of(plots, tree.x, tree.y)
-    inside = [tree for tree in trees if tree.plot_id is not None]
-    if len(inside) < len(trees):
-        reporter.info(f"{len(trees) - len(inside)} stems stand outside the plots and are left out.")
-    if trees and not inside:
-        reporter.warn("All stems found stand outside the plots; check the plot centres.")
-    return inside, np.where(np.isin(tree_id, [tree.tree_id for tree in inside]), tree_id, 0)
-
-
 def _stems(job: CloudJob, reporter: Reporter) -> None:
-    job.trees, job.tree_id = find_and_measure(job.cloud, job.ground, job.plots, job.settings, reporter)
-    name_run(job.settings, job.trees)
-    job.sections = stem_sections(job.cloud.xyz, job.tree_id, job.trees)
+    cloud, ground, plots = job.cloud, job.ground, job.plots
+    trees, tree_id = measure_cloud(cloud, ground.dtm, job.settings, reporter)
+    if plots:
+        for tree in trees:
+            tree.plot_id = plot_of(plots, tree.x, tree.y)
+        inside = [tree for tree in trees if tree.plot_id is not None]
+        if len(inside) < len(trees):
+            reporter.info(f"{len(trees) - len(inside)} stems stand outside the plots and are left out.")
+        if trees and not inside:
+            reporter.warn("All stems found stand outside the plots; check the plot centres.")
+        trees, tree_id = inside, np.where(np.isin(tree_id, [tree.tree_id for tree in inside]), tree_id, 0)
+    job.trees = with_remarks(with_ground(trees, ground, cloud.xyz), cloud, ground, reporter)
+    job.tree_id = tree_id
+    name_run(job)
+    job.sections = stem_sections(cloud.xyz, tree_id, job.trees)
 
 
 STEMS = Stage("stems", 0.65, _stems)
@@ -265,14 +248,7 @@ STEMS = Stage("stems", 0.65, _stems)
 # --- sheets, write ----------------------------------------------------------------------------------------------------
 
 
-def _sheets(job: CloudJob, reporter: Reporter) -> None:
-    asked = job.settings
-    job.sheets = make_cloud_sheets(
-        asked.sheets, asked.output, job.cloud.xyz, job.tree_id, job.trees, job.sections, reporter
-    )
-
-
-SHEETS = Stage("sheets", 0.04, _sheets)
+SHEETS = Stage("sheets", 0.04, make_cloud_sheets)
 
 
 def _write(job: CloudJob, reporter: Reporter) -> None:
@@ -294,7 +270,7 @@ WRITE = Stage("write", 0.01, _write)
 
 STAGES = (
     replace(READ, checks=(_check_outputs,), cost=_read_cost),
-    replace(GROUND, checks=(find_plots, _check_weights), cost=_ground_cost),
+    replace(GROUND, checks=(find_plots, lambda job: point_weights(job.cloud, job.settings.weights)), cost=_ground_cost),
     STEMS,
     SHEETS,
     WRITE,

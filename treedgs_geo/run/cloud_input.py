@@ -197,8 +197,6 @@ def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
     return {
         "n_trees": len(trees),
         "n_measured": len(measured),
-        "n_ok": flags["ok"],
-        "n_check": flags["check"],
-        "n_reject": flags["reject"],
+        **{f"n_{flag}": count for flag, count in flags.items()},
         "mean_dbh_cm": round(mean, 2) if mean is not None else None,
     }

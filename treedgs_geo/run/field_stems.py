@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from ..core import workspace as names
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.progress import Reporter
 from ..core.shown import count_of
@@ -20,25 +18,6 @@ from ..stems.quality.tree import Tree
 from .context import PhotoJob, Site
 
 COLUMNS = ("field_id", "answer", "tree_id", "gap_m", "dbh_cm", "qc_flag", "qc_reason")
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Of one field stem. answer: ``measured`` or ``refused`` (both have a tree), ``merged`` (a tree that another field
-    stem is stands there) or ``outside`` (not in the measured plots). gap_m: to the tree."""
-
-    name: str
-    answer: str
-    tree: Tree | None = None
-    gap_m: float = 0.0
-
-    def row(self) -> list[Any]:
-        """Of ``COLUMNS``, ready for a CSV."""
-        tree = self.tree
-        if tree is None:
-            return [self.name, self.answer, "", "", "", "", "merged" if self.answer == "merged" else ""]
-        dbh = "" if tree.dbh_cm is None else f"{tree.dbh_cm:.2f}"
-        return [self.name, self.answer, tree.tree_id, f"{self.gap_m:.2f}", dbh, tree.qc_flag, tree.qc_reason]
 
 
 def field_stems(job: PhotoJob) -> FieldStems | None:
@@ -53,42 +32,37 @@ def given_stems(xy: np.ndarray, site: Site, reach_m: float) -> GivenStems:
     return GivenStems(site.frame.to_local(raised)[:, :2], reach_m)
 
 
-def answers_of(
-    field: FieldStems, given: GivenStems, site: Site, fits: list[PhotoFit], trees: list[Tree], margin_m: float
-) -> list[Answer]:
-    """What became of each. fits: of the run; ``trees``: theirs. margin_m: how far beyond the plots was searched."""
-    inside = site.area.contains(given.xy, margin_m)
-    of_fit = {tree.tree_id: tree for tree in trees}
-    answers = []
+def answer_field_stems(
+    job: PhotoJob, field: FieldStems, given: GivenStems, fits: list[PhotoFit], trees: list[Tree], reporter: Reporter
+) -> dict[str, int]:
+    """Say what became of the field stems, and write ``field_stems.csv`` in the workspace; how many have which answer.
+
+    The answers: ``measured`` or ``refused`` (both have a tree), ``merged`` (a tree that another field stem is stands
+    there) or ``outside`` (not in the measured plots). fits: of the run; trees: theirs.
+    """
+    asked, inside = job.settings.field_stems, job.place.area.contains(given.xy, job.preset.stems.margin_m)
+    of_fit, rows = {tree.tree_id: tree for tree in trees}, []
     for k, (name, partner) in enumerate(zip(field.names, partners(given, fits), strict=True)):
         if partner is None:
-            answers.append(Answer(name, "merged" if inside[k] else "outside"))
+            rows.append([name, "merged" if inside[k] else "outside", "", "", "", "", "merged" if inside[k] else ""])
             continue
-        tree, gap = of_fit[partner + 1], float(np.hypot(*(fits[partner].axis.p - given.xy[k])))
-        answers.append(Answer(name, "refused" if tree.dbh_cm is None else "measured", tree, gap))
-    return answers
-
-
-def report_answers(answers: list[Answer], path: Path | None, reporter: Reporter) -> dict[str, int]:
-    """Say what became of the field stems in ``path``; returns how many have which answer."""
-    counts, stems = Counter(answer.answer for answer in answers), count_of(len(answers), "field stem")
+        tree, gap_m = of_fit[partner + 1], float(np.hypot(*(fits[partner].axis.p - given.xy[k])))
+        answer, dbh = ("refused", "") if tree.dbh_cm is None else ("measured", f"{tree.dbh_cm:.2f}")
+        rows.append([name, answer, tree.tree_id, f"{gap_m:.2f}", dbh, tree.qc_flag, tree.qc_reason])
+    table = pd.DataFrame(rows, columns=list(COLUMNS), dtype=object)
+    write_csv(job.path(names.FIELD_STEMS), table, lineterminator="\n")
+    counts, stems = Counter(row[1] for row in rows), count_of(len(rows), "field stem")
     said = [f"{counts['measured']} measured"]
     if counts["refused"]:
         said.append(f"{counts['refused']} refused, each with its reason in the layer")
     if counts["merged"]:
         said.append(f"{counts['merged']} at a tree that is another field stem's")
-    reporter.info(f"{path}: {stems}: {', '.join(said)}.")
-    outside = [" ".join(answer.name.split()) for answer in answers if answer.answer == "outside"]
+    reporter.info(f"{asked}: {stems}: {', '.join(said)}.")
+    outside = [" ".join(row[0].split()) for row in rows if row[1] == "outside"]
     if outside:
         reporter.warn(
-            f"{path}: {len(outside)} of {stems} lie outside the measured plots and are not looked for: "
+            f"{asked}: {len(outside)} of {stems} lie outside the measured plots and are not looked for: "
             f"{', '.join(outside[:10])}{', …' if len(outside) > 10 else ''}; check their coordinates, CRS and the "
             "plots."
         )
     return {word: counts[word] for word in ("measured", "refused", "merged", "outside")}
-
-
-def write_answers(path: Path, answers: list[Answer]) -> None:
-    """``field_stems.csv`` in the workspace."""
-    rows = [answer.row() for answer in answers]
-    write_csv(path, pd.DataFrame(rows, columns=list(COLUMNS), dtype=object), lineterminator="\n")

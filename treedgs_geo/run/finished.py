@@ -46,7 +46,7 @@ class FinishedRun:
     def _repr_html_(self) -> str:
         from ..inventory.charts import trees_html
 
-        return trees_html(str(self.folder), self.trees, self.searched) if self._file(names.TREES).exists() else ""
+        return trees_html(str(self.folder), self.trees, self.searched) if self._space.path(names.TREES).exists() else ""
 
     @cached_property
     def stages(self) -> pd.DataFrame:
@@ -115,7 +115,7 @@ class FinishedRun:
         from ..inventory.evidence.files import written_sheets
 
         runs = self.trees["run_id"].dropna()
-        return dict(sorted(written_sheets(self._file(names.SHEETS), runs.iloc[0] if len(runs) else "").items()))
+        return dict(sorted(written_sheets(self._space.path(names.SHEETS), runs.iloc[0] if len(runs) else "").items()))
 
     @cached_property
     def _views(self) -> tuple[LocalFrame, list[View]]:
@@ -123,13 +123,10 @@ class FinishedRun:
 
         self._there(f"{names.SFM}/frame.json")
         paths = {} if self._photos else dict(zip(self.stations["name"], map(Path, self.stations["path"]), strict=True))
-        return load_views(self._file(names.SFM), self._photos or self.folder, paths)
-
-    def _file(self, name: str) -> Path:
-        return self._space.path(name)
+        return load_views(self._space.path(names.SFM), self._photos or self.folder, paths)
 
     def _there(self, name: str) -> Path:
-        path = self._file(name)
+        path = self._space.path(name)
         if not path.exists():
             raise InputError(f"{path}: is not there, the run did not come so far; start photos-to-dbh again to go on.")
         return path

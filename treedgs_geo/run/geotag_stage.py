@@ -93,8 +93,9 @@ def photo_files(space: Workspace, folder: Path, photos: list[Path], reporter: Re
         InputError: a photo that cannot be read.
     """
     files = {path.relative_to(folder).as_posix(): path for path in photos}
-    kept = _recorded(space)
-    if not kept or kept.keys() == files.keys() or len(kept) != len(files):
+    settings = (space.record["stages"].get("geotag") or {}).get("settings")
+    kept = settings.get("photos") if isinstance(settings, dict) else None  # name -> SHA-256
+    if not isinstance(kept, dict) or kept.keys() == files.keys() or len(kept) != len(files):
         return files
     called = {content: name for name, content in kept.items()}
     found = {called.get(content, ""): path for path, content in zip(photos, content_hashes(photos), strict=True)}
@@ -115,13 +116,6 @@ def views_of(space: Workspace, folder: Path, reporter: Reporter) -> tuple[LocalF
         InputError: no reconstruction, or photos of it that are not there.
     """
     return load_views(space.path(names.SFM), folder, photo_files(space, folder, list_photos(folder), reporter))
-
-
-def _recorded(space: Workspace) -> dict[str, str]:
-    """Name -> SHA-256 of the photos of the workspace's last run; empty where it says none."""
-    settings = (space.record["stages"].get("geotag") or {}).get("settings")
-    photos = settings.get("photos") if isinstance(settings, dict) else None
-    return photos if isinstance(photos, dict) else {}
 
 
 def _geotag_key(job: PhotoJob) -> Key:

@@ -98,9 +98,11 @@ def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
             another run.
     """
     had = _run_settings(settings.workspace)
-    if settings.crs is None or _same_crs(settings.crs, had.get("crs")):
-        # Written as the run had it, so that its stages are known again.
-        settings = replace(settings, crs=had.get("crs"))
+    crs, read = had.get("crs"), pyproj.CRS.from_user_input
+    with suppress(pyproj.exceptions.CRSError):
+        if settings.crs is None or read(settings.crs) == read(crs):
+            # Written as the run had it, so that its stages are known again.
+            settings = replace(settings, crs=crs)
     job = job_of(settings, reporter)
     check(GEOTAG, job)
     with held(job, TREES, only_kept=True):
@@ -133,12 +135,6 @@ def _run_settings(folder: Path) -> dict[str, Any]:
             "or give the workspace of that run."
         )
     return had
-
-
-def _same_crs(one: str, other: object) -> bool:
-    with suppress(pyproj.exceptions.CRSError):
-        return bool(pyproj.CRS.from_user_input(one) == pyproj.CRS.from_user_input(other))
-    return False
 
 
 def _refuse_other_settings(settings: PhotosToDbhSettings, had: dict[str, Any]) -> None:
@@ -283,7 +279,12 @@ def _fit(points: list[_Point], job: PhotoJob, rows: list[Held], gone: list[Tree]
         )
     given = given_stems(np.array([point.xy for point in points]), site, job.settings.field_error_m)
     options = job.preset.stems
-    known = _counting(job, [row for row in rows if all(row is not point.row for point in points)])
+    # The edges of stems whose trees the layer holds and counts are not another stem's.
+    asked = [point.row for point in points]
+    counting = {
+        row.tree_id for row in rows if row.of_run and not row.set_aside and all(row is not own for own in asked)
+    }
+    known = [fit for number, fit in fits_by_id(job.space).fits.items() if number in counting]
     found = fits_again(site.views, site.ground, site.area, options, kept.looks, given, known, reporter)
     for point, fit in zip(points, found, strict=True):
         if fit is None:
@@ -339,12 +340,6 @@ def _add_heights(points: list[_Point], job: PhotoJob, reporter: Reporter) -> Non
     for number, point in new.items():
         if point.tree is not None:
             point.tree = replace(point.tree, **found.get(str(number), {}))
-
-
-def _counting(job: PhotoJob, rows: list[Held]) -> list[PhotoFit]:
-    """Fits whose trees the layer holds and counts: their edges are not another stem's."""
-    counting = {row.tree_id for row in rows if row.of_run and not row.set_aside}
-    return [fit for number, fit in fits_by_id(job.space).fits.items() if number in counting]
 
 
 def _with_points(before: KeptGiven, points: list[_Point]) -> KeptGiven:

@@ -60,21 +60,14 @@ def _check_cover(job: PhotoJob) -> None:
         require_coverage(job.given, where, str(job.settings.dtm))
 
 
-def _area(job: PhotoJob) -> Area:
-    """Where to look for stems, local; ``job.nothing``: why nowhere, if so."""
-    views = job.block.views
-    area = area_of(job.block.frame, views, job.block.points, job.plots)
-    oblique = [view for view in views if view.nadir_angle_deg > OBLIQUE_DEG]
-    if len(oblique) < MIN_OBLIQUE:
-        job.nothing = nadir_reason(np.array([view.nadir_angle_deg for view in views]))
-    elif not len(area.radii_m):
-        job.nothing = "no place is seen by six or more oblique photos; fly more of them, from all sides"
-    return area
-
-
 def _ground_key(job: PhotoJob) -> Key:
-    job.area = _area(job)
-    dtm, given = job.settings.dtm, job.given
+    block, dtm, given = job.block, job.settings.dtm, job.given
+    job.area = area_of(block.frame, block.views, block.points, job.plots)
+    angles = np.array([view.nadir_angle_deg for view in block.views])
+    if (angles > OBLIQUE_DEG).sum() < MIN_OBLIQUE:
+        job.nothing = nadir_reason(angles)
+    elif not len(job.area.radii_m):
+        job.nothing = "no place is seen by six or more oblique photos; fly more of them, from all sides"
     used: dict[str, Any] = {"dtm": dtm is not None, "plots": circles(job.area)}
     if given is not None:
         # A world file beside the raster places it as well.

@@ -14,7 +14,6 @@ from ..core import workspace as names
 from ..core.files import read_json, write_json
 from ..core.progress import Reporter
 from ..inventory.tree_layer import style_raster
-from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.canopy import CELL_M, CanopyVolume, surface_of, volume_of
 from ..reconstruction.ground_sight import ground_sight
@@ -122,7 +121,7 @@ def pieces_of(site: Site) -> Iterator[tuple[list[View], tuple[float, float, floa
     from_above = above_crowns(site)
     for piece, box in split(site.area, 1.0):
         level = float(np.nan_to_num(np.nanmedian(site.ground(piece.centres[:, 0], piece.centres[:, 1]))))
-        outline = np.vstack([piece.centres, _ring(piece)])
+        outline = np.vstack([piece.centres, piece.outline(0.0, 12)])
         points = np.column_stack([outline, np.full(len(outline), level + _MIDDLE_M)])
         views = [view for view in from_above if view.contains(view.project(points)[0]).mean() >= 0.1]
         yield views[:: max(-(-len(views) // MAX_COMPARED), 1)], box
@@ -132,10 +131,6 @@ def above_crowns(site: Site) -> list[View]:
     """Photos taken above the middle of the crowns; those from among the stems show no tops."""
     level = float(np.nan_to_num(np.nanmedian(site.ground(*site.area.centres.T))))
     return [view for view in site.views if view.centre[2] - level > _MIDDLE_M]
-
-
-def _ring(piece: Area) -> np.ndarray:
-    return piece.outline(0.0, 12)
 
 
 def highest(points: np.ndarray, site: Site) -> float:

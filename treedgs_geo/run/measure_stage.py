@@ -23,7 +23,7 @@ from ..stems.quality.limits import judge
 from ..stems.quality.tree import Tree, with_block_errors
 from ..terrain.sparse_ground import sparse_ground_se
 from .context import Aligned, PhotoJob
-from .field_stems import answers_of, field_stems, given_stems, report_answers, write_answers
+from .field_stems import answer_field_stems, field_stems, given_stems
 from .forecast import MANY_TILES, at_once, only_nadir, planned_ground, planned_views, report_overlap, search_ahead
 from .ground_stage import circles
 from .published_plot import Published, is_published, published_route
@@ -121,9 +121,7 @@ def _measure(job: PhotoJob, reporter: Reporter) -> dict[str, Any]:
     write_json(job.path(KEPT_TREES), [asdict(tree) for tree in trees])
     write_fits(job.path(names.FITS), kept)
     if field is not None and given is not None:
-        answers = answers_of(field, given, site, kept.fits, trees, options.margin_m)
-        write_answers(job.path(names.FIELD_STEMS), answers)
-        facts |= {"field_stems": report_answers(answers, asked.field_stems, reporter)}
+        facts |= {"field_stems": answer_field_stems(job, field, given, kept.fits, trees, reporter)}
     return {"fit": _route(asked), "stems": len(trees), **facts}
 
 

@@ -8,7 +8,8 @@ functions.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,54 +110,33 @@ def published_route(
     Raises:
         InputError: nothing to start from, or nothing left to sample. MissingComponentError: torch is not installed.
     """
+    from ..pointcloud.files import write_cloud
     from ..stems.splats.ply import write_field
 
     field, facts = fit_gaussians(site, sparse, asked.scene, asked.dense, reporter, 0.8)
     write_field(path(names.FIELD), field, site.frame)
-    trees, own = trees_of_gaussians(site, field, asked, reporter, path)
-    facts["stages_cpu_s"] |= own.pop("stages_cpu_s")
-    return trees, facts | own
-
-
-def trees_of_gaussians(
-    site: Site, field: GaussianField, asked: Published, reporter: Reporter, path: Callable[[str], Path] | None = None
-) -> tuple[list[Tree], dict[str, Any]]:
-    """Trees of a fitted field: samples, segments, slices; and facts. path: of a file of the workspace by its name,
-    where ``surface.laz`` and ``stems.laz`` are to stay.
-
-    Raises:
-        InputError: nothing left to sample.
-    """
-    from ..pointcloud.files import write_cloud
-
-    clock = [time.process_time()]
-    with reporter.stage("sample surface", 0.8, 0.9):
-        cloud = sample_gaussians(field, site.frame, site.views, SampleOptions(seed=asked.scene.seed), reporter)
-    clock.append(time.process_time())
-    with reporter.stage("segment stems", 0.9, 0.97):
+    seconds, seed = facts["stages_cpu_s"], asked.scene.seed
+    with _timed(seconds, reporter, "sample surface", 0.8, 0.9):
+        cloud = sample_gaussians(field, site.frame, site.views, SampleOptions(seed=seed), reporter)
+    with _timed(seconds, reporter, "segment stems", 0.9, 0.97):
         height = height_above_ground(cloud.xyz, site.dtm)
         searched = SegmentOptions(source="splat", max_dbh_cm=asked.max_dbh_cm)
         stems = find_stems(cloud, site.dtm, searched, reporter, height=height)
         tree_id = Labeller(stems)(cloud.xyz, height)
-        if path is not None:
-            labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
-            write_cloud(path(names.SURFACE), labelled)
-            write_cloud(path(names.STEMS), labelled.select(tree_id > 0))
-    clock.append(time.process_time())
-    with reporter.stage("measure stems", 0.97, 1.0):
+        labelled = cloud.with_attribute("tree_id", tree_id.astype(np.int32))
+        write_cloud(path(names.SURFACE), labelled)
+        write_cloud(path(names.STEMS), labelled.select(tree_id > 0))
+    with _timed(seconds, reporter, "measure stems", 0.97, 1.0):
         options = MeasureOptions(
             weights="opacity",
             method="paper",
             bh_m=asked.bh_m,
             max_dbh_cm=asked.max_dbh_cm,
             source="splat",
-            seed=asked.scene.seed,
+            seed=seed,
         )
         trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
-    clock.append(time.process_time())
-    taken = np.diff(clock).round(1).tolist()
-    seconds = dict(zip(("sample surface", "segment stems", "measure stems"), taken, strict=True))
-    return trees, {"stages_cpu_s": seconds, "samples": len(cloud)}
+    return trees, facts | {"samples": len(cloud)}
 
 
 def fit_gaussians(
@@ -173,20 +153,24 @@ def fit_gaussians(
     from ..stems.splats.on_torch.scene_fit import fit_scene
     from ..stems.splats.scene_start import Box, WholePhotos
 
-    box, clock = Box.of(site.area, site.ground), [time.process_time()]
-    with reporter.stage("dense prior", 0.0, 0.12 * share):
+    box, seconds = Box.of(site.area, site.ground), dict[str, float]()
+    with _timed(seconds, reporter, "dense prior", 0.0, 0.12 * share):
         points, colours, source = dense_start(site, sparse, dense, box, reporter)
-    clock.append(time.process_time())
-    with reporter.stage("fit Gaussians", 0.12 * share, share):
+    with _timed(seconds, reporter, "fit Gaussians", 0.12 * share, share):
         field, report = fit_scene(WholePhotos.load(site.views), box, points, colours, scene, reporter)
-    clock.append(time.process_time())
     reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
     reporter.tell(report.warnings(scene))
-    return field, {
-        "stages_cpu_s": dict(zip(("dense prior", "fit Gaussians"), np.diff(clock).round(1).tolist(), strict=True)),
-        "prior": {"source": source, "points": len(points)},
-        "published_fit": asdict(report),
-    }
+    prior = {"source": source, "points": len(points)}
+    return field, {"stages_cpu_s": seconds, "prior": prior, "published_fit": asdict(report)}
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], reporter: Reporter, name: str, low: float, high: float) -> Iterator[None]:
+    """A part of the progress; its CPU seconds by its name."""
+    began = time.process_time()
+    with reporter.stage(name, low, high):
+        yield
+    seconds[name] = round(time.process_time() - began, 1)
 
 
 def sample_gaussians(

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 from scipy.ndimage import binary_dilation, binary_erosion, distance_transform_edt
-from shapely.geometry import Point
 from shapely.geometry.base import BaseGeometry
 
 from ..core.plots import Plot
 from ..inventory.searched import covered
 from ..pointcloud.cloud import extent, slices
+from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 
 if TYPE_CHECKING:
@@ -63,8 +63,7 @@ def seen_in_photos(site: Site | None, plots: list[Plot]) -> BaseGeometry:
     if not plots:
         corners = np.column_stack([site.area.centres, np.full(len(site.area.radii_m), site.frame.origin[2])])
         centres = site.frame.to_project(corners.reshape(-1, 3))[:, :2]
-        discs = [Point(*place).buffer(float(r)) for place, r in zip(centres, site.area.radii_m, strict=True)]
-        return shapely.union_all(discs) if discs else shapely.MultiPolygon()
+        return Area.circles(centres, site.area.radii_m).shape() if len(centres) else shapely.MultiPolygon()
     cell = max(CELL_M, float(np.sqrt(sum(4 * plot.radius_m**2 for plot in plots) / MOST_CELLS)))
     return shapely.union_all([_seen_of_plot(site, plot, cell) for plot in plots])
 

@@ -30,7 +30,6 @@ def plots_option() -> Any:
     """The plots that photos are searched in."""
     return param(
         None,
-        kind="file",
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
         suffixes=TABLES,
     )
@@ -49,7 +48,6 @@ class PhotoInputs(KeptWorkspace):
     geotags_crs: str | None = geotags_crs_option()
     gcp: Path | None = param(
         None,
-        kind="file",
         help="Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, "
         "height (or lon, lat, height), photo, u, v; for drones without PPK, for photos without any position (three or "
         "more points), and to check any block. In a CSV also known lengths between two marked points (bar, length_m), "
@@ -58,14 +56,12 @@ class PhotoInputs(KeptWorkspace):
     )
     calibration: Path | None = param(
         None,
-        kind="file",
         help="camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is "
         "taken from the photos' metadata.",
         suffixes=(".json",),
     )
     dtm: Path | None = param(
         None,
-        kind="file",
         help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.",
         suffixes=(".tif", ".tiff"),
     )
@@ -79,7 +75,6 @@ class PhotosToDbhSettings(PhotoInputs):
 
     field_stems: Path | None = param(
         None,
-        kind="file",
         help="Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the "
         "search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.",
         suffixes=TREE_LAYERS,
@@ -89,7 +84,6 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     at: Path | None = param(
         None,
-        kind="file",
         help="Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the "
         "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run. A "
         "point named 'again 12' measures tree 12 anew with its foot there, 'former 12' takes that back.",
@@ -97,7 +91,6 @@ class PhotosToDbhSettings(PhotoInputs):
     )
     flight_plan: Path | None = param(
         None,
-        kind="file",
         help="Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.",
         suffixes=(".gpkg",),
     )
@@ -189,12 +182,11 @@ class CloudSettings:
     """Input options of the point-cloud verbs."""
 
     input: Path = param(
-        kind="file",
         help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
         suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
     )
     dtm: Path | None = param(
-        None, kind="file", help="terrain raster; without it the ground is found in the cloud", suffixes=("tif", "tiff")
+        None, help="terrain raster; without it the ground is found in the cloud", suffixes=("tif", "tiff")
     )
     crs: str | None = param(
         None,
@@ -219,7 +211,6 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     )
     plots: Path | None = param(
         None,
-        kind="file",
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
         "lat); only stems in them are measured, without it those of the whole cloud",
         suffixes=TABLES,

@@ -70,8 +70,9 @@ def draw_sheets(job: PhotoJob, trees: list[Tree], folder: Path, reporter: Report
         _, stack = photos_of(site.views, site.ground, piece, options, reporter)
         for tree in members:
             fit = fits[tree.tree_id]
+            around = [f for f in fits.values() if f is not fit and np.hypot(*(f.axis.p - fit.axis.p)) < _NEAR_M]
             try:
-                shown = look_at(stack, fit, shape_of(tree, fit, site), _others(fits, tree.tree_id), options)
+                shown = look_at(stack, fit, shape_of(tree, fit, site), known_rows(around), options)
                 write_sheet(folder, tree, photo_sheet(PhotoEvidence(tree, fit, shown, stack)))
                 done += 1
             except (ValueError, IndexError, ArithmeticError, cv2.error) as problem:
@@ -88,12 +89,6 @@ def shape_of(tree: Tree, fit: PhotoFit, site: Site) -> DrawnStem:
     place = site.frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0]]))[0, :2]
     slope = fit.r1 if tree.taper_cm_m is None else tree.taper_cm_m / 200
     return DrawnStem(replace(fit.axis, p=place), tree.dbh_cm / 200, slope, fit.oval)
-
-
-def _others(fits: dict[int, PhotoFit], own: int) -> np.ndarray:
-    """(K, 10) the measured stems round a fit."""
-    place = fits[own].axis.p
-    return known_rows([fit for k, fit in fits.items() if k != own and np.hypot(*(fit.axis.p - place)) < _NEAR_M])
 
 
 def _by_piece(

@@ -4,13 +4,14 @@ something they depend on has changed; one runner, one dry run."""
 from __future__ import annotations
 
 import json
+import operator
 import os
 import shutil
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from .. import __version__
 from ..core.errors import InputError, TreeDGSError
@@ -21,14 +22,8 @@ from ..core.progress import Collector, Reporter
 from ..core.workspace import Workspace, peak_memory_mb
 from ..inventory.tree_layer import OWN_LAYERS
 
-
-class Job(Protocol):
-    """What a chain carries from stage to stage. reporter: hears what is said outside of the stages."""
-
-    reporter: Reporter
-
-
-J = TypeVar("J", bound=Job)
+#: What a chain carries from stage to stage.
+J = TypeVar("J")
 
 
 @dataclass(frozen=True)
@@ -42,12 +37,7 @@ class Cost:
     more_s: float = 0.0
 
     def __add__(self, other: Cost) -> Cost:
-        return Cost(
-            self.seconds + other.seconds,
-            self.memory_gb + other.memory_gb,
-            self.disk_gb + other.disk_gb,
-            self.more_s + other.more_s,
-        )
+        return Cost(*map(operator.add, astuple(self), astuple(other)))
 
     def time_text(self) -> str:
         """A range: the estimate is good to a factor of two at best."""
@@ -213,24 +203,6 @@ def run_stages(stages: Sequence[Stage[J]], job: J, steps: Steps) -> None:
         stage.load(job, steps.run(stage, job))
 
 
-def dry_run(stages: Sequence[Stage[J]], job: J, findings: Findings, folder: Path) -> dict[str, Any]:
-    """What the run would meet and need; nothing is written. folder: where it needs disk.
-
-    Raises:
-        InputError: something that would end the run; all of it was reported, the first one is the sentence.
-    """
-    total = Cost()
-    for at, stage in enumerate(stages):
-        for one in stage.checks:
-            try:
-                one(job)
-            except TreeDGSError as problem:
-                findings.problem(str(problem))
-        with findings.stage(stage.name, at / len(stages), (at + 1) / len(stages)):
-            total += stage.cost(job, findings)
-    return findings.conclude(total, folder)
-
-
 class Findings(Collector):
     """Hears a dry run: what is wrong (the job would fail), and the warnings: what may cost accuracy or trees. facts:
     figures for the result."""
@@ -245,42 +217,55 @@ class Findings(Collector):
         self.problems.append(sentence)
         self._inner.warn(sentence)
 
-    def conclude(self, cost: Cost, folder: Path) -> dict[str, Any]:
-        """Machine against cost, then the verdict: the dry run's result. folder: where disk is needed.
 
-        Raises:
-            InputError: there is a problem; all of them were reported, the first one is the sentence.
-        """
-        import psutil
+def dry_run(stages: Sequence[Stage[J]], job: J, findings: Findings, folder: Path) -> dict[str, Any]:
+    """What the run would meet and need, machine against cost, the verdict; nothing is written. folder: where it needs
+    disk.
 
-        place = existing(folder)
-        memory, disk = psutil.virtual_memory().available / 1e9, shutil.disk_usage(place).free / 1e9
-        self.info(
-            f"Memory: about {cost.memory_gb:.1f} GB needed, {memory:.1f} GB free. Disk: about {cost.disk_gb:.1f} GB "
-            f"needed, {disk:.0f} GB free at {place}. Time: {cost.time_text()} on {cores()} cores."
+    Raises:
+        InputError: something that would end the run; all of it was reported, the first one is the sentence.
+    """
+    import psutil
+
+    total = Cost()
+    for at, stage in enumerate(stages):
+        for one in stage.checks:
+            try:
+                one(job)
+            except TreeDGSError as problem:
+                findings.problem(str(problem))
+        with findings.stage(stage.name, at / len(stages), (at + 1) / len(stages)):
+            total += stage.cost(job, findings)
+    place = existing(folder)
+    memory, disk = psutil.virtual_memory().available / 1e9, shutil.disk_usage(place).free / 1e9
+    findings.info(
+        f"Memory: about {total.memory_gb:.1f} GB needed, {memory:.1f} GB free. Disk: about {total.disk_gb:.1f} GB "
+        f"needed, {disk:.0f} GB free at {place}. Time: {total.time_text()} on {cores()} cores."
+    )
+    if memory < total.memory_gb:
+        findings.warn(
+            f"About {total.memory_gb:.1f} GB of memory are needed and {memory:.1f} GB are free: close other "
+            "programs, or choose the preset fast or fewer photos."
         )
-        if memory < cost.memory_gb:
-            self.warn(
-                f"About {cost.memory_gb:.1f} GB of memory are needed and {memory:.1f} GB are free: close other "
-                "programs, or choose the preset fast or fewer photos."
-            )
-        if disk < cost.disk_gb:
-            self.problem(
-                f"{place}: {disk:.1f} GB of disk are free, about {cost.disk_gb:.1f} GB are needed; "
-                "make room or choose a workspace on another disk."
-            )
-        if self.problems:
-            more = f" (and {len(self.problems) - 1} more, above)" if len(self.problems) > 1 else ""
-            raise InputError(f"{self.problems[0]}{more}")
-        status = f"ready: {cost.time_text()}" + (f"; {len(self.warnings)} warnings, see above" * bool(self.warnings))
-        self.info(f"Dry run: {status}. Nothing was written.")
-        return {
-            **self.facts,
-            "predicted_s": round(cost.seconds),
-            "needed_memory_gb": round(cost.memory_gb, 1),
-            "needed_disk_gb": round(cost.disk_gb, 1),
-            "status": status,
-        }
+    if disk < total.disk_gb:
+        findings.problem(
+            f"{place}: {disk:.1f} GB of disk are free, about {total.disk_gb:.1f} GB are needed; "
+            "make room or choose a workspace on another disk."
+        )
+    if findings.problems:
+        more = f" (and {len(findings.problems) - 1} more, above)" if len(findings.problems) > 1 else ""
+        raise InputError(f"{findings.problems[0]}{more}")
+    status = f"ready: {total.time_text()}" + (
+        f"; {len(findings.warnings)} warnings, see above" * bool(findings.warnings)
+    )
+    findings.info(f"Dry run: {status}. Nothing was written.")
+    return {
+        **findings.facts,
+        "predicted_s": round(total.seconds),
+        "needed_memory_gb": round(total.memory_gb, 1),
+        "needed_disk_gb": round(total.disk_gb, 1),
+        "status": status,
+    }
 
 
 def check_target(target: Path) -> None:

@@ -13,8 +13,8 @@ from ..core.settings import PLOT_FILES, TREE_LAYERS, param
 class CompareSettings:
     """Options of ``compare``."""
 
-    before: Path = param(kind="file", help="tree layer of the first date", suffixes=TREE_LAYERS)
-    after: Path = param(kind="file", help="tree layer of the second date", suffixes=TREE_LAYERS)
+    before: Path = param(help="tree layer of the first date", suffixes=TREE_LAYERS)
+    after: Path = param(help="tree layer of the second date", suffixes=TREE_LAYERS)
     years: float | None = param(
         None,
         minimum=0.1,
@@ -23,7 +23,6 @@ class CompareSettings:
     )
     plots: Path | None = param(
         None,
-        kind="file",
         help="plots, as for stand-table; without: all trees together, and nothing per hectare",
         suffixes=PLOT_FILES,
     )
@@ -66,8 +65,6 @@ class CompareSettings:
     )
 
 
-run = run_by("inventory.change.run", "compare_dates")
-
 COMMAND = Command(
     name="compare",
     title="Compare two dates",
@@ -84,7 +81,7 @@ COMMAND = Command(
         "change.pdf and change.json."
     ),
     settings=CompareSettings,
-    run=run,
+    run=run_by("inventory.change.run", "compare_dates"),
     main=("before", "after", "years", "plots", "min_dbh_cm", "output"),
     example="treedgs compare --before 2024/trees.gpkg --after 2029/trees.gpkg --years 5 --plots flight/plots.csv "
     "--output change",

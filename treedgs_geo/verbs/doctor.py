@@ -143,22 +143,17 @@ def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:
     """
     here = machine()
     reporter.info(f"Python {here['python']} ({here['interpreter']}) on {here['system']}")
-    memory = (
-        "memory unknown"
-        if here["memory_gb"] is None
-        else (f"{here['memory_gb']} GB memory, {here['free_memory_gb']} GB free")
-    )
+    free = here["free_memory_gb"]
+    memory = "memory unknown" if free is None else f"{here['memory_gb']} GB memory, {free} GB free"
     reporter.info(f"{here['cores']} cores, {memory}, {here['free_disk_gb']} GB free in {tempfile.gettempdir()}")
-    if here["free_memory_gb"] is not None and here["free_memory_gb"] < LOW_MEMORY_GB:
-        reporter.warn(
-            f"Only {here['free_memory_gb']} GB of memory are free: a plot of 60 photos may need {LOW_MEMORY_GB:g} GB."
-        )
+    if free is not None and free < LOW_MEMORY_GB:
+        reporter.warn(f"Only {free} GB of memory are free: a plot of 60 photos may need {LOW_MEMORY_GB:g} GB.")
     if here["free_disk_gb"] < LOW_DISK_GB:
         reporter.warn(f"Only {here['free_disk_gb']} GB of disk are free: a workspace may need {LOW_DISK_GB:g} GB.")
-    versions, problems = check_libraries({**PACKAGES, **OPTIONAL}, reporter, CHECKING if settings.compile else 1.0)
+    library = {**PACKAGES, **OPTIONAL}
+    versions, problems = check_libraries(library, reporter, CHECKING if settings.compile else 1.0)
     for package, version in versions.items():
         reporter.info(f"{package} {version}")
-    library = {**PACKAGES, **OPTIONAL}
     # An extra that was not chosen is no fault; one that is there and does not load is.
     absent = {name for name, reason in problems.items() if name in OPTIONAL and reason == "not installed"}
     faults = {name: reason for name, reason in problems.items() if name not in absent}
@@ -189,10 +184,7 @@ def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:
         status += f" but {', '.join(unchosen)} (choose {', '.join(extras)} in 'Set up the engine')"
     return {
         **({"n_compiled": compiled(reporter)} if settings.compile else {}),
-        "python": here["python"],
-        "cores": here["cores"],
-        "memory_gb": here["memory_gb"],
-        "free_disk_gb": here["free_disk_gb"],
+        **{name: here[name] for name in ("python", "cores", "memory_gb", "free_disk_gb")},
         "n_libraries": len(versions),
         "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
         "status": status,

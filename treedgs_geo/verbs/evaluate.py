@@ -20,23 +20,18 @@ class EvaluateSettings:
 
     plots: Path | None = param(
         None,
-        kind="file",
         help="CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and where there are any "
         "lidar, splats (surface.laz or stems.laz), dtm, workspace_in (of photos-to-dbh); paths count from the CSV's "
         "folder",
         suffixes=("csv",),
     )
-    pairs: Path | None = param(None, kind="file", help="pairs layer of match-plots, checked by you", suffixes=("gpkg",))
+    pairs: Path | None = param(None, help="pairs layer of match-plots, checked by you", suffixes=("gpkg",))
     trees: Path | None = param(
-        None,
-        kind="file",
-        help="instead of pairs: a tree layer of a simulated plot",
-        suffixes=("gpkg", "shp", "geojson"),
+        None, help="instead of pairs: a tree layer of a simulated plot", suffixes=("gpkg", "shp", "geojson")
     )
-    truth: Path | None = param(None, kind="file", help="with --trees: the plot's truth/trees.csv", suffixes=("csv",))
+    truth: Path | None = param(None, help="with --trees: the plot's truth/trees.csv", suffixes=("csv",))
     against: Path | None = param(
         None,
-        kind="file",
         help="pairs layer of another method for the same field trees: both are also scored on the trees both measured",
         suffixes=("gpkg",),
     )

@@ -37,41 +37,37 @@ class FitGaussiansSettings:
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
     """Fit and write ``field.ply``; the record goes to ``run.json``."""
-    from ..run.published_plot import check_torch
-
-    check_torch(settings.device)
-    with open_workspace(settings.workspace) as space:
-        return _fit(settings, space, reporter)
-
-
-def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..core.plots import read_plots
     from ..reconstruction.model import load_points
     from ..run.context import Site, area_of
     from ..run.geotag_stage import views_of
+    from ..run.published_plot import check_torch
     from ..run.published_plot import fit_gaussians as fit
     from ..stems.splats.options import SceneOptions
     from ..stems.splats.ply import frame_path, write_field
     from ..terrain.dtm import read_dtm
 
-    frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
-    dtm_file = space.path(names.DTM)
-    if not dtm_file.exists():
-        raise InputError(f"{dtm_file}: not found; run photos-to-dbh in this workspace first, or copy a DTM there.")
-    sparse = load_points(space.path(names.SFM))
-    area = area_of(frame, views, sparse, read_plots(settings.plots, frame.crs) if settings.plots else [])
-    if not len(area.radii_m):
-        raise InputError(
-            f"{space.folder}: no place is seen by six or more oblique photos, expected a plot that is; give --plots."
-        )
-    site = Site(frame, views, read_dtm(dtm_file, frame.crs), area)
-    scene = SceneOptions(time_limit_min=settings.time_limit, device=settings.device, seed=settings.seed)
-    target, used = space.path(names.FIELD), [path for path in (dtm_file, settings.dense, settings.plots) if path]
-    with space.running("fit-gaussians", fingerprint(used), to_json(settings)) as result:
-        field, facts = fit(site, sparse, scene, settings.dense, reporter)
-        write_field(target, field, frame)
-        result.update(field=str(target), frame=str(frame_path(target)), gaussians=len(field), **facts)
-    return dict(result)
+    check_torch(settings.device)
+    with open_workspace(settings.workspace) as space:
+        frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
+        dtm_file = space.path(names.DTM)
+        if not dtm_file.exists():
+            raise InputError(f"{dtm_file}: not found; run photos-to-dbh in this workspace first, or copy a DTM there.")
+        sparse = load_points(space.path(names.SFM))
+        area = area_of(frame, views, sparse, read_plots(settings.plots, frame.crs) if settings.plots else [])
+        if not len(area.radii_m):
+            raise InputError(
+                f"{space.folder}: no place is seen by six or more oblique photos, expected a plot that is; give "
+                "--plots."
+            )
+        site = Site(frame, views, read_dtm(dtm_file, frame.crs), area)
+        scene = SceneOptions(time_limit_min=settings.time_limit, device=settings.device, seed=settings.seed)
+        target, used = space.path(names.FIELD), [path for path in (dtm_file, settings.dense, settings.plots) if path]
+        with space.running("fit-gaussians", fingerprint(used), to_json(settings)) as result:
+            field, facts = fit(site, sparse, scene, settings.dense, reporter)
+            write_field(target, field, frame)
+            result.update(field=str(target), frame=str(frame_path(target)), gaussians=len(field), **facts)
+        return dict(result)
 
 
 @contextmanager

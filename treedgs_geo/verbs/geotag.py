@@ -28,7 +28,7 @@ class GeotagSettings:
     output: Path = param(kind="output_file", help="Camera stations layer to write.", suffixes=(".gpkg",))
     geotags_crs: str | None = geotags_crs_option()
     base: Path | None = param(
-        None, kind="file", help="RINEX observations of the base station, when they do not lie with the geotags."
+        None, help="RINEX observations of the base station, when they do not lie with the geotags."
     )
     base_position: str | None = param(
         None,

@@ -16,17 +16,11 @@ from ..inventory.options import FieldProtocol, PairingOptions
 class MatchPlotsSettings(PairingOptions, FieldProtocol):
     """Options of ``match-plots``."""
 
-    trees: Path = param(
-        kind="file", help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm", suffixes=TREE_LAYERS
-    )
+    trees: Path = param(help="measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm", suffixes=TREE_LAYERS)
     field: Path = param(
-        kind="file",
-        help="field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm",
-        suffixes=TABLES,
+        help="field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm", suffixes=TABLES
     )
-    plots: Path = param(
-        kind="file", help="plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m", suffixes=TABLES
-    )
+    plots: Path = param(help="plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m", suffixes=TABLES)
     trees_dbh_unit: str = param(
         "auto",
         choices=("auto", "cm", "mm", "m", "in"),

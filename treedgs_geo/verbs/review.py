@@ -16,12 +16,9 @@ class ReviewSettings:
     """Options of ``review``."""
 
     trees: Path = param(
-        kind="file",
-        help="tree layer that the decisions are written into, in columns of their own",
-        suffixes=TREE_LAYERS,
+        help="tree layer that the decisions are written into, in columns of their own", suffixes=TREE_LAYERS
     )
     decisions: Path = param(
-        kind="file",
         help="CSV with tree_id, decision (accept, reject, dbh, merge, stem or undo) and, where needed, dbh_cm, "
         "same_as, x, y, note, by, at",
         suffixes=TABLES,

@@ -11,7 +11,6 @@ from ..core.command import Command
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
-from ..core.workspace import Workspace
 from ..stems.splats.options import SampleOptions
 
 
@@ -27,30 +26,23 @@ class SampleSurfaceSettings(SampleOptions):
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
     """Sample, score and write ``surface.laz``."""
-    from ..run.published_plot import check_torch
-    from .fit_gaussians import open_workspace
+    from ..pointcloud.files import write_cloud
+    from ..run.geotag_stage import views_of
+    from ..run.published_plot import check_torch, sample_gaussians
+    from ..stems.splats.ply import read_field
+    from .fit_gaussians import open_workspace, photo_folder
 
     check_torch()
     with open_workspace(settings.workspace) as space:
-        return _sample(settings, space, reporter)
-
-
-def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
-    from ..pointcloud.files import write_cloud
-    from ..run.geotag_stage import views_of
-    from ..run.published_plot import sample_gaussians
-    from ..stems.splats.ply import read_field
-    from .fit_gaussians import photo_folder
-
-    frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
-    field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
-    field = read_field(field_file, frame)
-    with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
-        cloud = sample_gaussians(field, frame, views, settings, reporter)
-        write_cloud(target, cloud)
-        result.update(surface=str(target), points=len(cloud), gaussians=len(field), views=len(views))
-    reporter.info(f"{len(cloud)} surface points from {len(field)} Gaussians, {len(views)} photos")
-    return dict(result)
+        frame, views = views_of(space, photo_folder(space, settings.photos), reporter)
+        field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
+        field = read_field(field_file, frame)
+        with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
+            cloud = sample_gaussians(field, frame, views, settings, reporter)
+            write_cloud(target, cloud)
+            result.update(surface=str(target), points=len(cloud), gaussians=len(field), views=len(views))
+        reporter.info(f"{len(cloud)} surface points from {len(field)} Gaussians, {len(views)} photos")
+        return dict(result)
 
 
 COMMAND = Command(

@@ -19,7 +19,6 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     keep_all: bool = param(False, help="write every point (tree_id 0 = no stem), not only stem points")
     field_stems: Path | None = param(
         None,
-        kind="file",
         help="positions of known stems (point layer, or CSV with x, y, "
         "tree_id): they are looked for harder, and name what is found",
         suffixes=TREE_LAYERS,
@@ -34,8 +33,6 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
         None, help="command line of that program, with {input} and {output} for its folders", code=True
     )
 
-
-run = run_by("run.cloud_steps", "run_segment_stems")
 
 COMMAND = Command(
     name="segment-stems",
@@ -54,7 +51,7 @@ COMMAND = Command(
         "be another's), refused or missing, with the reason."
     ),
     settings=SegmentStemsSettings,
-    run=run,
+    run=run_by("run.cloud_steps", "run_segment_stems"),
     main=("input", "dtm", "crs", "output", "keep_all", "field_stems"),
     example="treedgs segment-stems --input flight/lidar/flight_uls.laz --dtm dtm.tif --output stems.laz",
     outputs={

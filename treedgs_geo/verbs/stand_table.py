@@ -27,35 +27,26 @@ FILES = (
 class StandTableSettings(FieldProtocol):
     """Options of ``stand-table``."""
 
-    trees: Path | None = param(None, kind="file", help="measured trees: the tree layer", suffixes=TREE_LAYERS)
+    trees: Path | None = param(None, help="measured trees: the tree layer", suffixes=TREE_LAYERS)
     plots: Path | None = param(
         None,
-        kind="file",
         help="plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is "
         "one census",
         suffixes=PLOT_FILES,
     )
     boundary: Path | None = param(
-        None,
-        kind="file",
-        help="the stand's outline: finds plots that reach over its edge",
-        suffixes=("gpkg", "geojson", "shp"),
+        None, help="the stand's outline: finds plots that reach over its edge", suffixes=("gpkg", "geojson", "shp")
     )
     pairs: Path | None = param(
-        None,
-        kind="file",
-        help="pairs layer of match-plots: species and status of the measured trees",
-        suffixes=("gpkg",),
+        None, help="pairs layer of match-plots: species and status of the measured trees", suffixes=("gpkg",)
     )
     field: Path | None = param(
         None,
-        kind="file",
         help="field tally: heights of the paired trees; without --trees it is the tree list itself",
         suffixes=TABLES,
     )
     taped: Path | None = param(
         None,
-        kind="file",
         help="the tape table of tape-sample, filled in: corrects trees, basal area, volume and biomass",
         suffixes=("gpkg", "csv"),
     )
@@ -84,9 +75,7 @@ class StandTableSettings(FieldProtocol):
         help="heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a "
         "published regional curve",
     )
-    equations: Path | None = param(
-        None, kind="file", help="your own equations, tried before the built-in ones", suffixes=TABLES
-    )
+    equations: Path | None = param(None, help="your own equations, tried before the built-in ones", suffixes=TABLES)
     top_cm: float = param(
         7.0,
         unit="cm",
@@ -131,8 +120,6 @@ class StandTableSettings(FieldProtocol):
     )
 
 
-run = run_by("inventory.stand.run", "make_report")
-
 COMMAND = Command(
     name="stand-table",
     title="Stand table and report",
@@ -151,7 +138,7 @@ COMMAND = Command(
         "Vegetation Simulator), all with the same numbers. Result figures are metric."
     ),
     settings=StandTableSettings,
-    run=run,
+    run=run_by("inventory.stand.run", "make_report"),
     main=("trees", "plots", "species", "pairs", "field", "boundary", "taped", "units", "min_dbh_cm", "output"),
     example="treedgs stand-table --trees trees.gpkg --plots flight/plots.csv --species PITA --output stand",
     outputs={

@@ -13,11 +13,11 @@ from ..core.settings import PLOT_FILES, TREE_LAYERS, param
 class TapeCheckSettings:
     """Options of ``tape-check``."""
 
-    trees: Path = param(kind="file", help="the tree layer that the taped trees were drawn from", suffixes=TREE_LAYERS)
+    trees: Path = param(help="the tree layer that the taped trees were drawn from", suffixes=TREE_LAYERS)
     taped: Path = param(
-        kind="file", help="the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv", suffixes=("gpkg", "csv")
+        help="the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv", suffixes=("gpkg", "csv")
     )
-    plots: Path | None = param(None, kind="file", help="the plots that were given to tape-sample", suffixes=PLOT_FILES)
+    plots: Path | None = param(None, help="the plots that were given to tape-sample", suffixes=PLOT_FILES)
     #: Of the intervals, per cent; of the library only.
     confidence_pct: float = 90.0
     crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
@@ -28,8 +28,6 @@ class TapeCheckSettings:
         known_by="tape_check.gpkg",
     )
 
-
-run = run_by("inventory.taping.check", "check_tape_table")
 
 COMMAND = Command(
     name="tape-check",
@@ -45,7 +43,7 @@ COMMAND = Command(
         "refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table."
     ),
     settings=TapeCheckSettings,
-    run=run,
+    run=run_by("inventory.taping.check", "check_tape_table"),
     main=("trees", "taped", "plots", "output"),
     example="treedgs tape-check --trees trees.gpkg --taped tapes/tapes.csv --plots flight/plots.csv "
     "--output tape_check",

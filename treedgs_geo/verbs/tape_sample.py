@@ -14,10 +14,9 @@ from ..inventory.options import Bearings
 class TapeSampleSettings(Bearings):
     """Options of ``tape-sample``."""
 
-    trees: Path = param(kind="file", help="measured trees: the tree layer", suffixes=TREE_LAYERS)
+    trees: Path = param(help="measured trees: the tree layer", suffixes=TREE_LAYERS)
     plots: Path | None = param(
         None,
-        kind="file",
         help="plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from "
         "the plot's centre; without: the trees that have a plot_id, or all",
         suffixes=PLOT_FILES,
@@ -32,8 +31,6 @@ class TapeSampleSettings(Bearings):
         known_by="tapes.gpkg",
     )
 
-
-run = run_by("inventory.taping.sample", "sample_tapes")
 
 COMMAND = Command(
     name="tape-sample",
@@ -50,7 +47,7 @@ COMMAND = Command(
         "filled in already is not written over."
     ),
     settings=TapeSampleSettings,
-    run=run,
+    run=run_by("inventory.taping.sample", "sample_tapes"),
     main=("trees", "plots", "n", "output"),
     example="treedgs tape-sample --trees trees.gpkg --plots flight/plots.csv --n 5 --output tapes",
     outputs={

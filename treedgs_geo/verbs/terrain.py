@@ -15,7 +15,6 @@ class TerrainSettings(ClothSimulation):
     """Options of ``terrain``."""
 
     input: Path = param(
-        kind="file",
         help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
         suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
     )
@@ -31,8 +30,6 @@ class TerrainSettings(ClothSimulation):
     use_classes: bool = param(False, help="trust the file's class 2 instead of finding the ground")
 
 
-run = run_by("run.cloud_steps", "run_terrain")
-
 COMMAND = Command(
     name="terrain",
     title="Terrain model from a point cloud",
@@ -45,7 +42,7 @@ COMMAND = Command(
         "trust band 1. Cells farther than 10 m from ground are nodata."
     ),
     settings=TerrainSettings,
-    run=run,
+    run=run_by("run.cloud_steps", "run_terrain"),
     main=("input", "output", "crs", "resolution_m", "ground_points", "use_classes"),
     example="treedgs terrain --input flight/lidar/flight_uls.laz --output dtm.tif --resolution-m 0.25",
     outputs={

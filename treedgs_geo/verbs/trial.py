@@ -18,7 +18,6 @@ class TrialSettings(Bearings):
 
     trees: Path | None = param(
         None,
-        kind="file",
         help="first step: the tree layer to test; the trees.gpkg of a workspace seals the run's settings too. "
         "Second step: only where the layer was moved since",
         suffixes=TREE_LAYERS,
@@ -32,11 +31,10 @@ class TrialSettings(Bearings):
     )
     n: int | None = param(None, minimum=2, maximum=10000, help="trees to tape, drawn at random; without: all")
     plots: Path | None = param(
-        None, kind="file", help="plots, as for tape-sample: only trees in them are drawn", suffixes=PLOT_FILES
+        None, help="plots, as for tape-sample: only trees in them are drawn", suffixes=PLOT_FILES
     )
     taped: Path | None = param(
         None,
-        kind="file",
         help="second step: the table of the first one, filled in: tapes.gpkg or tapes.csv",
         suffixes=("gpkg", "csv"),
     )

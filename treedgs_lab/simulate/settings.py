@@ -122,7 +122,6 @@ class PlotSettings:
     radius_m: float | None = number(None, 2, 15, "m", "radius of the plot")
     from_cloud: Path | None = param(
         None,
-        kind="file",
         help="a terrestrial scan (LAS, LAZ, E57 or text, metres) to photograph instead of a grown stand: its points as "
         "small patches, truth the rings measured in it; the plot holds it unless --radius-m says otherwise",
         suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),

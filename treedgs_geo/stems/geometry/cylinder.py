@@ -9,22 +9,10 @@ import numpy as np
 from ...core.seeding import own_order
 from ...pointcloud.cloud import thin
 
-
-@dataclass(frozen=True)
-class CylinderOptions:
-    """Constants of ``paper.tex``, "Cylinder fitting baseline", and of the method that it follows."""
-
-    voxel_m: float = 0.05
-    low_m: float = 0.5
-    high_m: float = 4.0
-    rounds: int = 10_000
-    sample: int = 5
-    inlier_m: float = 0.005
-    steepest_rad: float = np.pi / 8
-    r_max_m: float = 0.5
-    kernel_m: float = 0.10
-    steps: int = 1000
-    stop: float = 1e-5
+#: Constants of ``paper.tex``, "Cylinder fitting baseline", and of the method that it follows.
+_VOXEL_M, _LOW_M, _HIGH_M = 0.05, 0.5, 4.0
+_ROUNDS, _SAMPLE, _INLIER_M, _STEEPEST_RAD, _R_MAX_M = 10_000, 5, 0.005, np.pi / 8, 0.5
+_KERNEL_M, _STEPS, _STOP = 0.10, 1000, 1e-5
 
 
 @dataclass(frozen=True)
@@ -39,29 +27,27 @@ class CylinderFit:
     points: int
 
 
-def fit_cylinder(points: np.ndarray, options: CylinderOptions | None = None, seed: int = 0) -> CylinderFit | None:
+def fit_cylinder(points: np.ndarray, seed: int = 0) -> CylinderFit | None:
     """A cylinder through (N, 3) stem points, z = height above ground; ``None`` if no model is upright and thin enough.
 
     Known to read the diameter at about 2.25 m (no taper), and too thin by its starting radius: it is a baseline.
     """
-    options = options or CylinderOptions()
-    points = points[(points[:, 2] >= options.low_m) & (points[:, 2] <= options.high_m)]
+    points = points[(points[:, 2] >= _LOW_M) & (points[:, 2] <= _HIGH_M)]
     points = points[np.isfinite(points).all(axis=1)]
     points = points[own_order(points)]
-    if options.voxel_m:
-        points = points[thin(points, options.voxel_m)]
-    if len(points) < options.sample:
+    points = points[thin(points, _VOXEL_M)]
+    if len(points) < _SAMPLE:
         return None
     origin = points.mean(axis=0)
     local = points - origin
-    start = _ransac(local, options, np.random.default_rng(seed))
+    start = _ransac(local, np.random.default_rng(seed))
     if start is None:
         return None
-    refined = _refine(local, start, options)
+    refined = _refine(local, start)
     best = start
-    if refined is not None and _inliers(local, refined, options).sum() > _inliers(local, start, options).sum():
+    if refined is not None and _inliers(local, refined).sum() > _inliers(local, start).sum():
         best = refined
-    inlier = _inliers(local, best, options)
+    inlier = _inliers(local, best)
     height = float(points[inlier, 2].mean()) if inlier.any() else float(points[:, 2].mean())
     axis = best[3:6] / np.linalg.norm(best[3:6])
     axis = axis if axis[2] >= 0 else -axis
@@ -74,27 +60,27 @@ def _distance(points: np.ndarray, model: np.ndarray) -> np.ndarray:
     return np.linalg.norm(offset - (offset @ axis)[:, None] * axis, axis=1) - model[6]
 
 
-def _inliers(points: np.ndarray, model: np.ndarray, options: CylinderOptions) -> np.ndarray:
-    return np.abs(_distance(points, model)) < options.inlier_m
+def _inliers(points: np.ndarray, model: np.ndarray) -> np.ndarray:
+    return np.abs(_distance(points, model)) < _INLIER_M
 
 
-def _ransac(points: np.ndarray, options: CylinderOptions, rng: np.random.Generator) -> np.ndarray | None:
+def _ransac(points: np.ndarray, rng: np.random.Generator) -> np.ndarray | None:
     """Centre = mean, axis and radius from the covariance of five points (radius = root of the second eigenvalue)."""
-    picks = rng.integers(0, len(points), (options.rounds, options.sample))
+    picks = rng.integers(0, len(points), (_ROUNDS, _SAMPLE))
     sample = points[picks]
     centres = sample.mean(axis=1)
     spread = sample - centres[:, None]
-    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", spread, spread) / options.sample)
+    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", spread, spread) / _SAMPLE)
     axes = vectors[:, :, 2]
     radii = np.sqrt(np.maximum(values[:, 1], 0))
-    fine = (np.abs(axes[:, 2]) >= np.cos(options.steepest_rad)) & (radii <= options.r_max_m) & (radii > 1e-3)
+    fine = (np.abs(axes[:, 2]) >= np.cos(_STEEPEST_RAD)) & (radii <= _R_MAX_M) & (radii > 1e-3)
     best, most = None, -1
     for low in range(0, int(fine.sum()), 500):
         chosen = np.flatnonzero(fine)[low : low + 500]
         offset = points[None] - centres[chosen, None]
         along = np.einsum("nki,ni->nk", offset, axes[chosen])
         distance = np.sqrt(np.maximum((offset**2).sum(axis=2) - along**2, 0)) - radii[chosen, None]
-        count = (np.abs(distance) < options.inlier_m).sum(axis=1)
+        count = (np.abs(distance) < _INLIER_M).sum(axis=1)
         top = int(np.argmax(count))
         if count[top] > most:
             most = int(count[top])
@@ -102,10 +88,10 @@ def _ransac(points: np.ndarray, options: CylinderOptions, rng: np.random.Generat
     return best
 
 
-def _refine(points: np.ndarray, start: np.ndarray, options: CylinderOptions) -> np.ndarray | None:
+def _refine(points: np.ndarray, start: np.ndarray) -> np.ndarray | None:
     """Gauss-Newton with unit damping on centre, axis and radius under the Geman-McClure kernel."""
     model = start.copy()
-    for _ in range(options.steps):
+    for _ in range(_STEPS):
         axis = model[3:6] / np.linalg.norm(model[3:6])
         offset = points - model[:3]
         along = offset @ axis
@@ -113,7 +99,7 @@ def _refine(points: np.ndarray, start: np.ndarray, options: CylinderOptions) -> 
         length = np.maximum(np.linalg.norm(radial, axis=1), 1e-9)
         unit = radial / length[:, None]
         residual = length - model[6]
-        weight = (options.kernel_m**2 / (options.kernel_m**2 + residual**2)) ** 2
+        weight = (_KERNEL_M**2 / (_KERNEL_M**2 + residual**2)) ** 2
         jacobian = np.column_stack([-unit, -along[:, None] * unit, -np.ones(len(points))])
         normal = (jacobian * weight[:, None]).T @ jacobian + np.eye(7)
         step = -np.linalg.solve(normal, (jacobian * weight[:, None]).T @ residual)
@@ -121,6 +107,6 @@ def _refine(points: np.ndarray, start: np.ndarray, options: CylinderOptions) -> 
         model[3:6] /= np.linalg.norm(model[3:6])
         if not np.isfinite(model).all() or not 0 < model[6] < 5:
             return None
-        if np.linalg.norm(step) < options.stop:
+        if np.linalg.norm(step) < _STOP:
             break
     return model

@@ -103,32 +103,27 @@ def _ransac_line(
 
 #: Butt swell: diameter added at the ground by the prior's sd (cm), and the height over which it falls to a third (m).
 BUTT_SD_CM, BUTT_M = 12.0, 0.3
+#: Slope of the planted-pine profile and its sd, cm/m; no slice is better than this, cm.
+_PRIOR_CM_M, _PRIOR_SD_CM_M, _FLOOR_CM = -1.0, 0.6, 0.2
 #: Slices below this height are needed before a swell is considered, m: above it there is none to see.
 BUTT_SEEN_M = 0.7
 
 
 def taper_line(
-    heights_m: np.ndarray,
-    diameters_cm: np.ndarray,
-    se_cm: np.ndarray,
-    bh_m: float,
-    prior_cm_m: float = -1.0,
-    prior_sd_cm_m: float = 0.6,
-    slices_per_independent: float = 1.0,
-    floor_cm: float = 0.2,
+    heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarray, bh_m: float, slices_per_independent: float = 1.0
 ) -> Taper | None:
     """Robust weighted profile through slice diameters: constant, linear, or linear + butt, by a corrected AIC.
 
     d(h) = a + b (h - bh) + c (exp(-h / 0.3) - exp(-bh / 0.3)). se_cm: (S,) per slice. slices_per_independent: how
-    many overlapping slices make one independent one. Priors: b from the planted-pine profile (-1 cm/m, sd 0.6), c = 0
-    with sd 12 cm. ``slope_cm_m`` is b, ``butt_cm`` c. ``None`` with fewer than three usable slices.
+    many overlapping slices make one independent one. Priors: b from the planted-pine profile, c = 0 with sd 12 cm.
+    ``slope_cm_m`` is b, ``butt_cm`` c. ``None`` with fewer than three usable slices.
     """
     usable = np.isfinite(diameters_cm) & np.isfinite(se_cm) & (se_cm > 0)
     if usable.sum() < 3:
         return None
-    h, y, s = heights_m[usable], diameters_cm[usable], np.hypot(se_cm[usable], floor_cm)
+    h, y, s = heights_m[usable], diameters_cm[usable], np.hypot(se_cm[usable], _FLOOR_CM)
     columns = np.column_stack([np.ones_like(h), h - bh_m, np.exp(-h / BUTT_M) - np.exp(-bh_m / BUTT_M)])
-    mean, sd = np.array([0.0, prior_cm_m, 0.0]), np.array([np.inf, prior_sd_cm_m, BUTT_SD_CM])
+    mean, sd = np.array([0.0, _PRIOR_CM_M, 0.0]), np.array([np.inf, _PRIOR_SD_CM_M, BUTT_SD_CM])
     models = {"constant": 1, "linear": 2}
     if (h < BUTT_SEEN_M).sum() >= 2 and (h > bh_m).sum() >= 3:
         models["butt"] = 3

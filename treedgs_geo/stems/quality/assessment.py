@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -48,7 +47,7 @@ class Assessment:
         """
         if not found.reasons:
             return self
-        reasons = _once(self.reasons, found.reasons)
+        reasons = tuple(dict.fromkeys((*self.reasons, *found.reasons)))
         if found.refused or not self.measured:
             return replace(self, flag="reject", reasons=reasons)
         flagged = replace(self, flag="check", reasons=reasons)
@@ -78,7 +77,3 @@ class Assessment:
         low = np.nanmin([self.dbh_cm - half, self.lo_cm, other_cm])
         high = np.nanmax([self.dbh_cm + half, self.hi_cm, other_cm])
         return replace(self, se_cm=se_cm, lo_cm=max(float(low), 0.0), hi_cm=float(high))
-
-
-def _once(*reasons: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(reason for some in reasons for reason in some))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Literal, NamedTuple
 
 from ...pointcloud.sanity import TALL_M, TALL_SHARE
@@ -109,205 +110,164 @@ _STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that ta
 _Given = Bound | float | str | None
 
 
-def _above(check: _Given, reject: _Given) -> tuple[Literal["above"], Bound | None, Bound | None]:
-    return "above", _bound(check), _bound(reject)
-
-
-def _below(check: _Given, reject: _Given) -> tuple[Literal["below"], Bound | None, Bound | None]:
-    return "below", _bound(check), _bound(reject)
-
-
 def _bound(value: _Given) -> Bound | None:
     if value is None or isinstance(value, Bound):
         return value
     return Bound(setting=value) if isinstance(value, str) else Bound(float(value))
 
 
+def _limit(
+    side: Literal["above", "below"],
+    reason: str,
+    quantity: str,
+    measured: str,
+    source: str,
+    check: _Given,
+    reject: _Given = None,
+    unit: str = "",
+) -> Limit:
+    return Limit(reason, quantity, measured, unit, side, _bound(check), _bound(reject), source)
+
+
+_above, _below = partial(_limit, "above"), partial(_limit, "below")
 #: The share at which :mod:`.pointcloud.sanity` warns is flagged too.
 _JUST_BELOW_TALL = math.nextafter(TALL_SHARE, 0.0)
-_TOO_LARGE = Limit("too_large", "dbh_cm", "diameter", "cm", *_above(None, "max_dbh_cm"), _OF_A_SETTING)
+_TOO_LARGE = _above("too_large", "dbh_cm", "diameter", _OF_A_SETTING, None, "max_dbh_cm", unit="cm")
 
 #: route -> its limits, in the order in which their reasons are listed in ``qc_reason``.
 LIMITS: dict[Route, tuple[Limit, ...]] = {
     "photos": (
-        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(10, "min_dbh_cm"), _RENDERED),
+        _below("too_small", "dbh_cm", "diameter", _RENDERED, 10, "min_dbh_cm", unit="cm"),
         _TOO_LARGE,
-        Limit("few_views", "arc_deg", "directions of the clear photos", "°", *_below(60, None), _ARC),
-        Limit("few_views", "arc_alone", "the same, no silhouette to be had", "°", *_below(None, 40), _ARC),
-        Limit(
+        _below("few_views", "arc_deg", "directions of the clear photos", _ARC, 60, unit="°"),
+        _below("few_views", "arc_alone", "the same, no silhouette to be had", _ARC, None, 40, unit="°"),
+        _below(
             "few_views",
             "llr_alone",
             "edge score, neither silhouette nor bark to be had (chance: 45 to 50)",
-            "",
-            *_below(60, 52),
             _RENDERED,
+            60,
+            52,
         ),
-        Limit("few_views", "llr", "edge score, whatever the silhouette says", "", *_below(40, None), _LEAVES),
-        Limit("few_views", "contrast", "silhouette over what chance reaches", "", *_below(1.0, None), _OUTLINES),
-        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.12, 0.3), _IVY),
-        Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
-        Limit(
+        _below("few_views", "llr", "edge score, whatever the silhouette says", _LEAVES, 40),
+        _below("few_views", "contrast", "silhouette over what chance reaches", _OUTLINES, 1.0),
+        _above("covered", "covered", "ivy in what the network sees of the stem, share", _IVY, 0.12, 0.3),
+        _above("carried_down", "carried_m", "measured above breast height by", _HARDER, 0.5, unit="m"),
+        _above(
             "see_through",
             "through",
             "photos that show the ground through the stem, share of these and the clear ones",
-            "",
-            *_above(0.25, 0.4),
             _THROUGH,
+            0.25,
+            0.4,
         ),
-        Limit("see_through", "on_bark", "likeness of neighbouring photos on the bark", "", *_below(0.1, 0.05), _LEVEL),
-        Limit(
+        _below("see_through", "on_bark", "likeness of neighbouring photos on the bark", _LEVEL, 0.1, 0.05),
+        _below(
             "see_through",
             "bark_lead",
             "the same, lead over the plane through the edges, at most (two standard errors)",
-            "",
-            *_below(0.05, -0.1),
             _LEVEL,
+            0.05,
+            -0.1,
         ),
-        Limit("merged", "twins", "gain of two stems inside one (log likelihood)", "", *_above(15, 30), _TWINS),
-        Limit(
+        _above("merged", "twins", "gain of two stems inside one (log likelihood)", _TWINS, 15, 30),
+        _above(
             "merged",
             "twins_share",
             "the same by edges alone, over the score of one, in what is too thick for the stand",
-            "",
-            *_above(0.25, None),
             _TWINS_SHARE,
+            0.25,
         ),
-        Limit("lean", "lean_deg", "lean", "°", *_above(None, 27), _LEANING),
-        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.06), Bound(share=0.25)), _RENDERED),
-        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.5, 5), _BLOCK),
-        Limit(
-            "weak_block",
-            "confirmed",
-            "placed photos that others' points confirm, share",
-            "",
-            *_below(CONFIRMED_SHARE, None),
-            _CONFIRMED,
+        _above("lean", "lean_deg", "lean", _LEANING, None, 27, unit="°"),
+        _above("wide_error", "se_cm", "standard error", _RENDERED, Bound(share=0.06), Bound(share=0.25), unit="cm"),
+        _above("no_ground", "ground_se_m", "standard error of the ground's height", _BLOCK, 0.5, 5, unit="m"),
+        _below(
+            "weak_block", "confirmed", "placed photos that others' points confirm, share", _CONFIRMED, CONFIRMED_SHARE
         ),
     ),
     "points": (
-        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(None, "min_dbh_cm"), _OF_A_SETTING),
-        Limit("not_round", "stray", "share of the points outside the bark", "", *_above(0.25, 0.5), _CLOUDS),
-        Limit("short_arc", "clear_arc_deg", "well covered arc, with stray points", "°", *_below(None, 240), _SPARSE),
-        Limit("short_arc", "arc_deg", "arc covered by bark", "°", *_below(180, 90), _CLOUDS),
-        Limit("not_round", "deep", "share of the points inside the bark", "", *_above(0.12, 0.25), _CLOUDS),
-        Limit("not_round", "lobes", "waves of the section over its radius", "", *_above(0.1, 0.15), _CLOUDS),
-        Limit("lean", "lean_deg", "lean", "°", *_above(15, "max_lean_deg"), _CLOUDS),
-        Limit("lean", "bowed_lean_deg", "lean of a bowed stem at breast height", "°", *_above(15, None), _BOWED),
-        Limit("few_slices", "n_slices", "slices with a circle", "", *_below(5, None), _CLOUDS),
-        Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_above(2, None), _CLOUDS),
-        Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_below(-6, None), _CLOUDS),
-        Limit(
-            "no_taper",
-            "narrows_cm_m",
-            "narrowing of the fitted cone",
-            "cm/m",
-            *_above(Bound(2.2, 0.07), None),
-            _TOUCHING,
-        ),
-        Limit(
+        _below("too_small", "dbh_cm", "diameter", _OF_A_SETTING, None, "min_dbh_cm", unit="cm"),
+        _above("not_round", "stray", "share of the points outside the bark", _CLOUDS, 0.25, 0.5),
+        _below("short_arc", "clear_arc_deg", "well covered arc, with stray points", _SPARSE, None, 240, unit="°"),
+        _below("short_arc", "arc_deg", "arc covered by bark", _CLOUDS, 180, 90, unit="°"),
+        _above("not_round", "deep", "share of the points inside the bark", _CLOUDS, 0.12, 0.25),
+        _above("not_round", "lobes", "waves of the section over its radius", _CLOUDS, 0.1, 0.15),
+        _above("lean", "lean_deg", "lean", _CLOUDS, 15, "max_lean_deg", unit="°"),
+        _above("lean", "bowed_lean_deg", "lean of a bowed stem at breast height", _BOWED, 15, unit="°"),
+        _below("few_slices", "n_slices", "slices with a circle", _CLOUDS, 5),
+        _above("no_taper", "taper_cm_m", "change of the diameter with height", _CLOUDS, 2, unit="cm/m"),
+        _below("no_taper", "taper_cm_m", "change of the diameter with height", _CLOUDS, -6, unit="cm/m"),
+        _above("no_taper", "narrows_cm_m", "narrowing of the fitted cone", _TOUCHING, Bound(2.2, 0.07), unit="cm/m"),
+        _below(
             "no_taper",
             "narrows_at_most_cm_m",
             "narrowing of the stem, at most (two standard errors)",
-            "cm/m",
-            *_below(0.5, None),
             _POLES,
+            0.5,
+            unit="cm/m",
         ),
-        Limit("disagree", "slices_off_se", "slices against cone, in standard errors", "", *_above(4, None), _CLOUDS),
-        Limit(
-            "disagree",
-            "bowed_share",
-            "straightened against short cone, share of the DBH",
-            "",
-            *_above(None, 0.2),
-            _BOWED,
-        ),
-        Limit(
+        _above("disagree", "slices_off_se", "slices against cone, in standard errors", _CLOUDS, 4),
+        _above("disagree", "bowed_share", "straightened against short cone, share of the DBH", _BOWED, None, 0.2),
+        _above(
             "covered",
             "ring_ratio",
             "thickness of the ring of points, over that of the plot's other stems",
-            "",
-            *_above(1.45, 1.8),
             _IVIED,
+            1.45,
+            1.8,
         ),
-        Limit("covered", "coat_cm", "what covers the bark that shows, thick", "cm", *_above(0, 12), _IVIED),
-        Limit(
+        _above("covered", "coat_cm", "what covers the bark that shows, thick", _IVIED, 0, 12, unit="cm"),
+        _below(
             "covered",
             "false_share",
             "share of false alarms, if all stems of the plot with as much bark inside their ring were flagged",
-            "",
-            *_below(0.03, None),
             _COATED,
+            0.03,
         ),
-        Limit(
-            "covered",
-            "uneven",
-            "thickness of the ring by direction, departures over their errors",
-            "",
-            *_above(7, None),
-            _ONE_SIDED,
-        ),
-        Limit("covered", "kurtosis", "kurtosis of the distances from the bark", "", *_below(-0.65, None), _TWICE),
-        Limit("double", "twice_cm", "two sharp rings, diameters apart by", "cm", *_above(1, 3.5), _FURROWED),
-        Limit(
-            "double", "dates_cm", "diameters that scans or flight lines show, apart by", "cm", *_above(1, 2.5), _TWICE
-        ),
-        Limit("occluded", "purity", "bark among the points on the stem, share", "", *_below(0.6, 0.35), _CLOUDS),
-        Limit("occluded", "solid_purity", "the same, stem filled with points", "", *_below(0.6, None), _CLOUDS),
-        Limit("few_points", "n_points", "points on the bark", "", *_below(None, "least_points"), _SPARSE),
-        Limit(
-            "few_points",
-            "n_at_bh",
-            "points within 0.5 m of breast height",
-            "",
-            *_below("least_at_bh", None),
-            _SPARSE,
-        ),
+        _above("covered", "uneven", "thickness of the ring by direction, departures over their errors", _ONE_SIDED, 7),
+        _below("covered", "kurtosis", "kurtosis of the distances from the bark", _TWICE, -0.65),
+        _above("double", "twice_cm", "two sharp rings, diameters apart by", _FURROWED, 1, 3.5, unit="cm"),
+        _above("double", "dates_cm", "diameters that scans or flight lines show, apart by", _TWICE, 1, 2.5, unit="cm"),
+        _below("occluded", "purity", "bark among the points on the stem, share", _CLOUDS, 0.6, 0.35),
+        _below("occluded", "solid_purity", "the same, stem filled with points", _CLOUDS, 0.6),
+        _below("few_points", "n_points", "points on the bark", _SPARSE, None, "least_points"),
+        _below("few_points", "n_at_bh", "points within 0.5 m of breast height", _SPARSE, "least_at_bh"),
         _TOO_LARGE,
-        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(1, 0.06), Bound(2, 0.1)), _CLOUDS),
-        Limit("not_round", "on_cylinder", "share of the points on the cylinder", "", *_below(0.2, None), _CLOUDS),
-        Limit("occluded", "clutter", "points just outside bark with gaps, share", "", *_above(0.25, None), _CLOUDS),
-        Limit("occluded", "n_above", "parts of a thick stem above the band", "", *_below(2, None), _CLOUDS),
-        Limit("edge", "rim_m", "bark to the edge of the data", "m", *_below(0.02, None), "two centimetres of bark"),
-        Limit("merged", "gap_m", "bark to the next stem's bark", "m", *_below(0.05, None), _CLOUDS),
-        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.3, 5), _GROUND),
+        _above("wide_error", "se_cm", "standard error", _CLOUDS, Bound(1, 0.06), Bound(2, 0.1), unit="cm"),
+        _below("not_round", "on_cylinder", "share of the points on the cylinder", _CLOUDS, 0.2),
+        _above("occluded", "clutter", "points just outside bark with gaps, share", _CLOUDS, 0.25),
+        _below("occluded", "n_above", "parts of a thick stem above the band", _CLOUDS, 2),
+        _below("edge", "rim_m", "bark to the edge of the data", "two centimetres of bark", 0.02, unit="m"),
+        _below("merged", "gap_m", "bark to the next stem's bark", _CLOUDS, 0.05, unit="m"),
+        _above("no_ground", "ground_se_m", "standard error of the ground's height", _GROUND, 0.3, 5, unit="m"),
     ),
     "survey": (
-        Limit(
-            "too_short",
-            "height_share",
-            "height over the survey's own at that DBH, 4 spreads below it",
-            "",
-            *_below(0.75, None),
-            _SHORT,
+        _below(
+            "too_short", "height_share", "height over the survey's own at that DBH, 4 spreads below it", _SHORT, 0.75
         ),
-        Limit(
-            "odd_heights",
-            "slenderness",
-            "height over diameter (15 cm at least), median of the trees",
-            "",
-            *_above(150, None),
-            _STANDS,
+        _above(
+            "odd_heights", "slenderness", "height over diameter (15 cm at least), median of the trees", _STANDS, 150
         ),
-        Limit(
+        _above(
             "odd_heights",
             "tall_share",
             f"share of the points more than {TALL_M:g} m above the ground",
-            "",
-            *_above(_JUST_BELOW_TALL, None),
             _STANDS,
+            _JUST_BELOW_TALL,
         ),
     ),
 }
 
 
 class Predictor(NamedTuple):
-    """What may speak against a diameter from photos without deciding anything by itself."""
+    """What may speak against a diameter from photos without deciding anything by itself.
 
-    #: Key of :data:`.reasons.REASONS`.
+    reason: key of :data:`.reasons.REASONS`. measured: in words, 0 where nothing speaks against the stem. weight: what a
+    unit of it adds to the log odds that the diameter is not the stem's.
+    """
+
     reason: str
-    #: What it is, in words; 0 where nothing speaks against the stem.
     measured: str
-    #: What a unit of it adds to the log odds that the diameter is not the stem's.
     weight: float
 
 

@@ -140,19 +140,9 @@ def on_ground(tree: Tree, scale: float) -> Tree:
     scale: map metres for one metre on the ground (:func:`treedgs_geo.core.map_scale.ground_scale`). Heights are the
     same on both; the lean is not corrected (0.05 degrees at the largest scale that is measured in).
     """
-
-    def corrected(value: float | None, power: int = 1) -> float | None:
-        return None if value is None else value / scale**power
-
-    return replace(
-        tree,
-        dbh_cm=corrected(tree.dbh_cm),
-        dbh_se_cm=corrected(tree.dbh_se_cm),
-        dbh_lo_cm=corrected(tree.dbh_lo_cm),
-        dbh_hi_cm=corrected(tree.dbh_hi_cm),
-        taper_cm_m=corrected(tree.taper_cm_m),
-        ba_m2=corrected(tree.ba_m2, 2),
-    )
+    lengths = ("dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "taper_cm_m")
+    there = {name: value for name in (*lengths, "ba_m2") if (value := getattr(tree, name)) is not None}
+    return replace(tree, **{name: value / scale ** (2 if name == "ba_m2" else 1) for name, value in there.items()})
 
 
 #: Field names of the tree layer, in order (x and y are kept as columns too).

@@ -34,7 +34,6 @@ def dense_option() -> Any:
     """Whose points the fit starts from."""
     return param(
         None,
-        kind="file",
         help="Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the "
         "workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.",
         suffixes=(".ply", ".laz", ".las"),
