@@ -188,7 +188,9 @@ def test_intervals_of_few_events_hold():
             counts = np.bincount(plot, minlength=6)
             mean = counts.sum() / 0.6
             spread = float(np.sqrt(6 / 5 * np.sum((counts - mean * 0.1) ** 2)) / 0.6)
-            plain = Estimate(mean, spread, 0.0, 0.0, spread, 5.0, mean - 2.015 * spread, mean + 2.015 * spread)
+            plain = Estimate(
+                mean, spread, 0.0, 0.0, se=spread, df=5.0, low=mean - 2.015 * spread, high=mean + 2.015 * spread
+            )
             found = few_events(plain, design, np.ones(len(plot)), np.ones(len(plot)), 1.0)
             truth = expected / 0.6
             inside.append((plain.low <= truth <= plain.high, found.low <= truth <= found.high, found.high - found.low))
@@ -200,11 +202,14 @@ def test_intervals_of_few_events_hold():
 
 
 def test_no_event_is_not_certainly_none():
-    none = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0)
+    none = Estimate(0.0, 0.0, 0.0, 0.0, se=0.0, df=5.0, low=0.0, high=0.0)
     found = few_events(none, Design(np.full(4, 0.1), False, 0.9), np.zeros(9), np.ones(9), 1.0)
     assert found.low == 0.0 and 1.0 < found.high < 10.0
     alone = few_events(
-        Estimate(0.0, np.nan, 0.0, 0.0, 0.0, np.inf, -1.0, 1.0), Design(np.full(1, 0.1), False), *(np.ones(2),) * 2, 1.0
+        Estimate(0.0, np.nan, 0.0, 0.0, se=0.0, df=np.inf, low=-1.0, high=1.0),
+        Design(np.full(1, 0.1), False),
+        *(np.ones(2),) * 2,
+        1.0,
     )
     assert alone.low == 0.0 and alone.high == 1.0
 

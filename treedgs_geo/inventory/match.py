@@ -112,8 +112,7 @@ def match_plots(
             beyond[rows] = ~contains_xy(searched.buffer(_RIM_M), *moved.T)
         result.warnings += _remarks(plot, placed, rows[~beyond[rows]], good, suggested)
     _finish(result, drawn, np.select([left_out, beyond], ["rejected", "unsearched"], "no"), near_plot, plots)
-    n_beyond = int((result.field_trees["paired"] == "unsearched").sum())
-    if n_beyond:
+    if n_beyond := int((result.field_trees["paired"] == "unsearched").sum()):
         result.warnings.append(
             f"{n_beyond} of {len(result.field_trees)} field trees stand where stems were not searched for: they are "
             "left unpaired, and no accuracy counts them as missed."
@@ -228,9 +227,8 @@ def _pair_plot(
     for (i, j), margin in zip(found.index, found.margin, strict=True):
         k, stem = free_f[i], free_m[j]
         sure = placed.status in ("auto", "ok") and margin >= options.min_margin
-        note = (
-            "" if sure else "another tree fits about as well" if placed.status != "check" else "plot needs a hand check"
-        )
+        doubt = "plot needs a hand check" if placed.status == "check" else "another tree fits about as well"
+        note = "" if sure else doubt
         row = _row(plot, field_trees.iloc[rows[k]], measured.iloc[stem], moved[k], xy[stem], margin, "auto", note)
         (pairs if sure else suggested).append(row)
         if sure:
@@ -339,7 +337,6 @@ def _finish(result: Matched, drawn: np.ndarray, without: np.ndarray, near_plot: 
     table = result.field_trees
     keys = list(zip(table["plot_id"], table["field_id"].astype(str), strict=True))
     status = {row["plot_id"]: row["status"] for row in result.plots}
-    known = {p.plot_id for p in plots}
     out = table.assign(
         field_id=table["field_id"].astype(str),
         x=drawn[:, 0],
@@ -352,26 +349,24 @@ def _finish(result: Matched, drawn: np.ndarray, without: np.ndarray, near_plot: 
         ],
         tree_id=pd.array([by_field.get(key) for key in keys], dtype="Int64"),
     ).reindex(columns=_FIELD_COLUMNS)
-    result.field_trees = out[out["plot_id"].isin(known)].reset_index(drop=True)
+    result.field_trees = out[out["plot_id"].isin([plot.plot_id for plot in plots])].reset_index(drop=True)
     measured = result.measured
-    measured["plot_id"] = [
-        by_stem[t]["plot_id"] if t in by_stem else p for t, p in zip(measured["tree_id"], near_plot, strict=True)
-    ]
-    measured["field_id"] = [by_stem[t]["field_id"] if t in by_stem else None for t in measured["tree_id"]]
-    measured["paired"] = ["yes" if t in by_stem else "no" for t in measured["tree_id"]]
+    partners = [by_stem.get(t, {"plot_id": p}) for t, p in zip(measured["tree_id"], near_plot, strict=True)]
+    for name in ("plot_id", "field_id"):
+        measured[name] = [partner.get(name) for partner in partners]
+    measured["paired"] = ["yes" if "field_id" in partner else "no" for partner in partners]
     depth = np.full(len(measured), -np.inf)
     for row in result.plots:
         away = np.hypot(measured["x"] - row["x"], measured["y"] - row["y"])
         depth = np.maximum(depth, row["radius_m"] - away)
     # A stem on the circle may be in or out by the crew's tape: it is no evidence for a false tree.
     measured["in_plot"] = np.select([depth > SNAP_M, depth >= -SNAP_M], ["in", "edge"], "out")
-    keep = measured["plot_id"].notna()
     wanted = [
         "tree_id", "plot_id", "field_id", "x", "y", "dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag",
         "qc_reason", "meas_cm", "rev_flag", "method", "paired", "in_plot",
     ]  # fmt: skip
     names = [name for name in wanted if name in measured]
-    result.measured = measured.loc[keep, [*names, "geometry"]].reset_index(drop=True)
+    result.measured = measured.loc[measured["plot_id"].notna(), [*names, "geometry"]].reset_index(drop=True)
 
 
 def _number(value, decimals: int) -> float | None:
@@ -413,9 +408,8 @@ def turn_advice(
         "in another unit."
     )
     if turns:
-        span = f"{min(turns):+.1f}"
-        if len(turns) > 1:
-            span += f" to {max(turns):+.1f}, median {np.median(turns):+.1f}"
+        more = f" to {max(turns):+.1f}, median {np.median(turns):+.1f}" if len(turns) > 1 else ""
+        span = f"{min(turns):+.1f}{more}"
         text += f" Searched up to {_WIDE_DEG:g} degrees, {len(turns)} of {len(tried)} fit clearly, at {span}."
     return [f"{text} {_what_to_change(tried[0], protocol, crs)}"]
 
@@ -449,8 +443,5 @@ def _what_to_change(plot: Plot, protocol: FieldProtocol, crs: pyproj.CRS) -> str
             f"--north (now {protocol.north}: {magnetic}, true, or grid, which lies {abs(convergence):.1f} degrees "
             f"{'east' if convergence > 0 else 'west'} of true)"
         )
-    ways += [
-        "the unit in the name of the bearings' column (azimuth_deg, azimuth_gon, azimuth_mil)",
-        "--rotation-deg for a larger turn",
-    ]
-    return f"Change {'; '.join(ways[:-1])}; or give {ways[-1]}."
+    ways.append("the unit in the name of the bearings' column (azimuth_deg, azimuth_gon, azimuth_mil)")
+    return f"Change {'; '.join(ways)}; or give --rotation-deg for a larger turn."

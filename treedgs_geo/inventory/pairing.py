@@ -93,19 +93,17 @@ def register(
     if len(field_xy) < 3 or len(measured_xy) < 3:
         which = "field" if len(field_xy) < 3 else "measured"
         return _unplaced(f"fewer than 3 {which} trees")
-    places = [
-        _polish(field_xy, measured_xy, offset, turn, options)
-        for offset, turn in _candidates(field_xy, measured_xy, options)
-    ]
+    places = [_polish(field_xy, measured_xy, *place, options) for place in _candidates(field_xy, measured_xy, options)]
     if not places:
         return _unplaced("no measured tree within reach")
-    sigma = _SIGMA_START
-    for _ in range(2):
-        scores = np.array([_score(field_xy, measured_xy, place, sigma, options) for place in places])
+    best = -1
+    for _ in range(3):
+        sigma = _SIGMA_START if best < 0 else _spread(field_xy, measured_xy, *places[best])
+        # Log-likelihood of each placing against "no tree has a partner", with the centre's error as a prior.
+        costs = (_costs(move(field_xy, *place), measured_xy, sigma, options.gate_m) for place in places)
+        priors = (float((place[0] ** 2).sum()) / (2 * _centre_sd(options) ** 2) for place in places)
+        scores = np.array([-_solve(cost)[2] - prior for cost, prior in zip(costs, priors, strict=True)])
         best = int(np.argmax(scores))
-        sigma = _spread(field_xy, measured_xy, *places[best])
-    scores = np.array([_score(field_xy, measured_xy, place, sigma, options) for place in places])
-    best = int(np.argmax(scores))
     offset, turn = places[best]
     moved = move(field_xy, offset, turn)
     others = [
@@ -265,18 +263,6 @@ def _polish(
             break
         offset, turn = fit_rigid(source, target, options.rotation_deg)
     return offset, turn
-
-
-def _score(
-    field_xy: np.ndarray,
-    measured_xy: np.ndarray,
-    place: tuple[np.ndarray, float],
-    sigma: float,
-    options: PairingOptions,
-) -> float:
-    """Log-likelihood of a placing against "no tree has a partner", with the centre's error as a prior."""
-    cost = _costs(move(field_xy, *place), measured_xy, sigma, options.gate_m)
-    return -_solve(cost)[2] - float((place[0] ** 2).sum()) / (2 * _centre_sd(options) ** 2)
 
 
 def _spread(field_xy: np.ndarray, measured_xy: np.ndarray, offset: np.ndarray, turn: float) -> float:

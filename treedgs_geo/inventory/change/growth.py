@@ -8,6 +8,7 @@ not average out.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -27,23 +28,17 @@ class SharedErrors:
     block2: float = 0.0
 
 
-def own_errors(se_cm: np.ndarray, dbh_cm: np.ndarray, block: float) -> np.ndarray:
-    """What is a tree's own of its standard error: the layer's holds its block's relative error too."""
-    return np.sqrt(np.maximum(se_cm**2 - (block * dbh_cm) ** 2, 0.0))
-
-
 def tree_growth(trees: pd.DataFrame, shared: SharedErrors, years: float, level: float) -> pd.DataFrame:
     """Per tree: ``growth_cm, growth_se, grow_lo, grow_hi, growth_cm_a`` and ``ba_growth_m2`` (freed of what the errors
     themselves add to a squared diameter); NaN where one date has no DBH."""
     d1, d2 = trees["dbh1_cm"].to_numpy(float), trees["dbh2_cm"].to_numpy(float)
-    own1, own2 = (
-        own_errors(trees[f"se{k}_cm"].to_numpy(float), d, block)
-        for k, d, block in ((1, d1, shared.block1), (2, d2, shared.block2))
-    )
-    bias = 2 * shared.common_se_cm**2
-    se = np.sqrt(own1**2 + own2**2 + bias + (shared.block1 * d1) ** 2 + (shared.block2 * d2) ** 2)
+    se1, se2 = trees["se1_cm"].to_numpy(float), trees["se2_cm"].to_numpy(float)
+    block1, block2 = shared.block1 * d1, shared.block2 * d2
+    # What is a tree's own of its standard error: the layer's holds its block's relative error too.
+    own1, own2 = (np.sqrt(np.maximum(se**2 - block**2, 0.0)) for se, block in ((se1, block1), (se2, block2)))
+    se = np.sqrt(own1**2 + own2**2 + 2 * shared.common_se_cm**2 + block1**2 + block2**2)
     growth, half = d2 - d1, stats.norm.ppf(0.5 + level / 2) * se
-    error1, error2 = (np.nan_to_num(trees[f"se{k}_cm"].to_numpy(float)) for k in (1, 2))
+    error1, error2 = np.nan_to_num(se1), np.nan_to_num(se2)
     return pd.DataFrame(
         {
             "growth_cm": growth,
@@ -59,8 +54,7 @@ def tree_growth(trees: pd.DataFrame, shared: SharedErrors, years: float, level: 
     )
 
 
-@dataclass(frozen=True)
-class Slopes:
+class Slopes(NamedTuple):
     """What a figure changes by with each date's diameters: value = f(d1, d2). by1, by2: (T,) derivatives per cm."""
 
     value: np.ndarray
@@ -88,11 +82,11 @@ def change_per_area(
     each = np.where(used, weight, 0.0) / bottom.sum()
     by1, by2 = (each * np.where(used, slope, 0.0) for slope in (slopes.by1, slopes.by2))
     d1, d2 = (np.nan_to_num(trees[name].to_numpy(float)) for name in ("dbh1_cm", "dbh2_cm"))
-    own = [
+    own1, own2 = (
         np.where(slope != 0, slope * trees[name].to_numpy(float), 0.0)
         for slope, name in ((by1, "own1_cm"), (by2, "own2_cm"))
-    ]
-    se_trees = float(np.sqrt(np.sum(own[0] ** 2 + own[1] ** 2)))
+    )
+    se_trees = float(np.sqrt(np.sum(own1**2 + own2**2)))
     s1, s2 = by1.sum(), by2.sum()
     se_shared = float(
         np.sqrt(
@@ -137,38 +131,30 @@ def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, year
     # A tree that grew over the limit brings its whole basal area: it counted for nothing before.
     new = Slopes(BA * (d2**2 - se2**2), zero, 2 * BA * d2)
     lost = Slopes(BA * (d1**2 - se1**2), 2 * BA * d1, zero)
-    total = weight + came + gone
     sign = np.where(gone > 0, -1.0, 1.0)
-    value = np.select([came > 0, gone > 0], [new.value, -lost.value], grown.value)
-    by1 = np.select([came > 0, gone > 0], [zero, -lost.by1], grown.by1)
-    by2 = np.select([came > 0, gone > 0], [new.by2, zero], grown.by2)
+    net = Slopes(*(np.select([came > 0, gone > 0], [a, -b], c) for a, b, c in zip(new, lost, grown, strict=True)))
 
     def made(weights: np.ndarray, slopes: Slopes, below: np.ndarray | None = None) -> Estimate:
         return change_per_area(design, plot, weights, slopes, trees, shared, below)
 
+    def events(weights: np.ndarray, slopes: Slopes, more: float) -> Estimate:
+        return few_events(made(weights, slopes), design, weights, slopes.value, more)
+
     count = Slopes(one, zero, zero)
-    figures = {
-        "growth_cm_a": made(survivor, Slopes((d2 - d1) / years, -one / years, one / years), one),
-        "ba_growth": made(weight, grown),
-        "ba_ingrowth": made(came, new),
-        "ba_mortality": made(gone, lost),
-        "ba_change": made(total, Slopes(value, by1, by2)),
-        "trees_ingrowth": made(came, count),
-        "trees_mortality": made(gone, count),
-        "trees_change": made(came + gone, Slopes(sign, zero, zero)),
-    }
     # What one more tree would bring where there is none: the thinnest of the second date, a usual one of the first.
     known2, known1 = (values[np.isfinite(values)] for values in (new.value, lost.value))
     thinnest = float(known2.min()) if len(known2) else 0.0
     usual = float(known1.mean()) if len(known1) else 0.0
-    for name, weights, values, other in (
-        ("trees_ingrowth", came, one, 1.0),
-        ("ba_ingrowth", came, new.value, thinnest),
-        ("trees_mortality", gone, one, 1.0),
-        ("ba_mortality", gone, lost.value, usual),
-    ):
-        figures[name] = few_events(figures[name], design, weights, values, other)
-    return figures
+    return {
+        "growth_cm_a": made(survivor, Slopes((d2 - d1) / years, -one / years, one / years), one),
+        "ba_growth": made(weight, grown),
+        "ba_ingrowth": events(came, new, thinnest),
+        "ba_mortality": events(gone, lost, usual),
+        "ba_change": made(weight + came + gone, net),
+        "trees_ingrowth": events(came, count, 1.0),
+        "trees_mortality": events(gone, count, 1.0),
+        "trees_change": made(came + gone, Slopes(sign, zero, zero)),
+    }
 
 
 def few_events(found: Estimate, design: Design, weight: np.ndarray, value: np.ndarray, usual: float) -> Estimate:

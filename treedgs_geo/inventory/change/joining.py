@@ -81,15 +81,7 @@ def join_dates(
         near[inside] = circle.plot_id
     for k, plot in enumerate(plots):
         near[home == k] = plot.plot_id
-    crew = pd.DataFrame(
-        {
-            "plot_id": near,
-            "field_id": first["tree_id"].astype(str),
-            "x": first["x"],
-            "y": first["y"],
-            "dbh_cm": first["dbh_cm"],
-        }
-    )
+    crew = first[["x", "y", "dbh_cm"]].assign(plot_id=near, field_id=first["tree_id"].astype(str))
     crew = crew[crew["plot_id"].notna()].reset_index(drop=True)
     if not len(crew) or not len(second):
         raise InputError(
@@ -177,16 +169,14 @@ def _table(first, second, found, plots, home, circles, offsets) -> pd.DataFrame:
     by_first = {str(tree): k for k, tree in enumerate(first["tree_id"])}
     by_second = {int(tree): k for k, tree in enumerate(second["tree_id"])}
     rows: list[dict] = []
-    done1: set[int] = set()
-    done2: set[int] = set()
+    done1, done2 = set[int](), set[int]()
     for kind, pairs in (("pair", found.pairs), ("unsure", found.suggested)):
         for pair in pairs:
             i, j = by_first[pair["field_id"]], by_second[int(pair["tree_id"])]
-            if i in done1 or j in done2:
-                continue
-            done1.add(i)
-            done2.add(j)
-            rows.append({"i": i, "j": j, "kind": kind, "dist_m": pair["dist_m"], "margin": pair["margin"]})
+            if i not in done1 and j not in done2:
+                done1.add(i)
+                done2.add(j)
+                rows.append({"i": i, "j": j, "kind": kind, "dist_m": pair["dist_m"], "margin": pair["margin"]})
     listed = {by_first[key] for key in found.field_trees["field_id"]}
     rows += [{"i": i, "j": -1, "kind": "lost"} for i in sorted(listed - done1)]
     rows += [{"i": -1, "j": j, "kind": "new"} for j in range(len(second)) if j not in done2]

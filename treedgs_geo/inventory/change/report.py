@@ -10,7 +10,7 @@ import pandas as pd
 import pyproj
 
 from ... import __version__
-from ...report.blocks import Block, Cards, Column, Document, Heading, Picture, Sentences, Table
+from ...report.blocks import Cards, Column, Document, Heading, Picture, Sentences, Table
 from ...report.charts import BLUE, GREEN, LIGHT_GREY, PURPLE, SKY, VERMILION, chart_png, new_chart
 from ..stand.estimate import Estimate
 from .joining import FATES
@@ -77,48 +77,8 @@ def make_change_document(
         for fate in ("survivor", "ingrowth", "mortality")
         if fate in counts
     ]
-    blocks: list[Block] = [
-        Cards(cards),
-        Sentences(warnings, "Read this first"),
-        *([_changes_table(changes, settings)] if changes else []),
-        _fates_table(counts),
-        Picture("growth over DBH, and a map of what became of each tree", _draw(table)),
-        Heading("How the figures were made"),
-        Sentences([*notes, *_facts(settings)]),
-        Heading("Trees"),
-        _trees_table(table),
-    ]
-    return Document(
-        f"Two dates: {settings.before.stem} and {settings.after.stem}",
-        f"{settings.years:g} years; intervals are {settings.confidence_pct:g} %; TreeDGS {__version__}",
-        blocks,
-    )
-
-
-def _facts(settings: Any) -> list[str]:
-    return [
-        f"Shared errors: a bias of {settings.common_se_cm:g} cm (standard error) of each date's DBHs; relative error "
-        f"of each block's lengths {settings.block_before_pct:g} % and {settings.block_after_pct:g} %. They do not "
-        "average out over trees.",
-        "A new tree that is thicker than any can have grown (1.5 times the survivors' 95 % quantile, at most "
-        f"{settings.max_yearly_growth_cm:g} cm a year, over the smallest DBH) was missed at the first date. Their "
-        "share among the thick trees says how many of the lost and of the thin new ones were only missed; each counts "
-        "by that chance.",
-        "Trees are paired by position alone, as field plots are (docs/technician/pairing.md).",
-    ]
-
-
-def _changes_table(changes: dict[str, Estimate], settings: Any) -> Table:
     level = f"{settings.confidence_pct:g} %"
-    rows = [
-        {
-            **vars(found),
-            "what": f"{_LABELS[name][0]}, {_LABELS[name][1]}",
-            "year": None if name == "growth_cm_a" else found.mean / settings.years,
-        }
-        for name, found in changes.items()
-    ]
-    return Table(
+    figures = Table(
         "changes",
         f"Change over {settings.years:g} years",
         [
@@ -132,26 +92,26 @@ def _changes_table(changes: dict[str, Estimate], settings: Any) -> Table:
             Column("low", f"{level} from", 3),
             Column("high", f"{level} to", 3),
         ],
-        rows,
+        [
+            {
+                **vars(found),
+                "what": f"{_LABELS[name][0]}, {_LABELS[name][1]}",
+                "year": None if name == "growth_cm_a" else found.mean / settings.years,
+            }
+            for name, found in changes.items()
+        ],
         "Components of change (Beers 1962): growth of survivors + ingrowth − mortality = net change. A tree that grew "
         "over the smallest DBH brings its whole basal area. What the DBHs' own errors add to squared diameters is "
         "taken off. How many of the lost trees were only missed is part of the shared errors.",
     )
-
-
-def _fates_table(counts: dict[str, int]) -> Table:
-    rows = [{"fate": fate, "n": counts[fate], "means": FATES[fate]} for fate in FATES if fate in counts]
-    return Table(
+    fates = Table(
         "fates",
         "What became of the trees",
         [Column("fate", "Fate"), Column("n", "Trees", 0), Column("means", "Means")],
-        rows,
+        [{"fate": fate, "n": counts[fate], "means": FATES[fate]} for fate in FATES if fate in counts],
     )
-
-
-def _trees_table(table: gpd.GeoDataFrame) -> Table:
     ids = {name: table[name].astype("string").fillna("") for name in ("before_id", "after_id")}
-    return Table(
+    trees = Table(
         "change_trees",
         "",
         [
@@ -166,6 +126,31 @@ def _trees_table(table: gpd.GeoDataFrame) -> Table:
             Column("grow_hi", "to", 1),
         ],
         table.assign(**ids)[table["fate"] != "small"].to_dict("records"),
+    )
+    facts = [
+        f"Shared errors: a bias of {settings.common_se_cm:g} cm (standard error) of each date's DBHs; relative error "
+        f"of each block's lengths {settings.block_before_pct:g} % and {settings.block_after_pct:g} %. They do not "
+        "average out over trees.",
+        "A new tree that is thicker than any can have grown (1.5 times the survivors' 95 % quantile, at most "
+        f"{settings.max_yearly_growth_cm:g} cm a year, over the smallest DBH) was missed at the first date. Their "
+        "share among the thick trees says how many of the lost and of the thin new ones were only missed; each counts "
+        "by that chance.",
+        "Trees are paired by position alone, as field plots are (docs/technician/pairing.md).",
+    ]
+    return Document(
+        f"Two dates: {settings.before.stem} and {settings.after.stem}",
+        f"{settings.years:g} years; intervals are {level}; TreeDGS {__version__}",
+        [
+            Cards(cards),
+            Sentences(warnings, "Read this first"),
+            *([figures] if changes else []),
+            fates,
+            Picture("growth over DBH, and a map of what became of each tree", _draw(table)),
+            Heading("How the figures were made"),
+            Sentences([*notes, *facts]),
+            Heading("Trees"),
+            trees,
+        ],
     )
 
 

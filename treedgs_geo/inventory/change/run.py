@@ -4,7 +4,6 @@ and growth."""
 from __future__ import annotations
 
 import datetime
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -85,8 +84,7 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
         table = change_table(trees, names, after.crs)
         write_layer(folder / "change.gpkg", OWN_LAYERS, LAYER, table, "Point")
         write_csv(folder / "change.csv", table)
-        document = make_change_document(table, changes, counts, warnings, notes, settings)
-        write_pages(folder / "change", document)
+        write_pages(folder / "change", make_change_document(table, changes, counts, warnings, notes, settings))
         figures = {
             name: {key: known(getattr(found, of)) for key, of in _FIGURES.items()} for name, found in changes.items()
         }
@@ -102,25 +100,22 @@ def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
                 "notes": notes,
                 "inputs": {
                     f"{when}: {path.name}": fingerprint([path])
-                    for when, path in (("before", Path(settings.before)), ("after", Path(settings.after)))
+                    for when, path in (("before", settings.before), ("after", settings.after))
                 },
                 "version": __version__,
             },
         )
-    found: dict[str, Any] = {
+    growth, change = (known(changes[name].mean) if changes else None for name in ("growth_cm_a", "ba_change"))
+    return {
         "output": str(folder),
         "report": str(folder / "change.html"),
         "pdf": str(folder / "change.pdf"),
         "layer": str(folder / "change.gpkg"),
         "n_survivors": counts.get("survivor", 0),
-        "n_ingrowth": counts.get("ingrowth", 0),
-        "n_mortality": counts.get("mortality", 0),
-        "n_unsure": counts.get("unsure", 0),
+        **{f"n_{fate}": counts.get(fate, 0) for fate in ("ingrowth", "mortality", "unsure")},
+        "growth_cm_a": None if growth is None else round(growth, 4),
+        "ba_change_m2_ha": None if change is None else round(change, 4),
     }
-    for key, name in (("growth_cm_a", "growth_cm_a"), ("ba_change_m2_ha", "ba_change")):
-        value = changes[name].mean if name in changes else math.nan
-        found[key] = round(value, 4) if math.isfinite(value) else None
-    return found
 
 
 def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
@@ -132,10 +127,7 @@ def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
         before.crs = after.crs
     if len(before.trees) and len(after.trees):
         away = np.hypot(*(before.trees[["x", "y"]].mean() - after.trees[["x", "y"]].mean()))
-        span = (
-            np.ptp(after.trees[["x", "y"]].to_numpy(float), axis=0).max()
-            + np.ptp(before.trees[["x", "y"]].to_numpy(float), axis=0).max()
-        )
+        span = sum(np.ptp(date.trees[["x", "y"]].to_numpy(float), axis=0).max() for date in (after, before))
         if away > max(span, 50.0):
             raise InputError(
                 f"{settings.after}: its trees are {away:,.0f} m away from those of {settings.before}; give two layers "
@@ -191,8 +183,7 @@ def _remarks(
     notes = [f"First date: {text}" for text in before.notes] + [f"Second date: {text}" for text in after.notes]
     fate = trees["fate"]
     lost = (fate == "mortality") & trees["after_id"].isna()
-    n_lost = int(lost.sum())
-    if n_lost:
+    if n_lost := int(lost.sum()):
         dead = float(trees.loc[lost, "chance"].sum())
         said = (
             f"{count_of(joined.n_missed, 'thick tree')} of the second date {'was' if joined.n_missed == 1 else 'were'} "
@@ -211,33 +202,26 @@ def _remarks(
             f"Left out of every figure: {count_of(len(joined.unpaired), 'plot')} ({named}) in which the trees of both "
             "dates could not be paired."
         )
-    unsure = int((fate == "unsure").sum())
-    if unsure:
+    if unsure := int((fate == "unsure").sum()):
         warnings.append(
             f"Which tree is which is not sure for {count_of(unsure, 'tree')}: they count neither as growth nor as dead."
         )
-    open_ = int((fate == "no growth").sum())
-    if open_:
+    if open_ := int((fate == "no growth").sum()):
         notes.append(
             f"Alive, without a DBH at one date: {count_of(open_, 'tree')}; each counts as the mean of its plot."
         )
-    odd = trees[(fate == "survivor") & (trees["growth_cm"] < -_ODD * trees["growth_se"])]
-    fast = trees[
-        (fate == "survivor")
-        & (trees["growth_cm"] > settings.max_yearly_growth_cm * settings.years + _ODD * trees["growth_se"].fillna(0.0))
-    ]
-    for part, text in (
-        (odd, "shrank by more than their errors allow"),
-        (fast, "grew faster than --max-yearly-growth-cm"),
+    growth, error, limit = trees["growth_cm"], trees["growth_se"], settings.max_yearly_growth_cm * settings.years
+    for odd, text in (
+        (growth < -_ODD * error, "shrank by more than their errors allow"),
+        (growth > limit + _ODD * error.fillna(0.0), "grew faster than --max-yearly-growth-cm"),
     ):
-        if len(part):
+        if len(part := trees[(fate == "survivor") & odd]):
             named = some((f"{row.after_id:.0f} ({row.growth_cm:+.1f} cm)" for row in part.itertuples()), 8)
             warnings.append(
                 f"{count_of(len(part), 'tree')} {text}: {named}; look whether they are the same trees, and at their "
                 "flags."
             )
-    blind = int(trees.loc[fate == "survivor", "growth_se"].isna().sum())
-    if blind:
+    if blind := int(trees.loc[fate == "survivor", "growth_se"].isna().sum()):
         warnings.append(f"{count_of(blind, 'survivor')} without a standard error of DBH: their growth has no interval.")
     if not plots:
         notes.append("Without --plots there is no area: nothing is given per hectare.")

@@ -66,11 +66,9 @@ class Tapes:
         lone = np.zeros(0, int)
         for name in sorted(set(self.stratum)):
             mine = np.concatenate([lone, np.flatnonzero(self.stratum == name)])
-            if len(mine) == 1 and self.prob[mine[0]] < 1 - 1e-12:
-                lone = mine
-                continue
-            lone = np.zeros(0, int)
-            found.append(mine)
+            alone = len(mine) == 1 and self.prob[mine[0]] < 1 - 1e-12
+            lone = mine if alone else lone[:0]
+            found += [] if alone else [mine]
         if len(lone):
             found = [*found[:-1], np.concatenate([found[-1], lone])] if found else [lone]
         return found

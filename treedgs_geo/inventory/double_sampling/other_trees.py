@@ -46,8 +46,7 @@ def tapes_of_other_trees(taped: Taped, trees: pd.DataFrame, rows: np.ndarray, db
     """
     ids = np.array([f"tree {tree}" for tree in taped.trees["tree_id"]], object)
     tape = taped.trees["taped_cm"].to_numpy(float)
-    found = of_other_trees(tape, dbh_cm[rows], trees["dbh_se_cm"].to_numpy(float)[rows], ids)
-    if found is None:
+    if (found := of_other_trees(tape, dbh_cm[rows], trees["dbh_se_cm"].to_numpy(float)[rows], ids)) is None:
         return ""
     text = f"{taped.path}: {found.why}; hold the column against the form and correct it."
     if found.certain:
@@ -70,8 +69,7 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
     t, d, w = taped_cm[both], dbh_cm[both], within[both]
     by_chance = float(np.mean(np.abs(t[:, None] - d[None]) <= w[None]))
     for rows in _SLIPS:
-        moved = np.full(len(taped_cm), np.nan)
-        moved[max(-rows, 0) : len(moved) - max(rows, 0)] = taped_cm[max(rows, 0) : len(moved) - max(-rows, 0)]
+        moved = pd.Series(taped_cm).shift(-rows).to_numpy(float)
         asked = off & np.isfinite(moved)
         n_fit, n_asked = int(_fits(moved, dbh_cm, within)[asked].sum()), int(asked.sum())
         if n_fit >= _EXPLAINED * n_asked and binom.sf(n_fit - 1, n_asked, by_chance) < _CHANCE:
@@ -88,14 +86,9 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
             "fit their trees: the cell was filled down",
             True,
         )
-    alike = float(spearmanr(t, d).statistic)
-    for name, order in (("smallest", t), ("largest", -t)):
-        if (
-            off.sum() >= _OFF
-            and alike < _ORDERED
-            and (np.diff(order) >= 0).all()
-            and not (np.diff(d) * (1 if name == "smallest" else -1) >= 0).all()
-        ):
+    mixed = off.sum() >= _OFF and float(spearmanr(t, d).statistic) < _ORDERED
+    for name, sign in (("smallest", 1), ("largest", -1)):
+        if mixed and (np.diff(sign * t) >= 0).all() and not (sign * np.diff(d) >= 0).all():
             why = f"the taped values go from the {name} on, those measured do not: the column was sorted alone"
             return OtherTrees(why, True)
     if off.sum() >= n / 2:
@@ -112,13 +105,9 @@ def of_other_trees(taped_cm: np.ndarray, dbh_cm: np.ndarray, se_cm: np.ndarray, 
 
 def _filled_down(taped: np.ndarray, off: np.ndarray) -> np.ndarray | None:
     """Rows in turn with one value that fits few of them; ``None`` where there are none."""
-    start = 0
-    for k in range(1, len(taped) + 1):
-        if k < len(taped) and taped[k] == taped[start]:
-            continue
-        if off[start:k].sum() >= _OFF:
-            return np.arange(start, k)
-        start = k
+    for rows in np.split(np.arange(len(taped)), np.flatnonzero(np.diff(taped) != 0) + 1):
+        if off[rows].sum() >= _OFF:
+            return rows
     return None
 
 
@@ -129,19 +118,13 @@ def outliers(dbh_cm: np.ndarray, taped_cm: np.ndarray, names: np.ndarray) -> lis
     both = np.isfinite(error)
     middle = float(np.median(error[both])) if both.any() else 0.0
     spread = max(1.4826 * float(np.median(np.abs(error[both] - middle))) if both.any() else 0.0, MIN_SPREAD_CM)
-    found: list[str | None] = []
-    for k in range(len(d)):
-        if not both[k] or abs(error[k] - middle) <= OUTLIER * spread:
-            found.append(None)
-            continue
-        text = f"measured {d[k]:.1f} cm, taped {t[k]:.1f} cm"
-        for j in np.flatnonzero(both):
-            if j != k and max(abs(d[k] - t[j] - middle), abs(d[j] - t[k] - middle)) <= OUTLIER * spread < abs(
-                error[j] - middle
-            ):
-                text += f"; perhaps exchanged with tree {names[j]}"
-                break
-        found.append(text)
+    limit, found = OUTLIER * spread, list[str | None]([None] * len(d))
+    odd = np.flatnonzero(both & (np.abs(error - middle) > limit))
+    for k in odd:
+        crossed = np.maximum(np.abs(d[k] - t[odd] - middle), np.abs(d[odd] - t[k] - middle))
+        others = names[odd[(odd != k) & (crossed <= limit)]]
+        exchanged = f"; perhaps exchanged with tree {others[0]}" if len(others) else ""
+        found[k] = f"measured {d[k]:.1f} cm, taped {t[k]:.1f} cm{exchanged}"
     return found
 
 

@@ -133,13 +133,11 @@ def read_taped(path: Path, dbh_cm: pd.Series | None = None) -> Taped:
     if dbh_cm is not None:
         trees["dbh_cm"] = trees["tree_id"].map(dbh_cm).astype(float)
     _check(path, trees, extra)
-    whole = trees["prob"].between(0, 1, inclusive="right").all() and trees[["stratum", "n_frame"]].notna().all(
-        axis=None
-    )
+    whole = trees["prob"].between(0, 1, inclusive="right") & trees["stratum"].notna() & trees["n_frame"].notna()
     return Taped(
         trees.reset_index(drop=True),
         extra[["plot_id", "near_id", "taped_cm", "note"]].reset_index(drop=True),
-        int(trees["n_frame"].iloc[0]) if whole else 0,
+        int(trees["n_frame"].iloc[0]) if whole.all() else 0,
         str(trees["frame"].iloc[0] or ""),
         path,
     )
@@ -210,14 +208,12 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
         raise InputError(f"{path}: tree {trees['tree_id'][twice.idxmax()]} appears twice; leave one row a tree.")
     if not (trees["state"] != "not reached").any():
         raise InputError(f"{path}: no tree is filled in; write the diameters into taped_cm.")
-    bare = extra["taped_cm"].isna()
-    if bare.any():
+    if extra["taped_cm"].isna().any():
         raise InputError(
             f"{path}: a row without tree_id has no diameter: rows without tree_id are trees that the map lacks; tape "
             "them, or delete the row."
         )
-    lost = extra["plot_id"].isna() & extra["near_id"].isna()
-    if lost.any():
+    if (extra["plot_id"].isna() & extra["near_id"].isna()).any():
         raise InputError(
             f"{path}: a tree that the map lacks has no plot_id and no near_id; write the plot that was searched, or "
             "the drawn tree that it stands nearest to."
@@ -238,11 +234,8 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
 
 
 def _check_draw(path: Path, trees: pd.DataFrame) -> None:
-    """Where every tree of a stratum had the same chance, the drawn ones stand for exactly all.
-
-    Raises:
-        InputError: rows are missing, or chances were changed.
-    """
+    """Where every tree of a stratum had the same chance, the drawn ones stand for exactly all: else rows are missing,
+    or chances were changed."""
     known = trees[["prob", "n_frame"]].notna().all(axis=None) and (trees["prob"] > 0).all()
     if not known or (trees.groupby(trees["stratum"].astype(str))["prob"].transform("std").fillna(0) > 1e-6).any():
         return
@@ -297,7 +290,6 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
     same = _same(then, now)
     by_tape = placed & ~same & _same(drawn["taped_cm"], now)
     dbh[rows] = np.where(placed & same | by_tape, then, now)
-    written = int(by_tape.sum())
     changed = [
         f"tree {drawn['tree_id'].iloc[k]}: {_cm(then[k])} when drawn, {_cm(now[k])} now"
         for k in np.flatnonzero(placed & ~same & ~by_tape)
@@ -311,18 +303,16 @@ def join(trees: pd.DataFrame, taped: Taped, path: Path) -> tuple[np.ndarray, np.
     typed = np.full(len(rows), False) if "meas_cm" not in trees else ~_same(now, trees["meas_cm"].to_numpy(float)[rows])
     other = typed & np.isfinite(now) & drawn["taped_cm"].notna().to_numpy() & ~_same(drawn["taped_cm"], now)
     if other.any():
-        k = np.flatnonzero(other)
-        named = some(
-            [f"tree {drawn['tree_id'].iloc[i]}: {_cm(drawn['taped_cm'].iloc[i])} and {_cm(now[i])}" for i in k], 5
-        )
+        pairs = zip(drawn["tree_id"][other], drawn["taped_cm"][other], now[other], strict=True)
+        named = some((f"tree {tree}: {_cm(tape)} and {_cm(typed_cm)}" for tree, tape, typed_cm in pairs), 5)
         notes.append(
-            f"{count_of(len(k), 'tree')} with one diameter in {taped.path.name} and another typed into the layer "
-            f"({named}): the table's corrects the totals; take the wrong one back."
+            f"{count_of(int(other.sum()), 'tree')} with one diameter in {taped.path.name} and another typed into the "
+            f"layer ({named}): the table's corrects the totals; take the wrong one back."
         )
-    if written:
+    if by_tape.any():
         notes.append(
-            f"{written} of the taped DBHs stand in the tree layer too: there the measured ones count, so that the "
-            "tapes speak for the trees that were not taped as well."
+            f"{int(by_tape.sum())} of the taped DBHs stand in the tree layer too: there the measured ones count, so "
+            "that the tapes speak for the trees that were not taped as well."
         )
     return rows, dbh, notes
 

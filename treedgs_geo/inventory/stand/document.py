@@ -27,19 +27,10 @@ from .units import UNITS
 
 def make_document(stand: Stand, units: str, class_width: float | None, facts: dict[str, str]) -> Document:
     """Compose the report. facts: label -> value rows about inputs and settings."""
-    long = species_class_table(stand, units, class_width)
-    tables = {
-        table.name: table
-        for table in (
-            summary_table(stand, units),
-            long,
-            plots_table(stand, units),
-            correction_table(stand, units),
-            equations_table(stand),
-            trees_table(stand, units),
-        )
-    }
+    long, equations = species_class_table(stand, units, class_width), equations_table(stand)
+    by_unit = (make(stand, units) for make in (summary_table, plots_table, correction_table, trees_table))
     about = facts_table("about", "Inputs and settings", facts)
+    tables = {table.name: table for table in (*by_unit, long, equations, about)}
     blocks: list[Block] = [
         Cards(_cards(stand, units)),
         Sentences(stand.warnings, "Read this first"),
@@ -51,29 +42,27 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
     if len({row["species"] for row in long.rows} - {"all"}) > 1:
         shown = [name for name in ("trees", "ba", "volume") if np.isfinite(stand.estimates[name].mean)]
         blocks += [cross_table(long, units, name) for name in shown]
-    blocks.append(Heading("Plots"))
-    for picture, text in (
-        (draw_overview(stand), "map of the plots, coloured by basal area"),
-        (draw_plots(stand), "trees of the plots; discs grow with DBH, numbers are DBH in cm"),
-    ):
-        if picture is not None:
-            blocks.append(Picture(text, picture))
-    q, dead = UNITS[units], list[str]()
+    pictures = {
+        "map of the plots, coloured by basal area": draw_overview(stand),
+        "trees of the plots; discs grow with DBH, numbers are DBH in cm": draw_plots(stand),
+    }
+    blocks += [Heading("Plots"), *(Picture(text, picture) for text, picture in pictures.items() if picture)]
+    q, said = UNITS[units], [*stand.notes, *stand.values.curves]
     if len(stand.dead):
-        dead = [
+        said.append(
             f"Dead trees are no part of any figure above: {stand.dead_per_ha['trees'] * q['trees'].factor:.1f} "
             f"{q['trees'].unit}, {stand.dead_per_ha['ba'] * q['ba'].factor:.2f} {q['ba'].unit} (uncorrected)."
-        ]
+        )
     plot_columns = ["plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion"]
     plot_columns += [q[name].key for name in ("trees", "ba", "qmd", "dominant", "volume", "biomass")]
     blocks += [
         tables["plots"].only(*plot_columns),
         Heading("How the figures were made"),
         tables["corrections"],
-        Sentences([*stand.notes, *stand.values.curves, *dead]),
+        Sentences(said),
     ]
-    if tables["equations"].rows:
-        blocks.append(tables["equations"].only("id", "n", "beyond", "range", "source"))
+    if equations.rows:
+        blocks.append(equations.only("id", "n", "beyond", "range", "source"))
     blocks += [about, replace(tables["trees"], folded=True, more="stand_trees.csv and stand_table.xlsx")]
     kind = "census" if stand.design.census else f"{stand.design.n} plot{'s' if stand.design.n != 1 else ''}"
     area = f"{stand.design.areas.sum() * q['area'].factor:.3g} {q['area'].unit}"
@@ -82,7 +71,7 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
         f"Stand table: {stand.stand_id}",
         f"{kind}, {area} in all, from {source}",
         blocks,
-        {**tables, "about": about},
+        tables,
         letter=units == "us",
     )
 
@@ -94,15 +83,15 @@ def _cards(stand: Stand, units: str) -> list[tuple[str, str, str]]:
         found, q = stand.estimates[name], UNITS[units][name]
         if not np.isfinite(found.mean):
             continue
-        value = f"{found.mean * q.factor:,.{q.decimals}f}".replace(",", "\u202f")
+        value, low, high = (
+            f"{x * q.factor:,.{q.decimals}f}".replace(",", "\u202f") for x in (found.mean, found.low, found.high)
+        )
         interval = ""
         # From one plot the interval is of measuring it; beside the stand's figure it would be taken for the stand's.
         one = stand.design.n == 1 and not stand.design.census
         if (not one or found.se_missing > 0) and np.isfinite(found.low) and np.isfinite(found.high):
-            low, high = (f"{x * q.factor:,.{q.decimals}f}".replace(",", "\u202f") for x in (found.low, found.high))
             interval = f"{low} to {high}" + (" in this plot" if one else "")
-        label = "QMD" if name == "qmd" else q.label
-        cards.append((label, f"{value} {q.unit}", interval))
+        cards.append(("QMD" if name == "qmd" else q.label, f"{value} {q.unit}", interval))
     return cards
 
 
@@ -159,22 +148,16 @@ def draw_overview(stand: Stand) -> bytes | None:
         # A small plot in a wide survey would be invisible at true size.
         axis.plot(plot.x - origin[0], plot.y - origin[1], "o", ms=5, color=shade.to_rgba(value), mec="0.2", mew=0.6)
         if len(placed) <= 40:
-            axis.annotate(
-                plot.plot_id,
-                (plot.x - origin[0], plot.y - origin[1]),
-                xytext=(6, 6),
-                fontsize=9,
-                path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white")],
-                textcoords="offset points",
-            )
+            white = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+            place = (plot.x - origin[0], plot.y - origin[1])
+            axis.annotate(plot.plot_id, place, (6, 6), textcoords="offset points", fontsize=9, path_effects=white)
     if stand.design.census:
         _trees(axis, stand, 0, origin, 0.25)
     elif len(placed) > 1:
         figure.colorbar(shade, ax=axis, label="Basal area, m²/ha", shrink=0.7)
     axis.set_aspect("equal", adjustable="datalim")
     axis.margins(0.08)
-    axis.set_xlabel(f"Easting − {origin[0]:.0f} m")
-    axis.set_ylabel(f"Northing − {origin[1]:.0f} m")
+    axis.set(xlabel=f"Easting − {origin[0]:.0f} m", ylabel=f"Northing − {origin[1]:.0f} m")
     return chart_png(figure)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -29,12 +29,12 @@ class Estimate:
     se_plots: float = np.nan
     se_trees: float = np.nan
     se_common: float = np.nan
+    se_missing: float = 0.0
+    se_taped: float = 0.0
     se: float = np.nan
     df: float = np.nan
     low: float = np.nan
     high: float = np.nan
-    se_missing: float = 0.0
-    se_taped: float = 0.0
 
     @property
     def half_pct(self) -> float:
@@ -86,19 +86,17 @@ def combine(
     if not np.isfinite(mean):
         return Estimate()
     if not np.isfinite(random):
-        return Estimate(mean, np.nan, se_trees, se_common, se_missing=se_missing)
+        return Estimate(mean, np.nan, se_trees, se_common, se_missing)
     se = float(np.sqrt(random**2 + np.nan_to_num(se_common) ** 2 + np.nan_to_num(se_missing) ** 2))
-    df = np.inf
-    if sampled and random > 0:
-        # Welch and Satterthwaite: the other errors are taken as known.
-        df = (design.n - 1) * (se / random) ** 4
+    # Welch and Satterthwaite: the other errors are taken as known.
+    df = (design.n - 1) * (se / random) ** 4 if sampled and random > 0 else np.inf
     t = t_factor(design.confidence, df)
-    low, high = max(mean - t * se, least), mean + t * se
-    return Estimate(mean, se_plots if sampled else np.nan, se_trees, se_common, se, df, low, high, se_missing)
+    made = Estimate(mean, se_plots if sampled else np.nan, se_trees, se_common, se_missing)
+    return replace(made, se=se, df=df, low=max(mean - t * se, least), high=mean + t * se)
 
 
 def per_hectare(
-    design: Design, rows: pd.DataFrame, value: np.ndarray, sd: np.ndarray, shift: np.ndarray, gaps: Gaps | None = None
+    design: Design, rows: pd.DataFrame, value: np.ndarray, sd: np.ndarray, shift: np.ndarray, gaps: Gaps
 ) -> Estimate:
     """A quantity per hectare. rows: ``plot, tree, weight``. value, sd, shift: one entry a tree."""
     plot, tree, weight = (rows[name].to_numpy() for name in ("plot", "tree", "weight"))
@@ -108,13 +106,10 @@ def per_hectare(
     # sd is NaN where nobody knows the error: then the sum is not known either.
     se_trees = float(np.sqrt(np.sum((per_tree * np.where(per_tree > 0, sd, 0.0)) ** 2)))
     se_common = float(abs(np.sum(per_tree * np.where(per_tree > 0, shift, 0.0))))
-    se_missing = gaps.error(rows, value) / design.areas.sum() if gaps else 0.0
-    return combine(design, mean, se_plots, se_trees, se_common, se_missing)
+    return combine(design, mean, se_plots, se_trees, se_common, gaps.error(rows, value) / design.areas.sum())
 
 
-def quadratic_mean_diameter(
-    design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps | None = None
-) -> Estimate:
+def quadratic_mean_diameter(design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps) -> Estimate:
     """sqrt(basal area / (pi/4 trees)), cm, from the corrected basal area."""
     plot, tree, weight = (rows[name].to_numpy() for name in ("plot", "tree", "weight"))
     count = np.bincount(plot, weight, minlength=design.n)
@@ -127,8 +122,8 @@ def quadratic_mean_diameter(
     se_trees = float(np.sqrt(np.sum((slope * np.where(share > 0, values.se, 0.0)) ** 2)))
     common = values.shift["ba"] / (BA * 2 * values.dbh)
     moved = (values.value["ba"] / BA - square) / (2 * q * weight.sum())
-    se_missing = gaps.error(rows, moved) if gaps else 0.0
-    return combine(design, q, se_square / (2 * q), se_trees, float(abs(np.nansum(slope * common))), se_missing)
+    se_common = float(abs(np.nansum(slope * common)))
+    return combine(design, q, se_square / (2 * q), se_trees, se_common, gaps.error(rows, moved))
 
 
 def weighted_height(design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps | None = None) -> Estimate:
@@ -196,19 +191,16 @@ def plot_table(design: Design, plots: list[SamplePlot], rows: pd.DataFrame, valu
     def total(value: np.ndarray) -> np.ndarray:
         return np.bincount(plot, weight * value[tree], minlength=design.n)
 
-    one = np.ones(len(values.dbh))
-    count, ba = total(one), total(values.value["ba"])
+    count, ba = total(np.ones(len(values.dbh))), total(values.value["ba"])
     with np.errstate(all="ignore"):
         return pd.DataFrame(
             {
-                "plot_id": [p.plot_id for p in plots],
-                "shape": [p.shape for p in plots],
-                "area_ha": [p.area_ha for p in plots],
+                **{
+                    name: [getattr(p, name) for p in plots]
+                    for name in ("plot_id", "shape", "area_ha", "edge", "x", "y")
+                },
                 "expansion": 1 / design.areas,
-                "edge": [p.edge for p in plots],
                 "searched_pct": [100 * p.searched for p in plots],
-                "x": [p.x for p in plots],
-                "y": [p.y for p in plots],
                 "trees_ha": count / design.areas,
                 "ba_m2_ha": ba / design.areas,
                 "qmd_cm": np.sqrt(ba / BA / count),

@@ -39,7 +39,7 @@ class Expanded:
 
     def of(self, *kinds: str) -> pd.DataFrame:
         """Rows of these kinds."""
-        return self.rows[self.rows["kind"].isin(kinds)]
+        return self.rows[self.rows["kind"].isin(kinds)].astype({"plot": int, "tree": int})
 
 
 def expand(
@@ -102,12 +102,9 @@ def _by_place(
         away = float(np.nanmin(np.hypot(x - plot.x, y - plot.y), initial=np.inf))
         reach = np.sqrt(plot.area_ha * 1e4 / np.pi)
         if not searched and plot.edge != "census" and away > max(UNSEEN_M, 3 * reach):
-            found.warnings.append(
-                f"Plot {plot.plot_id}: the nearest measured tree is {away:,.0f} m away; taken as not "
-                "surveyed and left out."
-                if np.isfinite(away)
-                else f"Plot {plot.plot_id}: left out, the tree layer is empty."
-            )
+            why = f"the nearest measured tree is {away:,.0f} m away; taken as not surveyed and left out."
+            why = why if np.isfinite(away) else "left out, the tree layer is empty."
+            found.warnings.append(f"Plot {plot.plot_id}: {why}")
             continue
         inside = np.flatnonzero(plot.contains(x, y))
         count = weights(plot, x[inside], y[inside], boundary, rule)
@@ -165,8 +162,7 @@ def _by_name(
                 f"Plot {plot.plot_id}: the field table has no tree of it; it counts as an empty plot."
             )
         far = table.loc[rows, "distance_m"].astype(float) if "distance_m" in table else pd.Series(dtype=float)
-        n_far = int((far > plot.radius_m + NEAR_LINE_M).sum())
-        if n_far:
+        if n_far := int((far > plot.radius_m + NEAR_LINE_M).sum()):
             found.warnings.append(
                 f"Plot {plot.plot_id}: {n_far} tally trees are farther from the centre than its radius of "
                 f"{plot.radius_m:g} m; they count, as the crew tallied them."

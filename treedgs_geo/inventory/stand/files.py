@@ -14,7 +14,6 @@ import re
 import sqlite3
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -26,7 +25,7 @@ from ...core.files import atomic_path, ensure_writable
 from ...core.frames import own_degrees
 from ...core.geopackage import atomic_geopackage
 from ...core.layer_files import add_layer, write_shapefile
-from ...report.blocks import Document, Table
+from ...report.blocks import Document, Table, known
 from .species import UNKNOWN, species_of
 from .survey import Stand
 from .units import ACRE_HA, FOOT
@@ -80,13 +79,10 @@ def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
     """``stand_plots.shp`` and ``stand_trees.shp``; nothing for a layer that has no place on the map."""
     written = []
     for name, layer in ((PLOTS, plot_layer(stand)), (TREES, tree_layer(stand))):
-        layer = layer[layer.geometry.notna()]
-        if not len(layer):
-            continue
-        target = Path(folder) / f"{name}.shp"
-        ensure_writable(target)
-        write_shapefile(target, layer)
-        written.append(target)
+        if len(layer := layer[layer.geometry.notna()]):
+            written.append(Path(folder) / f"{name}.shp")
+            ensure_writable(written[-1])
+            write_shapefile(written[-1], layer)
     return written
 
 
@@ -114,8 +110,8 @@ def write_workbook(path: Path, document: Document) -> None:
         sheet.append([column.heading for column in table.columns])
         for number, row in enumerate(table.rows):
             for k, column in enumerate(table.columns, start=1):
-                value = _plain(row.get(column.key))
-                if value is None:
+                value = row.get(column.key)
+                if not isinstance(value, str) and (value := known(value)) is None:
                     continue
                 cell = sheet.cell(number + 2, k)
                 cell.value = _CONTROL.sub(" ", value) if isinstance(value, str) else value
@@ -147,15 +143,6 @@ def write_csv(path: Path, table: Table) -> None:
     if any("key" in row for row in table.rows):
         keys.insert(1, "key")
     tables.write_csv(path, pd.DataFrame(table.rows, columns=keys, dtype=object), lineterminator="\n")
-
-
-def _plain(value: Any) -> Any:
-    """Something that files know; unknown numbers become nothing."""
-    if isinstance(value, (np.integer, np.floating)):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
 
 
 _SHARED = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -63,13 +62,28 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """
     folder = Path(settings.output)
     ensure_writable(folder / "summary.json")
-    year = _year(settings)
+    # The year of the inventory: when the photos were taken, else of the field work.
+    day = parse_date(settings.field_date, "--field-date") if settings.field_date else None
+    if settings.trees is not None:
+        day = flown_on(settings.trees) or day
     stand = read_stand(settings, reporter)
     with reporter.stage("write", 0.4, 1.0):
         document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
         with one_writer(folder):
-            _write(folder, stand, document, year, reporter)
-    return _result(folder, stand)
+            _write(folder, stand, document, None if day is None else day.year, reporter)
+    found = {
+        "output": str(folder),
+        "report": str(folder / "report.html"),
+        "pdf": str(folder / "report.pdf"),
+        "layers": str(folder / "stand.gpkg"),
+        "n_plots": stand.design.n,
+        "n_trees": int((stand.rows["kind"] == "measured").sum()),
+        "n_missing": len(stand.missing),
+        "n_reviewed": stand.review.total,
+        "ba_se_m2_ha": known(stand.estimates["ba"].se),
+        **{METRIC[name].key: known(estimate.mean) for name, estimate in stand.estimates.items()},
+    }
+    return {key: round(value, 4) if isinstance(value, float) else value for key, value in found.items()}
 
 
 def read_stand(settings: Any, reporter: Reporter) -> Stand:
@@ -101,11 +115,16 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
         expanded = expand(
             trees, plots, boundary, settings.edge, settings.min_dbh_cm, settings.plots or settings.boundary
         )
+        common = settings.common_se_cm
+        if common is None:
+            common = 0.0 if trees.from_field else _COMMON_SE_CM
+        heights = trees.trees["bh_m"].dropna()
+        breast_height_m = float(heights.median()) if len(heights) else settings.breast_height_m
         stand = make_stand(
             trees,
             expanded,
             book,
-            _options(settings, trees),
+            ValueOptions(settings.heights, settings.origin, settings.dbh_se_cm, common, breast_height_m),
             settings.missing,
             settings.confidence_pct / 100,
             settings.stand_id.strip() or "stand",
@@ -120,20 +139,6 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
     stand.warnings += long_names(stand)
     reporter.tell(stand.warnings, (*stand.notes, *stand.values.curves))
     return stand
-
-
-def _options(settings: Any, trees: TreeList) -> ValueOptions:
-    common = settings.common_se_cm
-    if common is None:
-        common = 0.0 if trees.from_field else _COMMON_SE_CM
-    heights = trees.trees["bh_m"].dropna()
-    return ValueOptions(
-        heights=settings.heights,
-        origin=settings.origin,
-        dbh_se_cm=settings.dbh_se_cm,
-        common_se_cm=common,
-        breast_height_m=float(heights.median()) if len(heights) else settings.breast_height_m,
-    )
 
 
 def _read_trees(settings: Any) -> TreeList:
@@ -183,14 +188,12 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
         return whole if trees.from_field else trees.plots_searched(whole, settings.trees.name), boundary
     plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
     check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots), photos=True)
-    moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
-    if moved:
+    if moved := [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]:
         plots = [plot.moved(*trees.centres[plot.plot_id]) if plot.plot_id in moved else plot for plot in plots]
         trees.notes.append(f"Centres as match-plots found them (co-registered): {count_of(len(moved), 'plot')}.")
-    if trees.from_field and trees.crs is not None:
-        _place_tally(settings, trees, plots, reporter)
     if not trees.from_field:
         return trees.plots_searched(plots, settings.trees.name), boundary
+    _place_tally(settings, trees, plots, reporter)
     # A crew's tally is of whole plots.
     if empty := empty_rim(_reached(trees.trees, plots)):
         trees.warnings.append(f"{Path(settings.field).name}: {empty}")
@@ -237,46 +240,30 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
 
 
 def _facts(settings: Any, stand: Stand) -> dict[str, str]:
-    inputs = [
-        p
-        for p in (settings.trees, settings.field, settings.pairs, settings.plots, settings.boundary, settings.taped)
-        if p
-    ]
-    facts = {"Inputs": ", ".join(f"{Path(p).name} ({fingerprint([Path(p)])})" for p in inputs)}
-    if "run_id" in stand.trees:
-        facts["Measured in run"] = ", ".join(sorted(set(stand.trees["run_id"].dropna().astype(str))))
-    if settings.trees and (days := dict.fromkeys(flown_days(settings.trees))):
-        facts["Day of the photos or points"] = some(days, 8)
-    if stand.review.by:
-        facts["Decided by"] = some(stand.review.by, 8)
-    facts["Coordinates"] = stand.crs.name if stand.crs is not None else "none"
-    facts["Smallest DBH that counts"] = f"{settings.min_dbh_cm:g} cm" if settings.min_dbh_cm else "none"
-    facts["Stems without a DBH"] = {"impute": "imputed", "exclude": "left out"}[settings.missing]
-    facts["Heights of trees without one"] = {
-        "fitted": "from a curve fitted to the measured ones",
-        "measured": "none",
-        "published": "from a published regional curve",
-    }[settings.heights]
-    if settings.species:
-        facts["Species where none is known"] = settings.species
-    facts["Origin"] = settings.origin
-    facts["Outside an equation's range"] = "used and flagged"
-    if settings.boundary:
-        facts["Rule at the stand's edge"] = settings.edge
-    facts["Plot sizes"] = {"horizontal": "horizontal", "slope": "along the slope, corrected"}[settings.plot_size]
-    facts["Mean over plots"] = "ratio of means (plots weigh by their area); no finite population correction"
-    facts["Dominant height"] = "mean height of the 100 thickest trees per hectare, plot by plot"
-    facts["Units"] = {"metric": "metric", "us": "US (international foot and acre)"}[settings.units]
-    facts["TreeDGS"] = __version__
-    return facts
-
-
-def _year(settings: Any) -> int | None:
-    """Of the inventory: when the photos were taken, else of the field work."""
-    day = parse_date(settings.field_date, "--field-date") if settings.field_date else None
-    if settings.trees is not None:
-        day = flown_on(settings.trees) or day
-    return None if day is None else day.year
+    inputs = (settings.trees, settings.field, settings.pairs, settings.plots, settings.boundary, settings.taped)
+    facts = {
+        "Inputs": ", ".join(f"{Path(p).name} ({fingerprint([Path(p)])})" for p in inputs if p),
+        "Day of the photos or points": some(dict.fromkeys(flown_days(settings.trees)), 8) if settings.trees else "",
+        "Decided by": some(stand.review.by, 8),
+        "Coordinates": stand.crs.name if stand.crs is not None else "none",
+        "Smallest DBH that counts": f"{settings.min_dbh_cm:g} cm" if settings.min_dbh_cm else "none",
+        "Stems without a DBH": {"impute": "imputed", "exclude": "left out"}[settings.missing],
+        "Heights of trees without one": {
+            "fitted": "from a curve fitted to the measured ones",
+            "measured": "none",
+            "published": "from a published regional curve",
+        }[settings.heights],
+        "Species where none is known": settings.species or "",
+        "Origin": settings.origin,
+        "Outside an equation's range": "used and flagged",
+        "Rule at the stand's edge": settings.edge if settings.boundary else "",
+        "Plot sizes": {"horizontal": "horizontal", "slope": "along the slope, corrected"}[settings.plot_size],
+        "Mean over plots": "ratio of means (plots weigh by their area); no finite population correction",
+        "Dominant height": "mean height of the 100 thickest trees per hectare, plot by plot",
+        "Units": {"metric": "metric", "us": "US (international foot and acre)"}[settings.units],
+        "TreeDGS": __version__,
+    }
+    return {label: text for label, text in facts.items() if text}
 
 
 def _write(folder: Path, stand: Stand, document: Document, year: int | None, reporter: Reporter) -> None:
@@ -297,12 +284,11 @@ def _write(folder: Path, stand: Stand, document: Document, year: int | None, rep
 
 def summary(stand: Stand) -> dict[str, Any]:
     """Everything that counts, metric, as plain values; null where nothing is known."""
-    fields = ("mean", "se_plots", "se_trees", "se_common", "se_missing", "se_taped", "se", "df", "low", "high")
 
     def figures(found: dict) -> dict[str, Any]:
-        return {METRIC[name].key: {key: known(getattr(one, key)) for key in fields} for name, one in found.items()}
+        return {METRIC[name].key: {key: known(x) for key, x in vars(one).items()} for name, one in found.items()}
 
-    made = {
+    return {
         "stand_id": stand.stand_id,
         "n_plots": stand.design.n,
         "census": stand.design.census,
@@ -324,20 +310,3 @@ def summary(stand: Stand) -> dict[str, Any]:
         "notes": [*stand.notes, *stand.values.curves],
         "version": __version__,
     }
-    return json.loads(json.dumps(made))
-
-
-def _result(folder: Path, stand: Stand) -> dict[str, Any]:
-    found = {
-        "output": str(folder),
-        "report": str(folder / "report.html"),
-        "pdf": str(folder / "report.pdf"),
-        "layers": str(folder / "stand.gpkg"),
-        "n_plots": stand.design.n,
-        "n_trees": int((stand.rows["kind"] == "measured").sum()),
-        "n_missing": len(stand.missing),
-        "n_reviewed": stand.review.total,
-        "ba_se_m2_ha": known(stand.estimates["ba"].se),
-        **{METRIC[name].key: known(estimate.mean) for name, estimate in stand.estimates.items()},
-    }
-    return {key: round(value, 4) if isinstance(value, float) else value for key, value in found.items()}

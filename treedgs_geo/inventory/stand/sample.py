@@ -108,8 +108,7 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
     if tabular:
         values["x"], values["y"] = places(path, table, crs, required=on_map).T
     else:
-        middles = table.geometry.centroid
-        values["x"], values["y"] = middles.x.to_numpy(), middles.y.to_numpy()
+        values["x"], values["y"] = table.geometry.centroid.get_coordinates().to_numpy().T
     plots: list[SamplePlot] = []
     for k, name in enumerate(plot_names(path, table, has.get("plot_id"))):
         where = f"{path}, line {table.index[k]}" if tabular else f"{path}, plot {name}"
@@ -209,20 +208,19 @@ def at_the_edge(
     kept, notes = [], []
     over: dict[str, list[str]] = {}
     for plot in plots:
-        if plot.outline is None or plot.edge == "census":
-            kept.append(plot if plot.edge == "census" else replace(plot, edge="not on the map"))
-            continue
-        if not boundary.covers(Point(plot.x, plot.y)):
+        if plot.edge == "census":
+            kept.append(plot)
+        elif plot.outline is None:
+            kept.append(replace(plot, edge="not on the map"))
+        elif not boundary.covers(Point(plot.x, plot.y)):
             notes.append(f"Plot {plot.plot_id}: its centre is outside the stand's boundary; left out.")
-            continue
-        share = plot.outline.intersection(boundary).area / plot.outline.area
-        if share >= 1 - 1e-4:
+        elif (share := plot.outline.intersection(boundary).area / plot.outline.area) >= 1 - 1e-4:
             kept.append(replace(plot, edge="inside"))
-            continue
-        chosen = _rule_for(plot, rule)
-        area = plot.area_ha * share if chosen == "area" else plot.area_ha
-        kept.append(replace(plot, inside=share, weight_area_ha=area, edge=f"slopover, {chosen}"))
-        over.setdefault(chosen, []).append(f"{plot.plot_id} ({100 * (1 - share):.0f} %)")
+        else:
+            chosen = _rule_for(plot, rule)
+            area = plot.area_ha * share if chosen == "area" else plot.area_ha
+            kept.append(replace(plot, inside=share, weight_area_ha=area, edge=f"slopover, {chosen}"))
+            over.setdefault(chosen, []).append(f"{plot.plot_id} ({100 * (1 - share):.0f} %)")
     for chosen, names in over.items():
         notes.append(
             f"{len(names)} plot{'s reach' if len(names) > 1 else ' reaches'} over the stand's edge: "
@@ -264,7 +262,7 @@ def weights(plot: SamplePlot, x: np.ndarray, y: np.ndarray, boundary: BaseGeomet
     elif rule == "zone":
         # Where a centre has to be for the plot to hold the tree: the plot turned by 180 degrees, around the tree.
         zone = affinity.scale(plot.outline.simplify(1e-3), -1, -1, origin=(plot.x, plot.y))
-        reach = np.hypot(*(np.asarray(zone.convex_hull.exterior.coords)[:, :2] - [plot.x, plot.y]).T).max()
+        reach = replace(plot, shape="polygon", outline=zone).reach_m
         near = inside & (shapely.distance(boundary.boundary, shapely.points(x, y)) < reach)
         for k in np.flatnonzero(near):
             moved = affinity.translate(zone, x[k] - plot.x, y[k] - plot.y)
@@ -319,7 +317,8 @@ def _plot(
 def _slopes_deg(path: Path, table: pd.DataFrame, column: FoundColumn | None) -> np.ndarray:
     """(N,) slopes in degrees, above 0 either way."""
     slope = np.abs(measured(path, table, "slope", column))
-    slope = np.degrees(np.arctan(slope / 100)) if column is not None and column.unit == "pct" else slope
+    if column is not None and column.unit == "pct":
+        slope = np.degrees(np.arctan(slope / 100))
     if (slope > 60).any():
         raise InputError(
             f"{path}, {line_of(slope > 60)}: slope of {slope[slope > 60].iloc[0]:.0f} degrees, expected up to 60; "
@@ -332,11 +331,9 @@ def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
     refuse_other_formats(path, layers=True)
     try:
         layers = [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
-        chosen = next(
-            (name for name in ("plots", "stand_plots", SEARCHED) if name in layers), layers[0] if layers else None
-        )
-        if chosen is None:
+        if not layers:
             raise ValueError("no layer with geometry")
+        chosen = next((name for name in ("plots", "stand_plots", SEARCHED) if name in layers), layers[0])
         layer = gpd.read_file(path, layer=chosen, engine="pyogrio")
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a plots table or layer ({problem}).") from None
@@ -407,9 +404,8 @@ def as_searched(
             kept.append(plot)
         else:
             area = plot.area_ha * share
-            made = replace(plot, shape="polygon", outline=part, area_ha=area, weight_area_ha=area, searched=share)
-            kept.append(made)
-            part_of.append((plot, made))
+            kept.append(replace(plot, shape="polygon", outline=part, area_ha=area, weight_area_ha=area, searched=share))
+            part_of.append((plot, kept[-1]))
     if not kept:
         raise InputError(
             f"{name}: stems were searched for in none of the {len(plots)} plots ({shorten(missing, 8)}); check their "
@@ -459,8 +455,6 @@ def _refuse_same_ground(part_of: list[tuple[SamplePlot, SamplePlot]], name: str)
     """Plots so large that what was searched of them is the same ground are no plots of their own."""
     for (plot, one), (_, other) in combinations(part_of, 2):
         assert one.outline is not None and other.outline is not None
-        if one.outline.distance(other.outline) > 0:
-            continue
         both = one.outline.intersection(other.outline).area
         if both > _SAME_GROUND * min(one.outline.area, other.outline.area):
             raise InputError(

@@ -58,12 +58,6 @@ def species_of(entry: str | None) -> Species:
     return _known().get(text.upper(), Species(text))
 
 
-def is_known(entry: str | None) -> bool:
-    """Whether an entry is in the list, or none at all."""
-    found = species_of(entry)
-    return found.symbol == UNKNOWN or found.symbol.upper() in _known()
-
-
 def nearest(entry: str) -> str:
     """``; nearest known: PITA (loblolly pine), PIVI2 (Virginia pine)``; empty where nothing is alike."""
     known = _known()
@@ -77,9 +71,9 @@ def unknown_sentences(entries: Iterable[str | None], own: Iterable[str] = ()) ->
 
     own: symbols that the user's own equations name; they are known too.
     """
-    mine = {species_of(name).symbol.upper() for name in own}
-    symbols = [species_of(entry).symbol for entry in entries]
-    odd = Counter(symbol for symbol in symbols if not is_known(symbol) and symbol.upper() not in mine)
+    listed = {UNKNOWN.upper(), *_known(), *(species_of(name).symbol.upper() for name in own)}
+    symbols = (species_of(entry).symbol for entry in entries)
+    odd = Counter(symbol for symbol in symbols if symbol.upper() not in listed)
     found = [
         f"Species {symbol!r} of {n} tree{'' if n == 1 else 's'} is in no list (PLANTS symbol, FIA number, scientific "
         f"or common name){nearest(symbol)}; correct it, or give equations for it with --equations."

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyogrio
 
+from ...core.layer_files import read_if_there
 from ..side_layers import SECTIONS
 
 #: Columns of trees.
@@ -53,18 +53,17 @@ def stem_volume(
 def add_stem_volumes(trees: pd.DataFrame, layer: Path, top_cm: float) -> str:
     """Fill ``stem_m3`` and ``stem_se_m3`` of the trees that are as thick as the layer's sections say; returns a
     sentence on how many, empty where the layer has no sections (and the table then no such columns)."""
-    if Path(layer).suffix.lower() != ".gpkg" or SECTIONS not in pyogrio.list_layers(layer)[:, 0]:
+    columns = ["height_m", "d_cm", "d_se_cm"]
+    if (table := read_if_there(layer, SECTIONS, ["tree_id", *columns])) is None:
         return ""
-    for name in CURVES:
-        trees[name] = np.nan
-    table = pyogrio.read_dataframe(layer, layer=SECTIONS, read_geometry=False).sort_values("height_m")
-    of_tree = {int(tree): rows for tree, rows in table.groupby("tree_id")}
+    trees[list(CURVES)] = np.nan
+    of_tree = {int(tree): rows[columns] for tree, rows in table.sort_values("height_m").groupby("tree_id")}
     ids = pd.to_numeric(trees["tree_id"], errors="coerce")
     for row in trees.index[ids.notna() & ~ids.duplicated(keep=False) & trees["dbh_cm"].notna()]:
         own = of_tree.get(int(ids[row]))
         if own is None:
             continue
-        heights, widths, errors = own[["height_m", "d_cm", "d_se_cm"]].to_numpy(float).T
+        heights, widths, errors = own.to_numpy(float).T
         # A person's tape or another tree's number: the curve is not this tree's.
         bh_m = trees.loc[row, "bh_m"] if pd.notna(trees.loc[row, "bh_m"]) else 1.37
         if abs(np.interp(bh_m, heights, widths) / trees.loc[row, "dbh_cm"] - 1) > 0.15:

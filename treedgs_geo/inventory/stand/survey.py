@@ -133,18 +133,14 @@ def make_stand(
     plots = expanded.plots
     census = len(plots) == 1 and plots[0].edge == "census"
     design = Design(np.array([plot.weight_area_ha for plot in plots]), census, confidence)
-    measured = expanded.of("measured").astype({"plot": int, "tree": int})
+    measured, filled, dead = (expanded.of(*kinds) for kinds in (("measured",), ("measured", "imputed"), ("dead",)))
     if not len(measured):
         raise InputError(
             f"No tree with a DBH stands in the plots ({len(plots)}): check the plots' coordinates, their "
             "epsg and --min-dbh-cm."
         )
-    filled = expanded.of("measured", "imputed").astype({"plot": int, "tree": int})
     table = trees.trees.copy()
-    counted = np.zeros(len(table), bool)
-    counted[filled["tree"].unique()] = True
-    dead = expanded.of("dead").astype({"plot": int, "tree": int})
-    valued = table.assign(in_table=counted)
+    valued = table.assign(in_table=np.isin(np.arange(len(table)), filled["tree"]))
     values = tree_values(with_taped_rows(valued, tapes) if tapes else valued, book, options)
     chosen, left = (filled, measured) if treatment == "impute" else (measured, filled)
     estimates, other = (_estimates(design, rows, values, expanded.gaps) for rows in (chosen, left))
@@ -164,7 +160,7 @@ def make_stand(
     chosen = chosen.assign(per_ha=chosen["weight"] / total).reset_index(drop=True)
     stems = expanded.gaps.stems.astype({"plot": int, "tree": int})
     n_thin = int((stems["why"] == "too_small").sum())
-    known_dead = dead[np.isfinite(values.dbh[dead["tree"].to_numpy(int)])]
+    known_dead = dead[np.isfinite(values.dbh[dead["tree"]])]
     stand = Stand(
         stand_id=stand_id,
         trees=table,
@@ -195,24 +191,23 @@ def make_stand(
         warnings=[*trees.warnings, *expanded.warnings, *values.warnings],
     )
     for kind, frame in (("n_trees", measured), ("n_missing", stand.missing), ("n_dead", dead)):
-        stand.plot_rows[kind] = np.bincount(frame["plot"].to_numpy(int), minlength=design.n)
+        stand.plot_rows[kind] = np.bincount(frame["plot"], minlength=design.n)
     _remark(stand, options)
     return stand
 
 
 def _estimates(design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps) -> dict[str, Estimate]:
-    n = len(values.dbh)
-    unknown = np.full(n, np.nan)
-    found = {"trees": per_hectare(design, rows, np.ones(n), unknown, np.zeros(n), gaps)}
+    one = np.ones(len(values.dbh))
+    found = {"trees": per_hectare(design, rows, one, np.nan * one, 0 * one, gaps)}
     for name in ("ba", "volume", "biomass"):
-        unit = 1000.0 if name == "biomass" else 1.0
-        found[name] = per_hectare(
-            design, rows, values.value[name] / unit, values.sd[name] / unit, values.shift[name] / unit, gaps
-        )
-    found["qmd"] = quadratic_mean_diameter(design, rows, values, gaps)
-    found["lorey"] = weighted_height(design, rows, values, gaps)
-    found["dominant"] = dominant_height(design, rows, values)
-    return found
+        unit = 1000 if name == "biomass" else 1
+        value, sd, shift = (each[name] / unit for each in (values.value, values.sd, values.shift))
+        found[name] = per_hectare(design, rows, value, sd, shift, gaps)
+    return found | {
+        "qmd": quadratic_mean_diameter(design, rows, values, gaps),
+        "lorey": weighted_height(design, rows, values, gaps),
+        "dominant": dominant_height(design, rows, values),
+    }
 
 
 def _implausible(stand: Stand) -> list[str]:
@@ -236,15 +231,13 @@ def _implausible(stand: Stand) -> list[str]:
     if (mixed := mixed_units(trees["height_m"].to_numpy(float), trees["dbh_cm"].to_numpy(float), plots)) is not None:
         odd = some((str(stand.plots[k].plot_id) for k in np.unique(plots[mixed.rows])), 5)
         found.append(f"{mixed.text()[0].upper()}{mixed.text()[1:]} (plot {odd}): look whether they are in two units.")
-    stubs = trees[(trees["height_m"].to_numpy(float) < STUB * dbh / 100)]
-    if len(stubs):
+    if len(stubs := trees[trees["height_m"].to_numpy(float) < STUB * dbh / 100]):
         named = ", ".join(f"{row.tree_id} ({row.height_m:.1f} m)" for row in stubs.head(5).itertuples())
         found.append(
             f"{count_of(len(stubs), 'live tree')} less than {STUB:g} times as high as thick (tree {named}): look "
             "whether the height is right."
         )
-    thick = trees[thick_ones(dbh, trees["species"].astype(str).to_numpy())]
-    if len(thick):
+    if len(thick := trees[thick_ones(dbh, trees["species"].astype(str).to_numpy())]):
         named = ", ".join(f"{row.tree_id} ({row.dbh_cm:.0f} cm, {row.species})" for row in thick.head(5).itertuples())
         found.append(
             f"{count_of(len(thick), 'tree')} far thicker than the next of {'its' if len(thick) == 1 else 'their'} "
@@ -267,15 +260,12 @@ def _remark(stand: Stand, options: ValueOptions) -> None:
     elif design.n < 5:
         stand.notes.append(f"{design.n} plots: the standard errors are themselves uncertain, the intervals wide.")
     counted_trees = stand.rows["tree"].unique()
-    n_blind = int((~np.isfinite(values.se[counted_trees])).sum())
-    if n_blind:
+    if n_blind := int((~np.isfinite(values.se[counted_trees])).sum()):
         stand.warnings.append(
             f"{n_blind} of {len(counted_trees)} trees have no standard error of DBH: what it adds to basal area and "
             "volume is not corrected for them (give --dbh-se-cm)."
         )
-    flags = stand.trees["qc_flag"].to_numpy()[counted_trees]
-    n_check = int((flags == "check").sum())
-    if n_check:
+    if n_check := int((stand.trees["qc_flag"].to_numpy()[counted_trees] == "check").sum()):
         stand.notes.append(f"Counted although the DBH is marked 'check': {count_of(n_check, 'tree')}; look at them.")
     if not np.isfinite(stand.estimates["lorey"].mean) and "height" in values.gaps:
         stand.notes.append(f"No mean height: {'; '.join(values.gaps['height'])}.")

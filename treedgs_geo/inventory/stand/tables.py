@@ -22,35 +22,24 @@ def summary_table(stand: Stand, units: str) -> Table:
     rows = []
     for name, found in stand.estimates.items():
         q = quantities[name]
-        rows.append(
-            {
-                "quantity": q.heading,
-                "key": q.key,
-                **{
-                    key: known(getattr(found, key), q.factor)
-                    for key in ("mean", "se_plots", "se_trees", "se", "low", "high")
-                },
-                "se_common": known(found.se_common, q.factor) or None,
-                "se_missing": known(found.se_missing, q.factor) or None,
-                "se_taped": known(found.se_taped, q.factor) or None,
-                "half_pct": known(found.half_pct),
-            }
-        )
-    decimals = 2
+        row = {key: known(value, q.factor) for key, value in vars(found).items()}
+        # An error that is nothing is not shown.
+        row |= {key: row[key] or None for key in ("se_common", "se_missing", "se_taped")}
+        rows.append({"quantity": q.heading, "key": q.key, **row, "half_pct": known(found.half_pct)})
     return Table(
         "summary",
         "Stand figures",
         [
             Column("quantity", "Quantity"),
-            Column("mean", "Mean", decimals),
-            Column("se_plots", "s.e. between plots", decimals),
-            Column("se_trees", "s.e. of tree DBHs", decimals),
-            Column("se_common", "s.e. of common bias", decimals),
-            Column("se_missing", "s.e. of stems without a DBH", decimals),
-            Column("se_taped", "s.e. of the tapes", decimals),
-            Column("se", "s.e. in all", decimals),
-            Column("low", f"{level} from", decimals),
-            Column("high", f"{level} to", decimals),
+            Column("mean", "Mean", 2),
+            Column("se_plots", "s.e. between plots", 2),
+            Column("se_trees", "s.e. of tree DBHs", 2),
+            Column("se_common", "s.e. of common bias", 2),
+            Column("se_missing", "s.e. of stems without a DBH", 2),
+            Column("se_taped", "s.e. of the tapes", 2),
+            Column("se", "s.e. in all", 2),
+            Column("low", f"{level} from", 2),
+            Column("high", f"{level} to", 2),
             Column("half_pct", "± %", 1),
         ],
         rows,
@@ -64,8 +53,7 @@ def summary_table(stand: Stand, units: str) -> Table:
             "share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, and of "
             "which diameter. "
         )
-        + "Errors of heights and of the volume and biomass equations themselves are not known "
-        "here and not in it.",
+        + "Errors of heights and of the volume and biomass equations themselves are not known here and not in it.",
     )
 
 
@@ -75,17 +63,12 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
     rows, per_tree = stand.rows, stand.rows["tree"].to_numpy(int)
     number = classes.of(stand.values.dbh[per_tree])
     names = stand.trees["species"].map(lambda entry: species_of(entry).symbol).to_numpy(object)[per_tree]
+    per_ha = rows["per_ha"].to_numpy()
     frame = pd.DataFrame(
-        {
-            "species": names,
-            "class": number,
-            "n": (rows["kind"] == "measured").to_numpy(int),
-            "trees": rows["per_ha"].to_numpy(),
-            "ba": rows["per_ha"].to_numpy() * stand.values.value["ba"][per_tree],
-            "volume": rows["per_ha"].to_numpy() * stand.values.value["volume"][per_tree],
-            "biomass": rows["per_ha"].to_numpy() * stand.values.value["biomass"][per_tree] / 1000,
-        }
+        {"species": names, "class": number, "n": (rows["kind"] == "measured").to_numpy(int), "trees": per_ha}
+        | {name: per_ha * stand.values.value[name][per_tree] for name in ("ba", "volume", "biomass")}
     )
+    frame["biomass"] /= 1000
     lower, upper = f"lower_{classes.unit}", f"upper_{classes.unit}"
     several = frame["species"].nunique() > 1
     groups = [
@@ -198,23 +181,17 @@ def equations_table(stand: Stand) -> Table:
     counted = stand.rows["tree"].unique()
     rows = []
     for equation in stand.equations:
-        if equation.quantity == "height":
-            n, beyond = None, None
-        else:
+        row = {
+            **vars(equation),
+            "formula": equation.formula.text,
+            "units": f"D {equation.dbh_unit}, H {equation.height_unit}, result {equation.result_unit}",
+            "range": f"{equation.range_text} ({equation.limits or 'limits: not said by whom'})",
+        }
+        if equation.quantity != "height":
             mine = stand.values.used[equation.quantity][counted] == equation.id
-            n, beyond = int(mine.sum()), int((stand.values.outside[equation.quantity][counted] & mine).sum())
-        rows.append(
-            {
-                "id": equation.id,
-                "quantity": equation.quantity,
-                "n": n,
-                "beyond": beyond,
-                "formula": equation.formula.text,
-                "units": f"D {equation.dbh_unit}, H {equation.height_unit}, result {equation.result_unit}",
-                "range": f"{equation.range_text} ({equation.limits or 'limits: not said by whom'})",
-                "source": equation.source,
-            }
-        )
+            row["n"] = int(mine.sum())
+            row["beyond"] = int((stand.values.outside[equation.quantity][counted] & mine).sum())
+        rows.append(row)
     return Table(
         "equations",
         "Equations",
@@ -238,8 +215,8 @@ def trees_table(stand: Stand, units: str) -> Table:
     d, h, per_area = (quantities[name] for name in ("dbh", "height", "trees"))
     rows = stand.tree_rows()
     plot, tree = rows.pop("plot"), rows.pop("tree")
-    area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
-    m2, m3, kg = ("m2", "m3", "kg") if units == "metric" else ("ft2", "ft3", "lb")
+    area, volume, kg = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
+    m2, m3 = ("m2", "m3") if units == "metric" else ("ft2", "ft3")
     square, cubic, pounds = (1, 1, 1) if units == "metric" else (1 / FOOT**2, 1 / FOOT**3, 1 / POUND)
     curves = {f"stem_{m3}": "stem_m3", f"stem_se_{m3}": "stem_se_m3"} if "stem_m3" in rows else {}
     tapes = {f"taped_{d.unit}": stand.taped.taped_cm[tree] * d.factor} if stand.taped else {}
@@ -272,7 +249,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column(per_area.key, f"Stands for, {per_area.unit}", 2),
             Column(f"ba_{m2}", f"Basal area, {area}", 4),
             Column(f"volume_{m3}", f"Volume, {volume}", 3),
-            Column(f"biomass_{kg}", f"Biomass, {mass}", 1),
+            Column(f"biomass_{kg}", f"Biomass, {kg}", 1),
             *(
                 Column(key, name, 3)
                 for key, name in zip(curves, (f"Stem by its curve, {volume}", "s.e."), strict=False)
@@ -291,8 +268,8 @@ def correction_table(stand: Stand, units: str) -> Table:
     """What the DBHs' errors add, and what the trees without a DBH change."""
     quantities = UNITS[units]
     rows = []
-    for name in ("ba", "volume", "biomass"):
-        q, raw = quantities[name], stand.uncorrected[name]
+    for name, raw in stand.uncorrected.items():
+        q = quantities[name]
         corrected = (stand.taped.before if stand.taped else stand.estimates)[name].mean
         final = stand.estimates[name].mean
         rows.append(

@@ -7,7 +7,7 @@ is that of :mod:`treedgs_geo.inventory.double_sampling.estimators`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -62,11 +62,10 @@ def with_taped_rows(table: pd.DataFrame, given: TapeInput) -> pd.DataFrame:
 
     They are valued by the same equations and heights as the others, and count nowhere (``in_table``, ``in_curve``).
     """
-    drawn = table.iloc[given.rows].copy()
-    drawn["dbh_cm"] = given.taped.trees["taped_cm"].to_numpy(float)
+    drawn = table.iloc[given.rows].assign(dbh_cm=given.taped.trees["taped_cm"].to_numpy(float))
+    common = table["species"].mode()
     extra = table.iloc[:0].reindex(range(len(given.taped.extra)))
     extra["dbh_cm"] = given.taped.extra["taped_cm"].to_numpy(float)
-    common = table["species"].mode()
     extra["species"] = given.species or (common.iloc[0] if len(common) else None)
     more = pd.concat([drawn, extra], ignore_index=True).assign(
         dbh_se_cm=TAPE_SE_CM, height_se_m=0.0, dead=False, in_table=False, in_curve=False
@@ -171,13 +170,12 @@ def _extra(
     for row, value in zip(taped.extra.itertuples(), each, strict=True):
         near = None if pd.isna(row.near_id) else int(row.near_id)
         counts = row.taped_cm >= given.min_dbh_cm - 1e-9
+        # A census is one plot, whatever the crew calls it.
+        plot = next(iter(plots)) if row.plot_id not in plots and len(plots) == 1 else row.plot_id
         if near is not None:
             found.append((None, near, value * reach[by_id[near]] * counts if near in by_id else value))
-        elif row.plot_id in plots:
-            found.append((row.plot_id, None, value / area * counts))
-        elif len(plots) == 1 and given.taped.n_frame:
-            # A census is one plot, whatever the crew calls it.
-            found.append((next(iter(plots)), None, value / area * counts))
+        elif plot in plots:
+            found.append((plot, None, value / area * counts))
     return found
 
 
@@ -185,15 +183,15 @@ def _combine(design: Design, mean: float, se_plots: float, se_taped: float, df_t
     """Both phases; of a census only the tapes' error is there. Of one plot it is all that is known: none is nothing."""
     sampled = np.isfinite(se_plots) and not design.census
     parts = [(se_taped, df_taped)] + ([(se_plots, design.n - 1.0)] if sampled else [])
+    made = Estimate(mean, se_plots if sampled else np.nan, se_taped=se_taped)
     blind = not np.isfinite(se_plots) and not design.census and not se_taped
     if blind or not all(np.isfinite(se) for se, _ in parts):
-        return Estimate(mean, se_plots if sampled else np.nan, se_taped=se_taped)
+        return made
     se = float(np.sqrt(sum(part**2 for part, _ in parts)))
     fourth = sum(part**4 / df for part, df in parts if np.isfinite(df) and part > 0)
     df = se**4 / fourth if fourth > 0 else np.inf
     t = t_factor(design.confidence, df)
-    low, high = max(mean - t * se, 0.0), mean + t * se
-    return Estimate(mean, se_plots if sampled else np.nan, se=se, df=df, low=low, high=high, se_taped=se_taped)
+    return replace(made, se=se, df=df, low=max(mean - t * se, 0.0), high=mean + t * se)
 
 
 def _mean_diameter(design: Design, before: Estimate, made: TapedTotals, tapes: Tapes) -> Estimate:

@@ -79,6 +79,12 @@ class TreeList:
         return kept
 
 
+def _listed(table: pd.DataFrame) -> pd.DataFrame:
+    """The columns of a tree list, empty where the table has none."""
+    trees = pd.DataFrame({name: table.get(name) for name in COLUMNS})
+    return trees.assign(**{name: pd.to_numeric(trees[name]).astype(float) for name in _NUMBERS})
+
+
 def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     """Measured trees, with ``status`` as written beside :data:`COLUMNS` (:func:`settle_status` reads it).
 
@@ -93,10 +99,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     # A tape's interval is that of the tape.
     measured = measured.assign(**{f"meas_{end}_cm": measured[f"dbh_{end}_cm"] for end in ("lo", "hi")})
     measured, review = reviewed(measured, path)
-    trees = pd.DataFrame({name: measured.get(name) for name in COLUMNS})
-    for name in _NUMBERS:
-        trees[name] = pd.to_numeric(trees[name]).astype(float)
-    trees["status"] = measured.get("status")
+    trees = _listed(measured).assign(status=measured.get("status"))
     heights = trees["bh_m"].dropna()
     if len(heights) and not LOWEST_BREAST_HEIGHT_M <= heights.median() <= HIGHEST_BREAST_HEIGHT_M:
         raise InputError(
@@ -115,9 +118,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
     refused = trees["qc_flag"] == "reject"
     by_hand = int((refused & trees["dbh_cm"].notna()).sum())
     trees.loc[refused, "dbh_cm"] = np.nan
-    for row in np.flatnonzero(measured["taped"]):
-        said = trees.loc[row, "note"]
-        trees.loc[row, "note"] = "DBH by tape" + ("" if said is None else f"; {said}")
+    _note(trees, measured["taped"].to_numpy(bool), "DBH by tape")
     trees["qc_flag"] = trees["qc_flag"].where(trees["dbh_cm"].notna(), "reject")
     bad = trees["dbh_cm"].notna() & ~((trees["dbh_cm"] > 0) & (trees["dbh_cm"] < 1000))
     if bad.any():
@@ -149,11 +150,16 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
             "another CRS; they count where their points are."
         )
     found.warnings += _doubles(path, trees)
-    for name, what in (("species", "Species"), ("status", "Status")):
-        n = int(trees[name].notna().sum())
-        if n:
-            found.notes.append(f"{what} of {count_of(n, 'tree')} as written in the tree layer.")
+    for name in ("species", "status"):
+        if n := int(trees[name].notna().sum()):
+            found.notes.append(f"{name.capitalize()} of {count_of(n, 'tree')} as written in the tree layer.")
     return found
+
+
+def _note(trees: pd.DataFrame, rows: np.ndarray | pd.Series, text: str) -> None:
+    """Put a remark before what is noted of some trees."""
+    said = trees.loc[rows, "note"].map(lambda note: "" if note is None else f"; {note}")
+    trees.loc[rows, "note"] = text + said
 
 
 def on_the_map(found: TreeList, path: Path, crs: pyproj.CRS | None) -> TreeList:
@@ -217,9 +223,7 @@ def from_tally(path: Path, protocol: FieldProtocol) -> TreeList:
     """
     table = read_tally(path, protocol)
     _refuse_several_sizes(path)
-    trees = pd.DataFrame({name: table.get(name) for name in COLUMNS})
-    for name in _NUMBERS:
-        trees[name] = pd.to_numeric(trees[name]).astype(float)
+    trees = _listed(table)
     # The crew walked up to each of them: a tree without a DBH is a tree.
     trees["paired"] = True
     trees["tree_id"] = table["field_id"].astype(str)
@@ -258,11 +262,7 @@ def read_tally(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
 
 
 def _refuse_several_sizes(path: Path) -> None:
-    """Refuse trees that stand for areas of several sizes, as FIA's of subplots and microplots do: a plot has one.
-
-    Raises:
-        InputError: two of the sizes.
-    """
+    """Refuse trees that stand for areas of several sizes, as FIA's of subplots and microplots do: a plot has one."""
     cells = read_table(path)
     column = columns(cells, "expansion").get("expansion")
     sizes = [] if column is None else sorted(numbers(path, cells, column.name).replace(0, np.nan).dropna().unique())
@@ -276,7 +276,7 @@ def _refuse_several_sizes(path: Path) -> None:
 
 def settle_status(found: TreeList) -> None:
     """Turn ``status`` into ``dead``; trees that are gone count nowhere, unknown words as live: both are named."""
-    words = found.trees.pop("status").map(_word)
+    words = found.trees.pop("status").map(lambda status: text_of(status).lower())
     gone = words.isin(GONE)
     if gone.any():
         said = ", ".join(f"{word!r}" for word in words[gone].unique()[:5])
@@ -287,10 +287,6 @@ def settle_status(found: TreeList) -> None:
     if len(odd):
         named = ", ".join(f"{word!r} ({count_of(int(n), 'tree')})" for word, n in odd.head(5).items())
         found.warnings.append(f"Status {named}: not known as live or dead; these trees count as live.")
-
-
-def _word(status: object) -> str:
-    return text_of(status).lower()
 
 
 def label_species(trees: pd.DataFrame, default: str | None) -> pd.DataFrame:
@@ -323,10 +319,8 @@ def measured_trees(
 def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None:
     """Fill in species, status, heights, DBHs of stems without one, co-registered plot centres, and what was tallied.
 
-    What a person wrote in the tree layer stays.
-
-    Raises:
-        InputError: a pairs layer of other trees, or edited since match-plots wrote it.
+    What a person wrote in the tree layer stays. Refused are pairs of other trees, or edited since match-plots wrote
+    them.
     """
     pairs, crew, plots = read_layer(path, PAIRS), read_layer(path, FIELD), read_layer(path, PLOTS)
     if pairs["pair_status"].isna().any() or set(pairs["pair_status"]) - set(STATUSES):
@@ -348,19 +342,20 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
         refuse_moved(path, pair, tuple(place.loc[pair["tree_id"]]))
     trees.loc[trees["tree_id"].isin(used["tree_id"]), "paired"] = True
     key = ["plot_id", "field_id"]
-    crew_knows = _by_key(crew).reindex(columns=[*key, "species", "status", "dbh_cm"])
+    texts = dict.fromkeys(key, str)
+    crew_knows = pd.DataFrame(crew).astype(texts).reindex(columns=[*key, "species", "status", "dbh_cm"])
     if tally is not None:
         only = plots["plot_id"].iloc[0] if len(plots) == 1 else None
-        heights = _by_key(tally.assign(plot_id=tally["plot_id"].where(tally["plot_id"].notna(), only)))
+        heights = tally.assign(plot_id=tally["plot_id"].where(tally["plot_id"].notna(), only)).astype(texts)
         crew_knows = crew_knows.merge(heights[[*key, "height_m"]], how="left", on=key)
-    theirs = _by_key(used)[[*key, "tree_id"]].merge(crew_knows, on=key).drop_duplicates("tree_id").set_index("tree_id")
+    paired = pd.DataFrame(used[[*key, "tree_id"]]).astype(texts)
+    theirs = paired.merge(crew_knows, on=key).drop_duplicates("tree_id").set_index("tree_id")
     theirs = theirs.reindex(columns=["species", "status", "dbh_cm", "height_m"], index=trees["tree_id"])
     theirs = theirs.set_axis(trees.index)
     differ = _take(trees, theirs)
     taped = trees["dbh_cm"].isna() & (theirs["dbh_cm"] > 0)
     trees.loc[taped, "dbh_cm"], trees.loc[taped, "dbh_se_cm"] = theirs["dbh_cm"][taped], TAPE_SE_CM
-    said = trees.loc[taped, "note"].map(lambda note: "" if note is None else f"; {note}")
-    trees.loc[taped, "note"] = "DBH by the field crew" + said
+    _note(trees, taped, "DBH by the field crew")
     higher = trees["height_m"].isna() & theirs["height_m"].notna()
     trees.loc[higher, "height_m"] = theirs["height_m"][higher].astype(float)
     found.notes.append(
@@ -377,24 +372,20 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
             f"The tree layer and the field crew differ on {len(differ)} entries ({some(differ, 5, '; ')}): the tree "
             "layer's count."
         )
-    n_hand = int(used["pair_status"].isin(LOCKED).sum())
-    if n_hand:
+    if n_hand := int(used["pair_status"].isin(LOCKED).sum()):
         found.notes.append(f"Checked or drawn by a person: {n_hand} of these pairs.")
-    for _, plot in plots.iterrows():
-        if plot["status"] != "check":
-            found.centres[str(plot["plot_id"])] = (float(plot["x"]), float(plot["y"]))
+    for _, plot in plots[plots["status"] != "check"].iterrows():
+        found.centres[str(plot["plot_id"])] = (float(plot["x"]), float(plot["y"]))
     found.tallied = _tallied(read_layer(path, MEASURED), crew, set(found.centres))
-
-
-def _by_key(table: pd.DataFrame) -> pd.DataFrame:
-    """The table with plot and field tree as texts."""
-    return pd.DataFrame(table).astype({"plot_id": str, "field_id": str})
 
 
 def _take(trees: pd.DataFrame, theirs: pd.DataFrame) -> list[str]:
     """The crew's species and status where the layer has none; what differs, in words."""
     differ = []
-    rules = {"species": lambda entry: species_of(entry).symbol.upper(), "status": lambda entry: _word(entry) in DEAD}
+    rules = {
+        "species": lambda entry: species_of(entry).symbol.upper(),
+        "status": lambda entry: text_of(entry).lower() in DEAD,
+    }
     for name, same in rules.items():
         own, crew = trees[name], texts_of(theirs[name])
         both = own.notna() & crew.notna()

@@ -82,7 +82,7 @@ def judge_gaps(
     stems.loc[low[tree], "why"] = "low"
     for k, plot in enumerate(plots):
         found = tallied.get(plot, 0.0)
-        mine = stems["plot"].eq(k).to_numpy() & (stems["chance"] > 0).to_numpy()
+        mine = stems["plot"].eq(k) & (stems["chance"] > 0)
         if not found or not mine.any():
             continue
         # A tally that would most likely hold the tree, and does not, speaks against it (Bayes).
@@ -90,7 +90,7 @@ def judge_gaps(
         missed = prior * (1 - found)
         stems.loc[mine, "chance"] = missed / (missed + 1 - prior)
         stems.loc[mine & (stems["chance"] <= 0), "why"] = "tally"
-    thin = np.array([is_thin(text) for text in table["qc_reason"]])[tree] if len(tree) else np.zeros(0, int)
+    thin = table["qc_reason"].iloc[tree].map(is_thin).to_numpy(int)
     stems["thin"] = thin == 1
     stems.loc[stems["thin"], "chance"] *= THIN_CHANCE
     sure = table["paired"].eq(True).to_numpy()[tree] if "paired" in table else np.zeros(len(tree), bool)
@@ -125,12 +125,10 @@ def _by_evidence(table: pd.DataFrame, min_dbh_cm: float) -> tuple[np.ndarray, np
 
 def _share_of_small(table: pd.DataFrame, name: str, counted: np.ndarray) -> np.ndarray:
     """(T,) the column over what small measured trees have; NaN where either is not known."""
-    column = table[name] if name in table else pd.Series(np.nan, index=table.index)
+    column = table.get(name, pd.Series(np.nan, index=table.index))
     values = pd.to_numeric(column, errors="coerce").to_numpy(float)
     known = values[counted & (values > 0)]
-    if len(known) < OWN_DONORS:
-        return np.full(len(table), np.nan)
-    return values / np.quantile(known, _SMALL)
+    return values / (np.quantile(known, _SMALL) if len(known) >= OWN_DONORS else np.nan)
 
 
 def sentences(gaps: Gaps, table: pd.DataFrame) -> list[str]:
@@ -161,14 +159,14 @@ def stand_ins(gaps: Gaps, rows: pd.DataFrame, table: pd.DataFrame, min_dbh_cm: f
         gone = float((mine["weight"] * mine["chance"]).sum())
         if not gone or not len(alive):
             continue
+        donors, alike = alive, np.ones(1)
         if np.isfinite(read_cm):
-            donors = alive
-            share = donors["weight"].to_numpy() * _alike(d[donors["tree"]], read_cm, float(mine["read_se_cm"].iloc[0]))
+            alike = _alike(alive_cm, read_cm, float(mine["read_se_cm"].iloc[0]))
         else:
             donors = alive[alive_cm <= np.quantile(alive_cm, THIN_QUANTILE)] if mine["thin"].iloc[0] else alive
             own = donors[donors["plot"] == plot]
             donors = own if len(own) >= OWN_DONORS else donors
-            share = donors["weight"].to_numpy()
+        share = donors["weight"].to_numpy() * alike
         share = share / share.sum() * gone
         part = donors[["plot", "tree"]].assign(plot=plot, weight=share, kind="imputed", group=group)
         part = part[share > 1e-6 * gone]

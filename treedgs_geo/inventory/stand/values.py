@@ -158,8 +158,7 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
         rules[name] = _equations(found, name, species, book, options.origin, height_of, in_table)
     for name, rule in rules.items():
         _propagate(found, name, rule, error, height_se, options.common_se_cm)
-    far = +found.far
-    if far:
+    if far := +found.far:
         named = "; ".join(f"{number} {what}" for what, number in far.most_common(6))
         more = f"; and {len(far) - 6} more kinds" if len(far) > 6 else ""
         found.warnings.append(
@@ -178,8 +177,7 @@ def _propagate(
     the measured DBH is taken off.
     """
     d = found.dbh
-    middle = rule(d)
-    low, high = rule(np.maximum(d - _NODE * error, 0.1)), rule(d + _NODE * error)
+    middle, low, high = rule(d), rule(np.maximum(d - _NODE * error, 0.1)), rule(d + _NODE * error)
     # Where the lower node leaves the rule's reach, the tree keeps its value uncorrected.
     gain = BA * error**2 if name == "ba" else np.nan_to_num((low + high) / 6 - middle / 3)
     spread = np.sqrt(
@@ -258,15 +256,15 @@ def _heights(
         use = live & measured & ~without
         if (found_before := kept.get(use.tobytes())) is not None:
             return found_before
-        heights = found.height.copy()
+        heights = kept[use.tobytes()] = found.height.copy()
         for chosen, _ in rules:
             same = use & np.isin(species, np.unique(species[chosen]))
             curve, _ = fit_curve(d[same], h[same], options.breast_height_m)
             if curve is None:
                 curve, _ = fit_curve(d[use], h[use], options.breast_height_m)
-            # Too few heights are left: that plot's part of the curve's error stays unknown.
-            heights[chosen] = curve(d[chosen]) if curve is not None else heights[chosen]
-        kept[use.tobytes()] = heights
+            # With too few heights left that plot's part of the curve's error stays unknown.
+            if curve is not None:
+                heights[chosen] = curve(d[chosen])
         return heights
 
     if rules and options.heights == "fitted":
@@ -309,14 +307,12 @@ def _equations(
             used[chosen] = equation.id
             groups.append((chosen, equation))
             found.equations += [] if equation in found.equations else [equation]
-    generic = +generic
-    if generic:
+    if generic := +generic:
         found.warnings.append(
             f"The volume of {count_of(sum(generic.values()), 'tree')} is a generic form factor, no equation of the "
             f"species ({', '.join(generic)}): give --species or --equations."
         )
-    gaps = [f"{count_of(count, 'tree')} {reason}" for reason, count in why.items() if count]
-    if gaps:
+    if gaps := [f"{count_of(count, 'tree')} {reason}" for reason, count in why.items() if count]:
         found.gaps[quantity] = gaps
     found.used[quantity], found.outside[quantity] = used, beyond
 

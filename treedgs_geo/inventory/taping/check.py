@@ -34,7 +34,7 @@ from ..double_sampling.estimators import (
     t_factor,
 )
 from ..double_sampling.other_trees import outlier_sentences, outliers, tapes_of_other_trees
-from ..double_sampling.tapes import SAME_CM, Taped, join, read_taped
+from ..double_sampling.tapes import DRAWN, SAME_CM, Taped, join, read_taped
 from ..reviewed import TAPE_SE_CM
 from ..stand.treelist import TreeList
 from ..stand.values import BA
@@ -75,12 +75,11 @@ def check_tapes(frame: TreeList, taped: Taped, rows: np.ndarray, dbh_cm: np.ndar
     if both.sum() < 2:
         raise InputError(
             f"{taped.path}: {count_of(int(both.sum()), 'tree')} with both a measured and a taped DBH, expected at "
-            f"least 2."
+            "least 2."
         )
     # An interval that does not hold its own DBH is that of another one.
     own = (table["dbh_lo_cm"] <= table["dbh_cm"] + 1e-6) & (table["dbh_hi_cm"] >= table["dbh_cm"] - 1e-6)
-    ends = ["dbh_lo_cm", "dbh_hi_cm"]
-    table[ends] = table[ends].where(own)
+    table[["dbh_lo_cm", "dbh_hi_cm"]] = table[["dbh_lo_cm", "dbh_hi_cm"]].where(own)
     known = both & own.to_numpy()
     table["inside"] = np.where(known, table["taped_cm"].between(table["dbh_lo_cm"], table["dbh_hi_cm"]), None)
     table["outlier"] = outliers(*(table[name].to_numpy() for name in ("dbh_cm", "taped_cm", "tree_id")))
@@ -97,12 +96,18 @@ def check_tapes(frame: TreeList, taped: Taped, rows: np.ndarray, dbh_cm: np.ndar
     else:
         tapes = Tapes(np.full(int(answered.sum()), 1e-9), np.full(int(answered.sum()), "all", object))
         made.warnings.append(
-            f"{taped.path.name} does not hold the chances of the draw ({', '.join(('stratum', 'prob', 'n_frame'))}): "
+            f"{taped.path.name} does not hold the chances of the draw ({', '.join(DRAWN)}): "
             "the taped trees are taken as a simple random sample, and no total is corrected."
         )
     _errors(made, tapes, answered, both, confidence)
     made.figures |= coverage(table["inside"][known].astype(bool), confidence)
-    _flags(made, both)
+    groups = {flag: table["error_cm"][both & (table["qc_flag"] == flag)].to_numpy(float) for flag in ("ok", "check")}
+    for flag, errors in groups.items():
+        made.figures[f"n_{flag}"] = len(errors)
+        made.figures[f"rmse_{flag}_cm"] = float(np.sqrt(np.mean(errors**2))) if len(errors) else None
+    if min(len(errors) for errors in groups.values()) >= 3:
+        test = stats.mannwhitneyu(np.abs(groups["check"]), np.abs(groups["ok"]), alternative="greater")
+        made.figures["check_worse_p"] = float(test.pvalue)
     if taped.n_frame:
         _totals(made, frame, taped, tapes, rows, dbh_cm, confidence)
     _remark(made, taped)
@@ -137,17 +142,6 @@ def _errors(made: Checked, tapes: Tapes, answered: np.ndarray, both: np.ndarray,
         "mae_cm": mean(np.abs(error), 1.0)[0],
         "sd_cm": np.sqrt(max(square - bias**2, 0.0)),
     }
-
-
-def _flags(made: Checked, both: np.ndarray) -> None:
-    table = made.trees[both]
-    groups = {flag: table["error_cm"][table["qc_flag"] == flag].to_numpy(float) for flag in ("ok", "check")}
-    for flag, errors in groups.items():
-        made.figures[f"n_{flag}"] = len(errors)
-        made.figures[f"rmse_{flag}_cm"] = float(np.sqrt(np.mean(errors**2))) if len(errors) else None
-    if min(len(errors) for errors in groups.values()) >= 3:
-        test = stats.mannwhitneyu(np.abs(groups["check"]), np.abs(groups["ok"]), alternative="greater")
-        made.figures["check_worse_p"] = float(test.pvalue)
 
 
 def _totals(
@@ -261,9 +255,8 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
     reporter.tell(checked.warnings, checked.notes)
     with reporter.stage("write", 0.5, 1.0):
         _write(folder, frame, checked, settings)
-    f = checked.figures
     keys = ("n_taped", "bias_cm", "bias_lo_cm", "bias_hi_cm", "rmse_cm", "n_intervals", "n_inside")
-    found: dict[str, Any] = {key: f[key] for key in keys}
+    found = {key: checked.figures[key] for key in keys}
     return {
         "output": str(folder),
         "page": str(folder / "tape_check.html"),
@@ -276,8 +269,7 @@ def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
 
 def _write(folder: Path, frame: TreeList, checked: Checked, settings: Any) -> None:
     (folder / "tape_check.json").unlink(missing_ok=True)
-    document = _document(checked, settings)
-    write_pages(folder / "tape_check", document)
+    write_pages(folder / "tape_check", _document(checked, settings))
     table = checked.trees[list(_SHOWN)].copy()
     table["inside"] = table["inside"].map({True: "yes", False: "no"}).astype(object)
     table["error_cm"] = table["error_cm"].round(2)
@@ -316,39 +308,14 @@ def _document(checked: Checked, settings: Any) -> Document:
         ("RMSE", f"{f['rmse_cm']:.2f} cm", f"{f['rmse_lo_cm']:.2f} to {f['rmse_hi_cm']:.2f}"),
     ]
     if f["n_intervals"]:
-        cards.append(
-            (
-                "Inside the 90 % interval",
-                f"{f['n_inside']} of {f['n_intervals']}",
-                f"{100 * f['inside_lo']:.0f} to {100 * f['inside_hi']:.0f} %",
-            )
-        )
-    blocks: list[Block] = [
-        Cards(cards),
-        Sentences(checked.warnings, "Read this first"),
-        Picture("measured against taped diameters", _draw(checked)),
-        Sentences(checked.notes),
-    ]
-    if checked.totals:
-        blocks += [Heading("Totals of the trees that were drawn from"), _totals_table(checked, level)]
-    return Document(
-        f"Tape check: {settings.trees.stem}",
-        f"{f['n_taped']} taped trees; intervals are {level}; TreeDGS {__version__}",
-        [*blocks, Heading("Trees"), _trees_table(checked)],
-    )
-
-
-def _totals_table(checked: Checked, level: str) -> Table:
-    words = {"trees": "Trees", "ba_m2": "Basal area, m²"}
-    rows = [
-        {
-            **checked.figures[name],
-            "quantity": words[name],
-            "change": 100 * (found.total / found.measured - 1) if found.measured else None,
-        }
-        for name, found in checked.totals.items()
-    ]
-    return Table(
+        share = f"{100 * f['inside_lo']:.0f} to {100 * f['inside_hi']:.0f} %"
+        cards.append(("Inside the 90 % interval", f"{f['n_inside']} of {f['n_intervals']}", share))
+    rows = []
+    for name, found in checked.totals.items():
+        change = 100 * (found.total / found.measured - 1) if found.measured else None
+        words = {"trees": "Trees", "ba_m2": "Basal area, m²"}[name]
+        rows.append({**checked.figures[name], "quantity": words, "change": change})
+    totals = Table(
         "totals",
         "Measured and corrected",
         [
@@ -364,13 +331,9 @@ def _totals_table(checked: Checked, level: str) -> Table:
         rows,
         f"Design-based: the chances of the draw and the tapes' own error ({TAPE_SE_CM:g} cm each) make the standard "
         "errors, nothing is assumed of the errors of the measured diameters. Stems without a DBH count as the median "
-        "tree until tapes say more. Difference "
-        "estimator: Särndal, Swensson and Wretman 1992, 6.3; Cochran 1977, ch. 12. Per hectare, with volume and "
-        "biomass: stand-table, which takes this tape table.",
+        "tree until tapes say more. Difference estimator: Särndal, Swensson and Wretman 1992, 6.3; Cochran 1977, "
+        "ch. 12. Per hectare, with volume and biomass: stand-table, which takes this tape table.",
     )
-
-
-def _trees_table(checked: Checked) -> Table:
     trees = checked.trees
     said = trees["note"].fillna("")
     shown = trees.assign(
@@ -379,7 +342,7 @@ def _trees_table(checked: Checked) -> Table:
         inside=trees["inside"].map({True: "yes", False: "no"}).fillna(""),
         note=said.where(trees["outlier"].isna(), "look again" + said.where(said == "", "; " + said)),
     )
-    return Table(
+    tapes = Table(
         "tapes",
         "Taped trees",
         [
@@ -397,6 +360,20 @@ def _trees_table(checked: Checked) -> Table:
         ],
         shown.to_dict("records"),
         "Error: measured minus taped.",
+    )
+    shown_totals: list[Block] = [Heading("Totals of the trees that were drawn from"), totals] if checked.totals else []
+    return Document(
+        f"Tape check: {settings.trees.stem}",
+        f"{f['n_taped']} taped trees; intervals are {level}; TreeDGS {__version__}",
+        [
+            Cards(cards),
+            Sentences(checked.warnings, "Read this first"),
+            Picture("measured against taped diameters", _draw(checked)),
+            Sentences(checked.notes),
+            *shown_totals,
+            Heading("Trees"),
+            tapes,
+        ],
     )
 
 

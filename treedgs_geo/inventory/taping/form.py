@@ -61,7 +61,12 @@ def walk(frame: TreeList, draw: Draw, protocol: Bearings, day: str, path: Path) 
         turn = bearing_to_grid_deg(Plot(plot.plot_id, plot.x, plot.y, 1.0), frame.crs, protocol, day, path)
         made.loc[mine, "azim_deg"] = (np.degrees(np.arctan2(east, north)) + turn) % 360
         made.loc[mine, "dist_m"] = np.hypot(east, north)
-    made[["lon", "lat"]] = _lonlat(frame.crs, made)
+    place = made[["x", "y"]].to_numpy(float)
+    # NaN where the CRS is not tied to the earth.
+    degrees = (
+        np.full_like(place, np.nan) if frame.crs.geodetic_crs is None else moved(place, frame.crs, pyproj.CRS(4326))
+    )
+    made[["lon", "lat"]] = np.where(np.isfinite(degrees).all(axis=1, keepdims=True), degrees, np.nan)
     made = made.iloc[_order(made, frame)].reset_index(drop=True)
     made.insert(0, "walk", np.arange(1, len(made) + 1))
     return made
@@ -69,11 +74,10 @@ def walk(frame: TreeList, draw: Draw, protocol: Bearings, day: str, path: Path) 
 
 def sheets(frame: TreeList, trees: pd.DataFrame) -> list[Sheet]:
     """The form's pages, in the order of the walk."""
+    made: list[Sheet] = []
     if trees["plot_id"].notna().all():
         centres = {plot.plot_id: plot for plot in frame.plots}
-        made = []
-        for name in trees["plot_id"].unique():
-            mine = trees[trees["plot_id"] == name]
+        for name, mine in trees.groupby("plot_id", sort=False):
             known = centres.get(name)
             around = frame.trees[frame.trees["plot_id"] == name]
             x, y = (known.x, known.y) if known else (float(around["x"].mean()), float(around["y"].mean()))
@@ -82,14 +86,12 @@ def sheets(frame: TreeList, trees: pd.DataFrame) -> list[Sheet]:
                 reach = max(reach, known.radius_m)
             made.append(Sheet(f"Plot {name}", str(name), x, y, reach, mine))
         return made
-    made = []
     for first in range(0, len(trees), PER_PAGE):
         mine = trees.iloc[first : first + PER_PAGE]
         x, y = (float((mine[axis].min() + mine[axis].max()) / 2) for axis in "xy")
         reach = max(float(np.abs(mine["x"] - x).max()), float(np.abs(mine["y"] - y).max())) + 8.0
-        made.append(
-            Sheet(f"Trees {mine['walk'].iloc[0]} to {mine['walk'].iloc[-1]} of the walk", None, x, y, reach, mine)
-        )
+        title = f"Trees {mine['walk'].iloc[0]} to {mine['walk'].iloc[-1]} of the walk"
+        made.append(Sheet(title, None, x, y, reach, mine))
     return made
 
 
@@ -103,13 +105,6 @@ def _order(trees: pd.DataFrame, frame: TreeList) -> np.ndarray:
         return np.lexsort([bearing, rank])
     place = trees[["x", "y"]].to_numpy(float)
     return np.array(short_way(place, int(place.sum(axis=1).argmin())))
-
-
-def _lonlat(crs: pyproj.CRS, trees: pd.DataFrame) -> np.ndarray:
-    """(N, 2) WGS 84 degrees; NaN where the CRS is not tied to the earth."""
-    place = trees[["x", "y"]].to_numpy(float)
-    degrees = np.full_like(place, np.nan) if crs.geodetic_crs is None else moved(place, crs, pyproj.CRS(4326))
-    return np.where(np.isfinite(degrees).all(axis=1, keepdims=True), degrees, np.nan)
 
 
 #: Empty rows for trees that are not on the map.
@@ -139,12 +134,9 @@ def make_form(
 def _to_tape(page: Sheet, sizes: bool) -> Table:
     """The trees of a page; empty cells are for the crew, ``□`` for ticks. sizes: whether to show them;
     without, there is room for a second tape."""
-    with_plots = page.plot_id is not None
-    where = (
-        [("azim", "Bearing °", 0.1), ("dist", "Distance m", 0.1)]
-        if with_plots
-        else [("x", "East", 0.1), ("y", "North", 0.11)]
-    )
+    where = [("x", "East", 0.1), ("y", "North", 0.11)]
+    if page.plot_id is not None:
+        where = [("azim", "Bearing °", 0.1), ("dist", "Distance m", 0.1)]
     columns = [
         ("tree", "Tree", 0.09), *where, *([("about", "About cm", 0.08)] if sizes else []),
         ("taped", "Taped DBH, cm", 0.17 if sizes else 0.13), *([] if sizes else [("second", "Second tape, cm", 0.12)]),
@@ -159,10 +151,8 @@ def _to_tape(page: Sheet, sizes: bool) -> Table:
             "x": f"{tree.x:.1f}",
             "y": f"{tree.y:.1f}",
             "about": "no DBH" if pd.isna(tree.about_cm) else f"{tree.about_cm:.0f}",
-            "taped": "",
-            "second": "",
             **dict.fromkeys(("none", "dead", "not_reached"), "□"),
-            "note": "",
+            **dict.fromkeys(("taped", "second", "note"), ""),
         }
         for tree in page.trees.itertuples()
     ]
@@ -171,27 +161,21 @@ def _to_tape(page: Sheet, sizes: bool) -> Table:
 
 
 def _missing(with_plots: bool) -> Table:
-    search = "the whole plot was searched □" if with_plots else "searched around every tree □"
-    where = "Where (bearing, distance)" if with_plots else "Beside which tree of the list (near_id)"
+    search, where = "searched around every tree □", "Beside which tree of the list (near_id)"
+    if with_plots:
+        search, where = "the whole plot was searched □", "Where (bearing, distance)"
     columns = [Column("where", where), Column("taped", "Taped DBH, cm"), Column("note", "Note")]
-    return Table(
-        "",
-        f"Trees that are not on the map ({search})",
-        columns,
-        [dict.fromkeys(("where", "taped", "note"), "")] * EXTRA_ROWS,
-        widths=(0.4, 0.2, 0.4),
-    )
+    title, empty = f"Trees that are not on the map ({search})", [dict.fromkeys(("where", "taped", "note"), "")]
+    return Table("", title, columns, empty * EXTRA_ROWS, widths=(0.4, 0.2, 0.4))
 
 
 def _rules(breast_height_m: float, north: str, with_plots: bool, sizes: bool) -> list[str]:
     """What a crew has to know. sizes: whether the form shows any."""
-    where = "the plot's number" if with_plots else "the number of the nearest tree of the list (near_id)"
-    search = (
-        "Look through the whole plot for trees that the map lacks"
-        if with_plots
-        else "Look around each tree of the list for trees that the map lacks and that stand nearer to it than to any "
-        "other tree of the map"
-    )
+    where, search = "the plot's number", "Look through the whole plot for trees that the map lacks"
+    if not with_plots:
+        where = "the number of the nearest tree of the list (near_id)"
+        search = "Look around each tree of the list for trees that the map lacks and that stand nearer to it than to "
+        search += "any other tree of the map"
     bearing = {"true": "true north", "grid": "grid north", "magnetic": "magnetic north (as the compass shows)"}[north]
     return [
         f"Tape every tree of the list at {breast_height_m:g} m above the ground, on the uphill side, to the millimetre "

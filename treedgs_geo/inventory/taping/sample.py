@@ -56,12 +56,9 @@ def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> TreeLi
         raise InputError(
             f"{path}: none of its {len(trees)} trees is alive and in a plot; check the plots and their epsg."
         )
-    n_out = int((~inside).sum())
-    if inside.any() and n_out:
-        frame.notes.append(f"Outside the plots, and not drawn from: {count_of(n_out, 'tree')}.")
-    n_dead = int(trees["dead"].sum())
-    if n_dead:
-        frame.notes.append(f"Dead by their status, and not drawn from: {count_of(n_dead, 'tree')}.")
+    n_out, n_dead = int((~inside).sum()) if inside.any() else 0, int(trees["dead"].sum())
+    for n, why in ((n_out, "Outside the plots"), (n_dead, "Dead by their status")):
+        frame.notes += [f"{why}, and not drawn from: {count_of(n, 'tree')}."] if n else []
     trees = trees[keep].reset_index(drop=True)
     area = BA * trees["dbh_cm"].to_numpy(float) ** 2
     middle = float(np.nanmedian(area)) if np.isfinite(area).any() else 1.0
