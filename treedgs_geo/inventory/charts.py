@@ -124,10 +124,11 @@ def draw_diameters(trees: pd.DataFrame, width_cm: float = 5.0, ax: Any = None) -
     measured = trees[trees["dbh_cm"].notna()]
     number = np.floor(measured["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
     classes = range(int(number.min()), int(number.max()) + 1) if len(measured) else range(0)
-    base, lower = np.zeros(len(classes)), [k * width_cm for k in classes]
+    base = np.zeros(len(classes))
     for flag, (colour, words) in FLAGS.items():
         counts = np.array([int(((number == k) & (_flags(measured) == flag)).sum()) for k in classes])
         if counts.sum():
+            lower = [k * width_cm for k in classes]
             axes.bar(lower, counts, width_cm * 0.9, base, align="edge", color=colour, label=words)
             base += counts
     axes.set(xlabel="DBH, cm", ylabel="Stems")
@@ -326,7 +327,8 @@ def draw_by_flag(
 ) -> None:
     """Values with bars to their ends, where the table has these; marks and colours are those of the flags."""
     for flag, (colour, words) in FLAGS.items():
-        if not len(mine := table[_flags(table) == flag]):
+        mine = table[_flags(table) == flag]
+        if not len(mine):
             continue
         bars = None
         if set(ends) <= set(table):

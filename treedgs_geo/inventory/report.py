@@ -81,14 +81,19 @@ def write_report(
         ]
     network = NETWORK if trees["method"].str.startswith("photos").any() else ""
     cost = [{"stage": name, **stage} for name, stage in stages.items() if "seconds" in stage]
-    memory = Column("peak_memory_mb", "Peak memory so far, MB", 0)
+    columns = [
+        Column("stage", "Stage"),
+        Column("seconds", "Seconds", 1),
+        Column("peak_memory_mb", "Peak memory so far, MB", 0),
+    ]
+    links: list[Block] = [Fragment(_LINK, {"to": address(view, path)})] if view else []
     blocks: list[Block] = [
-        *([Fragment(_LINK, {"to": address(view, path)})] if view else []),
+        *links,
         Paragraph(f"{CALIBRATION} {network} {TAPE}"),
         Sentences(warnings, "Warnings"),
         *found,
         facts_table("run", "This run", facts),
-        Table("cost", "Cost", [Column("stage", "Stage"), Column("seconds", "Seconds", 1), memory], cost),
+        Table("cost", "Cost", columns, cost),
     ]
     return write_html(path, Document("Tree diameters", summary, blocks, wide=True))
 
@@ -137,10 +142,6 @@ def _map_values(trees: gpd.GeoDataFrame, plots: list[Plot]) -> dict[str, Any]:
     }
 
 
-#: Class that hides a column of the table -> the column.
-_CAN_BE_EMPTY = {"noheights": "height_m", "nophotos": "n_views", "nopoints": "n_pts"}
-
-
 def _table_values(trees: gpd.GeoDataFrame, sheets: Mapping[int, str]) -> dict[str, Any]:
     """Of the table of trees and its filters. sheets: address of each tree's sheet, relative to the page, quoted."""
     return {
@@ -148,7 +149,12 @@ def _table_values(trees: gpd.GeoDataFrame, sheets: Mapping[int, str]) -> dict[st
         "counts": {flag: int((trees["qc_flag"] == flag).sum()) for flag in FLAGS},
         "plot_names": sorted({str(name) for name in trees["plot_id"] if pd.notna(name) and str(name)}),
         "columns": COLUMNS,
-        "empty": " ".join(name for name, column in _CAN_BE_EMPTY.items() if trees[column].isna().all()),
+        # Classes that hide columns in which nothing stands.
+        "empty": " ".join(
+            name
+            for name, column in (("noheights", "height_m"), ("nophotos", "n_views"), ("nopoints", "n_pts"))
+            if trees[column].isna().all()
+        ),
         "rows": [_row(tree, sheets.get(tree["tree_id"], "")) for _, tree in trees.sort_values("tree_id").iterrows()],
     }
 

@@ -42,31 +42,39 @@ _BY_HEIGHT, _HIGH_M = ((120, 98, 72), (150, 142, 92), (86, 128, 70), (140, 178, 
 
 @dataclass(frozen=True)
 class Dots:
-    """Points or Gaussians to show, project coordinates. xyz: (N, 3) metres. colours: (N, 3) uint8, RGB; ``None``: by
-    height above the ground. size_m: (N,) standard deviation of each Gaussian; ``None``: points. opacity: (N,), 0 to 1,
-    of each Gaussian."""
+    """Points or Gaussians to show, project coordinates."""
 
+    #: (N, 3) metres.
     xyz: np.ndarray
+    #: (N, 3) uint8, RGB; ``None``: by height above the ground.
     colours: np.ndarray | None = None
+    #: (N,) standard deviation of each Gaussian, m; ``None``: points.
     size_m: np.ndarray | None = None
+    #: (N,) opacity, 0 to 1, of each Gaussian.
     opacity: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class Stand:
-    """What the page shows, project coordinates. trees: of :func:`.tree_layer.tree_table`. plots: their outlines are
-    drawn. ground: x, y (N,) -> ground height (N,), m, NaN where unknown. curves: what is known of the stems' courses.
-    points: of the survey. gaussians: fitted to the photos. orthophoto: of the ground, a file that may not be there.
-    crowns: that layer. sheets: ``tree_id`` -> evidence sheet."""
+    """What the page shows, project coordinates."""
 
+    #: Tree table (:func:`.tree_layer.tree_table`).
     trees: gpd.GeoDataFrame
+    #: Plots whose outlines are drawn.
     plots: Sequence[Plot]
+    #: x, y (N,) -> ground height (N,), m, NaN where unknown.
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    #: What is known of the stems' courses.
     curves: StemCurves = field(default_factory=dict)
+    #: Points of the survey.
     points: Dots | None = None
+    #: Gaussians fitted to the photos.
     gaussians: Dots | None = None
+    #: Orthophoto of the ground, a file that may not be there.
     orthophoto: Path | None = None
+    #: Layer ``crowns``.
     crowns: gpd.GeoDataFrame | None = None
+    #: ``tree_id`` -> evidence sheet.
     sheets: Mapping[int, Path] = field(default_factory=dict)
 
 
@@ -99,11 +107,7 @@ def write_view(path: Path, stand: Stand) -> Path:
         "picture": _picture(stand.orthophoto, low, high),
         "points": _dots(stand.points, stand, low, high, MAX_POINTS),
         "gaussians": _dots(stand.gaussians, stand, low, high, MAX_GAUSSIANS),
-        # Rings (x, y), and where they end above the foot.
-        "crowns": [
-            {"id": int(c.tree_id), "top": float(c.height_m), "ring": np.round(c.geometry.exterior.coords, 2).tolist()}
-            for c in (stand.crowns.itertuples() if stand.crowns is not None else ())
-        ],
+        "crowns": _crowns(stand),
     }
     folder = files(__package__) / "templates"
     texts = {name: (folder / name).read_text(encoding="utf-8") for name in ("stand_view.html", "three.min.js")}
@@ -141,8 +145,10 @@ def _stem(tree: pd.Series, stand: Stand, level: float, page: Path) -> dict[str, 
         lines.append(f"height {height:.1f}" + (f" ± {error:.1f}" if error is not None else "") + " m")
     if tree["qc_reason"] and not pd.isna(tree["qc_reason"]):
         lines.append(explain(tree["qc_reason"]))
-    below = stand.ground(np.array([tree["x"]]), np.array([tree["y"]]))[0]
-    foot = next(z for z in (known(tree["z_ground"]), known(below), level) if z is not None)
+    foot = known(tree["z_ground"])
+    if foot is None:
+        foot = known(stand.ground(np.array([tree["x"]]), np.array([tree["y"]]))[0])
+    foot = level if foot is None else foot
     return {
         "id": number,
         "flag": flag,
@@ -166,6 +172,16 @@ def _course(tree: pd.Series, curve: np.ndarray | None, dbh: float | None, height
     return np.vstack([ends[0], curve, ends[1]]) * (1, 1, 1, 0.005)
 
 
+def _crowns(stand: Stand) -> list[dict[str, Any]]:
+    """Rings (x, y) of the crowns and where they begin and end above the foot, by the number of their tree."""
+    if stand.crowns is None:
+        return []
+    return [
+        {"id": int(row.tree_id), "top": float(row.height_m), "ring": np.round(row.geometry.exterior.coords, 2).tolist()}
+        for row in stand.crowns.itertuples()
+    ]
+
+
 def _dots(dots: Dots | None, stand: Stand, low: np.ndarray, high: np.ndarray, most: int) -> dict[str, Any] | None:
     """Every so many of the points over the box: places as parts of their extent (uint16), colours, sizes."""
     if dots is None:
@@ -181,8 +197,10 @@ def _dots(dots: Dots | None, stand: Stand, low: np.ndarray, high: np.ndarray, mo
     corner, span = xyz.min(axis=0), np.maximum(np.ptp(xyz, axis=0), 0.01)
     if dots.colours is None:
         above = (xyz[:, 2] - stand.ground(xyz[:, 0], xyz[:, 1])) / _HIGH_M
-        steps, bands = np.linspace(0, 1, len(_BY_HEIGHT)), np.transpose(_BY_HEIGHT)
-        colours = np.column_stack([np.interp(np.nan_to_num(above), steps, band) for band in bands])
+        steps = np.linspace(0, 1, len(_BY_HEIGHT))
+        colours = np.column_stack(
+            [np.interp(np.nan_to_num(above), steps, band) for band in zip(*_BY_HEIGHT, strict=True)]
+        )
     else:
         colours = dots.colours[chosen]
     found = {"low": corner.tolist(), "span": span.tolist(), "xyz": _packed(65535 * (xyz - corner) / span, "<u2")}

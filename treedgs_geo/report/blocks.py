@@ -77,8 +77,15 @@ class Fragment:
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table. key: of the rows. heading: above it. decimals: ``None`` for text. factor: what values are
-    multiplied by. signed: always shown with a sign."""
+    """One column of a table.
+
+    Attributes:
+        key: of the rows.
+        heading: above it.
+        decimals: ``None`` for text.
+        factor: what values are multiplied by.
+        signed: always shown with a sign.
+    """
 
     key: str
     heading: str
@@ -89,12 +96,20 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table, on pages and as a file. name: of the file, the sheet and the HTML element. title: above it. note: below.
+    """A table, on pages and as a file.
 
-    rows: dicts by column key; ``None``, NaN, infinite: not known; texts are shown as they are. ``mark``: the row's CSS
-    class on a page. n_totals: rows of sums at the end. classes: labels of all DBH classes from the thinnest to the
-    thickest, empty ones too. folded: a long table: opened by a click, cut where paper ends (``more``: the file that has
-    all rows). widths: shares of the page's width; given, the table is a grid with tall rows to be filled in by hand.
+    Attributes:
+        name: of the file, the sheet and the HTML element.
+        title: above it.
+        columns: in order.
+        rows: dicts by column key; ``None``, NaN, infinite: not known; texts are shown as they are. ``mark``: the row's
+            CSS class on a page.
+        note: below it.
+        n_totals: rows of sums at the end.
+        classes: labels of all DBH classes from the thinnest to the thickest, empty ones too.
+        folded: a long table: opened by a click, cut where paper ends (``more`` says where the rest is).
+        more: file that has all rows.
+        widths: shares of the page's width; given, the table is a grid with tall rows to be filled in by hand.
     """
 
     name: str
@@ -145,8 +160,16 @@ Block = Heading | Paragraph | Cards | Sentences | Picture | Fragment | Table
 
 @dataclass(frozen=True)
 class Document:
-    """A page. title: of the page and of the window. subtitle: below it. blocks: in order. tables: every table by name,
-    for spreadsheets and CSV files. letter: US letter paper rather than A4. wide: it has a broad table or map."""
+    """A page.
+
+    Attributes:
+        title: of the page and of the window.
+        subtitle: below it.
+        blocks: in order.
+        tables: every table by name, for spreadsheets and CSV files.
+        letter: US letter paper rather than A4.
+        wide: for a page that has a broad table or map.
+    """
 
     title: str
     subtitle: str

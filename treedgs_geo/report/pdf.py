@@ -215,8 +215,13 @@ def _grid(table: Table, rows: list[dict[str, Any]], width: float) -> Any:
     lines = [[cell(column.heading, column, textColor=_SOFT, **bold) for column in columns]]
     for number, row in enumerate(rows):
         total = number >= len(table.rows) - table.n_totals
-        looks = [bold if total or table.widths and not k else {} for k in range(len(columns))]
-        lines.append([cell(table.text(row, c), c, **look) for c, look in zip(columns, looks, strict=True)])
+        heads = [total or bool(table.widths) and not k for k in range(len(columns))]
+        lines.append(
+            [
+                cell(table.text(row, column), column, **(bold if head else {}))
+                for column, head in zip(columns, heads, strict=True)
+            ]
+        )
     style: list[tuple] = [
         ("VALIGN", (0, 0), (-1, -1), "TOP"), ("VALIGN", (0, 0), (-1, 0), "BOTTOM"),
         ("LEFTPADDING", (0, 0), (-1, -1), 2), ("RIGHTPADDING", (0, 0), (-1, -1), 4),
