@@ -222,10 +222,10 @@ def choose(
         not_flown.append(f"No {pattern} can be flown here: {why}; {advice}.")
     tried = []
     for made in plans:
-        heights, found, costs = " + ".join(f"{m:.0f} m" for m in made.flight.heights_m), made.outcome, made.budget
+        heights, found, taken = " + ".join(f"{m:.0f} m" for m in made.flight.heights_m), made.outcome, made.budget
         measured = (found.share, found.error_cm)
         where = f"{heights}, {made.flight.tilt_deg:.0f}°"
-        tried.append((made.flight.pattern, where, costs.photos, *measured, costs.batteries, costs.minutes))
+        tried.append((made.flight.pattern, where, taken.photos, *measured, taken.batteries, taken.minutes))
     return Choice(plan, tried, with_more(plan, plans, dbh_m, curves), not_flown)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyproj
@@ -217,15 +218,15 @@ def _numbers_of_trees(
 def _numbers(settings: PlanFlightSettings, measured: dict[str, float], notes: list[str]) -> StandNumbers:
     """The stand's numbers: as given, else as measured."""
     given = {each.name: getattr(settings, each.name) for each in fields(StandNumberSettings)}
-    found = {name: measured.get(name) if value is None else value for name, value in given.items()}
+    found: dict[str, Any] = {name: measured.get(name) if value is None else value for name, value in given.items()}
     if found["leaf_area_index"] is None:
         found["leaf_area_index"] = USUAL_LAI
         notes.append(f"Leaf area index taken as {USUAL_LAI:g}: a LiDAR cloud or --leaf-area-index says more.")
     missing = [f"--{name.replace('_', '-')}" for name, value in found.items() if value is None]
     if missing:
         bare = "without --stand the stand has to be described by"
-        given = f"{settings.stand} does not say" if settings.stand else bare
-        raise InputError(f"{given} {', '.join(missing)}; give {'it' if len(missing) == 1 else 'them'}.")
+        said = f"{settings.stand} does not say" if settings.stand else bare
+        raise InputError(f"{said} {', '.join(missing)}; give {'it' if len(missing) == 1 else 'them'}.")
     if found["crown_base_m"] >= found["tree_height_m"]:
         raise InputError(
             f"--crown-base-m: found {found['crown_base_m']:g} m, expected below the trees' height "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,7 +42,8 @@ def answer_field_stems(
     there) or ``outside`` (not in the measured plots). fits: of the run; trees: theirs.
     """
     asked, inside = job.settings.field_stems, job.place.area.contains(given.xy, job.preset.stems.margin_m)
-    of_fit, rows = {tree.tree_id: tree for tree in trees}, []
+    of_fit = {tree.tree_id: tree for tree in trees}
+    rows: list[list[Any]] = []
     for k, (name, partner) in enumerate(zip(field.names, partners(given, fits), strict=True)):
         if partner is None:
             rows.append([name, "merged" if inside[k] else "outside", "", "", "", "", "merged" if inside[k] else ""])
