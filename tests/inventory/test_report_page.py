@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from treedgs_geo.core.plots import Plot
-from treedgs_geo.inventory.evidence.canvas import Canvas
 from treedgs_geo.inventory.evidence.files import sheets_folder, trees_with_sheets, write_sheet, written_sheets
-from treedgs_geo.inventory.evidence.parts import headline
+from treedgs_geo.inventory.evidence.parts import begin_sheet
 from treedgs_geo.inventory.report import write_report
 from treedgs_geo.inventory.tree_layer import tree_table
 from treedgs_geo.stems.quality.tree import Tree
@@ -45,9 +44,7 @@ def page_of(folder: Path, trees: list[Tree], plot_id: str = "A") -> Path:
     if trees:
         with sheets_folder(folder / "sheets", RUN) as made:
             for tree in trees[::2]:
-                canvas = Canvas(1200, 300)
-                headline(canvas, tree)
-                write_sheet(made, tree, canvas)
+                write_sheet(made, tree, begin_sheet(tree, 80, 220, []))
         sheets = written_sheets(folder / "sheets", RUN)
     plots = [Plot(plot_id, 500030, 5200030, 25)]
     facts, stages = {"photos": plot_id}, {"geotag": {"seconds": 1.0, "peak_memory_mb": 90}}
