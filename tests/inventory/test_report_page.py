@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from treedgs_geo.core.plots import Plot
+from treedgs_geo.inventory.evidence.canvas import Canvas
 from treedgs_geo.inventory.evidence.files import sheets_folder, trees_with_sheets, write_sheet, written_sheets
 from treedgs_geo.inventory.evidence.parts import begin_sheet
 from treedgs_geo.inventory.report import write_report
