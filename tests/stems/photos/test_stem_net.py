@@ -25,7 +25,7 @@ from treedgs_geo.stems.photos.network.inference import (
 from treedgs_geo.stems.photos.network.silhouettes import covered_share, cut_bark, stem_layers, weigh_edges
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.propose.network_seeds import network_seeds
-from treedgs_geo.stems.photos.tuned import HEIGHTS, LEAST_SHARE, LEAST_STEP
+from treedgs_geo.stems.photos.tuned import HEIGHTS, MIN_SHARE, MIN_STEP
 
 PLACE, RADIUS = np.array([0.4, -0.3]), 0.15
 FLAT = GroundGrid(-6.0, -6.0, 0.5, np.zeros((25, 25), np.float32))
@@ -160,8 +160,8 @@ def test_edges_count_where_the_network_sees_the_stem_end():
     off = np.abs(np.abs(places) - RADIUS)
     assert (one[~cut] == 1.0).all()
     assert one[:9][cut[:9]][..., off < 0.015].min() > 0.9
-    assert one[:9][cut[:9]][..., off > 0.06] == pytest.approx(LEAST_STEP)
-    assert one[9:] == pytest.approx(LEAST_SHARE * LEAST_STEP)
+    assert one[:9][cut[:9]][..., off > 0.06] == pytest.approx(MIN_STEP)
+    assert one[9:] == pytest.approx(MIN_SHARE * MIN_STEP)
 
 
 def test_edges_keep_their_weight_where_a_map_ends():

@@ -174,8 +174,8 @@ COLUMN_M = 0.02
 #: What the network says of an edge: from which share of the stem's width (the inner part of it) at its height taken for
 #: bark it counts in full, and the part that it counts for without any; how far to both sides of it bark is asked for,
 #: px; from which step of its probability it counts in full, and the part without any.
-WHOLE_SHARE, INNER, LEAST_SHARE = 0.5, 0.75, 0.05
-STEP_PX, CLEAR_STEP, LEAST_STEP = 1.5, 0.5, 0.1
+WHOLE_SHARE, INNER, MIN_SHARE = 0.5, 0.75, 0.05
+STEP_PX, CLEAR_STEP, MIN_STEP = 1.5, 0.5, 0.1
 #: Likelihood of ground where a stem stands, of that where none does: poses err, stems sway. No rarer are stems.
 GROUND_RATIO, RAREST_STEM = 0.1, 0.01
 #: What a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.

@@ -16,8 +16,8 @@ from ..tuned import (
     CLEAR_STEP,
     COLUMN_M,
     INNER,
-    LEAST_SHARE,
-    LEAST_STEP,
+    MIN_SHARE,
+    MIN_STEP,
     SHARE_WEIGHT,
     STEP_PX,
     WHOLE_SHARE,
@@ -139,12 +139,12 @@ def _weigh_edges(strips, seen, axis, r0, r1, maps, apart_px, apart_m):
             within = share[max(middle - half, 0) : middle + half + 1].mean()
             if within < 0.0:
                 continue
-            shown = min(max(within / WHOLE_SHARE, LEAST_SHARE), 1.0)
+            shown = min(max(within / WHOLE_SHARE, MIN_SHARE), 1.0)
             for i in range(n):
                 side = 1 if i > middle else -1
                 inner, outer = share[min(max(i - side * k, 0), n - 1)], share[min(max(i + side * k, 0), n - 1)]
                 step = inner - outer if inner >= 0.0 and outer >= 0.0 else CLEAR_STEP
-                coherence[v, b, i] *= np.float32(shown * min(max(step / CLEAR_STEP, LEAST_STEP), 1.0))
+                coherence[v, b, i] *= np.float32(shown * min(max(step / CLEAR_STEP, MIN_STEP), 1.0))
 
 
 def weigh_edges(strips: Strips, seen: np.ndarray, axis: StemAxis, r0: float, r1: float, maps: OddsMaps) -> None:
