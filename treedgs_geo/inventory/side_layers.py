@@ -24,8 +24,9 @@ CROWNS = "crowns"
 CROWN_COLUMNS = ("tree_id", "crown_m2", "height_m", "qc_flag")
 #: Quarter-circle segments: 0.1 mm off the circle at 1 m diameter.
 _SEGMENTS = 16
-#: Columns of ``circles`` and of ``sections``.
+#: Columns of ``circles``.
 _CIRCLE_COLUMNS = ("tree_id", "dbh_cm", "dbh_se_cm", "qc_flag", "height_m")
+#: Columns of ``sections``.
 SECTION_COLUMNS = ("tree_id", "height_m", "d_cm", "d_se_cm", "rms_cm", "n_pts", "arc_deg")
 
 

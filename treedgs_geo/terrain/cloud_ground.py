@@ -218,7 +218,7 @@ def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str) -> None:
     The low points of (N, 3) ``xyz`` in 1 m cells should lie on the ground.
 
     Raises:
-        InputError: their lower quartile lies farther than :data:`OTHER_HEIGHTS_M` from it.
+        InputError: their lower quartile lies farther than :data:`.dtm.OTHER_HEIGHTS_M` from it.
     """
     gap = _lowest_above(dtm, xyz)
     # The lower quartile: under dense canopy most cells hold no ground return, but some do.

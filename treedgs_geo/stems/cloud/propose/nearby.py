@@ -13,7 +13,7 @@ _MOST_CELLS = 4_000_000
 
 
 class Nearby:
-    """(N, 3) points by cells of :data:`_CELL_M` or more; see :meth:`within`."""
+    """(N, 3) points by cells of 0.5 m or more; see :meth:`within`."""
 
     def __init__(self, points: np.ndarray) -> None:
         self.points = np.ascontiguousarray(points, dtype=float)
